@@ -1,0 +1,89 @@
+"""How long one look takes: clouds and normals, then the occlusion volume, at 640x480 and 1 cm voxels.
+
+Budget: 60 ms median, 100 ms at the 95th percentile, kernels warm. As machines differ, the voxel projection is also
+timed against the same thing written in plain numpy, in the same run.
+
+    python benchmarks/perception_occlusion.py [--repeats N] [--objects N]
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from torc.geometry.projection import project
+from torc.occlusion.volume import empty_volume, update_volume
+from torc.perception.marking import mark_image
+from torc.perception.privileged import LabelPerception
+from torc.records import Observation, VoxelGrid
+from torc.scenes.workspace import Workspace
+from torc.testing.synthetic import Shape, SyntheticBox, SyntheticCylinder, random_clutter, synthetic_observation
+
+MEDIAN_MS, P95_MS = 60.0, 100.0
+
+
+def times_ms(call: Callable[[], object], repeats: int) -> np.ndarray:
+    """Wall time of each repetition, the first (warm-up) left out."""
+    out = np.empty(repeats + 1)
+    for i in range(repeats + 1):
+        start = time.perf_counter()
+        call()
+        out[i] = 1e3 * (time.perf_counter() - start)
+    return out[1:]
+
+
+def numpy_projection(grid: VoxelGrid, view: Observation) -> np.ndarray:
+    """Which voxel centres lie in front of the measured depth, without compiled code."""
+    u, v, z = project(grid.centers().reshape(-1, 3), view.K, view.T_world_camera)
+    rows, cols = np.floor(v + 0.5).astype(int), np.floor(u + 0.5).astype(int)
+    height, width = view.depth_m.shape
+    visible = (z > 0) & (rows >= 0) & (cols >= 0) & (rows < height) & (cols < width)
+    depth = view.depth_m[np.where(visible, rows, 0), np.where(visible, cols, 0)]
+    return (visible & (z < depth)).reshape(grid.shape)
+
+
+def close_up() -> list[Shape]:
+    """Large objects right before the camera: many object pixels, the slow case."""
+    boxes = [SyntheticBox(i, (0.5, -0.3 + 0.14 * i, 1.15), (0.1, 0.12, 0.2)) for i in range(5)]
+    return [*boxes, *(SyntheticCylinder(i, (0.7, -1.3 + 0.14 * i, 1.2), 0.06, 0.3) for i in range(6, 13))]
+
+
+def report(name: str, ms: np.ndarray) -> None:
+    """One line: median and 95th percentile."""
+    print(f"{name:<44} median {np.median(ms):7.2f} ms   p95 {np.quantile(ms, 0.95):7.2f} ms")
+
+
+def measure(name: str, shapes: list[Shape], repeats: int) -> bool:
+    """Time one scene; whether it keeps the budget."""
+    grid, perception = Workspace().grid, LabelPerception()
+    view = synthetic_observation(shapes)
+    scene = perception.perceive(view)
+    volume = update_volume(empty_volume(grid), scene)
+    points = sum(len(o.points) for o in scene.objects)
+    print(f"\n{name}: {len(scene.objects)} objects, {points} object points, {np.prod(grid.shape)} voxels")
+    both = times_ms(lambda: update_volume(volume, perception.perceive(view)), repeats)
+    report("perceive", times_ms(lambda: perception.perceive(view), repeats))
+    update = times_ms(lambda: update_volume(volume, scene), repeats)
+    report("occlusion update", update)
+    report("both (budget 60 / 100 ms)", both)
+    plain = times_ms(lambda: numpy_projection(grid, view), max(5, repeats // 5))
+    report("projection alone in plain numpy", plain)
+    print(f"{'whole update / plain numpy projection':<44} ratio  {np.median(update) / np.median(plain):7.3f}")
+    report("marked image", times_ms(lambda: mark_image(scene), max(5, repeats // 5)))
+    return bool(np.median(both) <= MEDIAN_MS and np.quantile(both, 0.95) <= P95_MS)
+
+
+def main() -> None:
+    """Measure a usual scene and a close-up."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--repeats", type=int, default=50)
+    parser.add_argument("--objects", type=int, default=15)
+    args = parser.parse_args()
+    clutter = list(random_clutter(np.random.default_rng(1), args.objects))
+    kept = [measure("clutter", clutter, args.repeats), measure("close-up", close_up(), args.repeats)]
+    print(f"\nbudget {'kept' if all(kept) else 'NOT kept'}")
+
+
+if __name__ == "__main__":
+    main()

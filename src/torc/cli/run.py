@@ -1,0 +1,68 @@
+"""`torc run`: one trial in simulation."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+
+@dataclass(frozen=True)
+class RunCommand:
+    """Play one trial in simulation: the robot picks until it holds the target.
+
+    Exit code 0 when the trial was completed (retrieved or not), 1 when it errored, 2 on bad arguments.
+    """
+
+    problem: tyro.conf.Positional[str] = "structured-01"
+    """Name of a shipped problem (`torc problems list`) or a problem file."""
+    planner: str = "dg-select"
+    """Task planner: dg-select, random, or your own as module:Class."""
+    seed: int = 0
+    """Decides all random draws: same problem, planner and seed, same trial."""
+    out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
+    """Directory for results and pictures; runs/PROBLEM-PLANNER-SEED if not given."""
+    max_picks: int = 15
+    """Attempts, failed ones included."""
+    noise: bool = False
+    """Add sensor noise to what the camera sees."""
+    video: bool = False
+    """Also write video.mp4 (an outside view, with what the planner saw)."""
+    save_records: bool = False
+    """Also save each snapshot as a record (about 1 MB a pick)."""
+    overwrite: bool = False
+    """Replace the output directory if it exists."""
+    json: Annotated[bool, tyro.conf.arg(help="Print result.json instead of progress.")] = False
+
+    def run(self) -> int:
+        """Run the trial; returns the exit code."""
+        from rich.console import Console
+
+        from torc.errors import InputError
+
+        if self.max_picks < 1 or self.seed < 0:
+            raise InputError("--max-picks must be at least 1 and --seed at least 0.")
+        from torc.episode.progress import TerminalProgress
+        from torc.episode.trial import TrialSpec, run_trial
+
+        spec = TrialSpec(self.problem, self.planner, self.seed, self.max_picks, self.noise)
+        console = Console(stderr=self.json)
+        out = self.out or Path("runs") / spec.default_name
+        trial = run_trial(
+            spec,
+            out,
+            listeners=[] if self.json else [TerminalProgress(console)],
+            video=self.video,
+            overwrite=self.overwrite,
+            save_records=self.save_records,
+            say=lambda text: console.print(text, style="dim", highlight=False),
+        )
+        if self.json:
+            import json
+
+            print(json.dumps(trial.result, indent=2))
+        elif trial.result["status"] == "errored":
+            console.print(f"\n[bold red]errored[/]: {trial.result['error']}")
+        if not self.json:
+            console.print(f"Results and pictures: {trial.directory}", highlight=False)
+        return {"completed": 0, "errored": 1, "interrupted": 130}[trial.result["status"]]

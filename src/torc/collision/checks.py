@@ -1,0 +1,257 @@
+"""Batched collision checks of arm configurations against a collision world."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, UInt64
+
+from torc.collision.edges import edges_batch
+from torc.collision.kernels import contacts_batch
+from torc.collision.obstacles import SELF, STATIC, WorldArrays, clear_touched
+from torc.collision.placement import RobotArrays, joint_reach, place_spheres, sphere_rows
+from torc.collision.world import CollisionWorld
+from torc.errors import InputError
+from torc.robots.description import RobotDescription
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What each configuration touches.
+
+    Attributes:
+        bits: objects touched, bit k for object id k. The own object's bit is set where an arm link (not the
+            gripper) touches its surface.
+        static: touches table, bin, or voxels that belong to no object.
+        self_collision: touches the robot itself: its own arm, torso, other arm.
+    """
+
+    bits: UInt64[np.ndarray, "n"]
+    static: Bool[np.ndarray, "n"]
+    self_collision: Bool[np.ndarray, "n"]
+
+    @property
+    def free(self) -> Bool[np.ndarray, "n"]:
+        """Touches nothing at all."""
+        return (self.bits == 0) & ~self.static & ~self.self_collision
+
+
+def blockers(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "n dof"],
+    width_m: Float[np.ndarray, "n"] | float,
+    own_id: np.ndarray | int,
+) -> Contacts:
+    """All that arm and gripper touch at each configuration.
+
+    The own object (the one to be grasped) counts less: voxels that it hides are ignored, its surface voxels
+    are ignored for palm and fingers but not for the arm's links. Unknown voxels hidden by nothing that has an
+    id, surface of no object, table and bin are static.
+
+    Args:
+        world: what not to touch.
+        robot: description, or its arrays from `robot_arrays` where it is called often.
+        qpos: radians; a row with NaN is reported as static and self collision.
+        width_m: opening of the gripper.
+        own_id: object to be grasped per configuration; negative for none.
+    """
+    arrays = _arrays(robot)
+    q, width, own = _batch(arrays, qpos, width_m, own_id)
+    bits, flags = contacts_batch(q, width, own, arrays, world_arrays(world), False, True)
+    return Contacts(bits, (flags & STATIC) != 0, (flags & SELF) != 0)
+
+
+def static_contacts(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "n dof"],
+    width_m: Float[np.ndarray, "n"] | float,
+) -> Bool[np.ndarray, "n"]:
+    """Whether each configuration touches table, bin or the robot itself; voxels are not looked at."""
+    arrays = _arrays(robot)
+    q, width, own = _batch(arrays, qpos, width_m, -1)
+    _, flags = contacts_batch(q, width, own, arrays, world_arrays(world), True, False)
+    return flags != 0
+
+
+def collides(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "n dof"],
+    width_m: Float[np.ndarray, "n"] | float,
+    ignore_id: int = -1,
+    attached: Float[np.ndarray, "a 4"] | None = None,
+) -> Bool[np.ndarray, "n"]:
+    """Whether each configuration touches anything; ignore_id as own_id of `blockers`.
+
+    attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object.
+    Like the gripper, they ignore the voxels of ignore_id; they are not checked against the robot itself.
+    """
+    arrays = with_attached(_arrays(robot), attached)
+    q, width, own = _batch(arrays, qpos, width_m, ignore_id)
+    bits, flags = contacts_batch(q, width, own, arrays, world_arrays(world), True, True)
+    return (bits != 0) | (flags != 0)
+
+
+def edges_collide(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    starts: Float[np.ndarray, "n dof"],
+    ends: Float[np.ndarray, "n dof"],
+    width_m: Float[np.ndarray, "n"] | float,
+    ignore_id: int = -1,
+    attached: Float[np.ndarray, "a 4"] | None = None,
+) -> Bool[np.ndarray, "n"]:
+    """Whether anything is touched on each straight joint-space edge, ends included (see CollisionConfig)."""
+    arrays = with_attached(_arrays(robot), attached)
+    a, width, own = _batch(arrays, starts, width_m, ignore_id)
+    b = _batch(arrays, ends, width_m, ignore_id)[0]
+    if a.shape != b.shape:
+        raise InputError(f"Edges need as many starts as ends, not {len(a)} and {len(b)}.")
+    if not (np.all(np.isfinite(a)) and np.all(np.isfinite(b))):
+        raise InputError("The ends of edges must be finite.")
+    reach = joint_reach(arrays, float(np.max(width, initial=0.0)))
+    return edges_batch(a, b, width, own, arrays, world_arrays(world), reach, world.config.edge_step_m)
+
+
+def carved(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "dof"],
+    width_m: float,
+    margin_m: float = 0.0,
+    attached: Float[np.ndarray, "a 4"] | None = None,
+    only_id: int = -1,
+) -> CollisionWorld:
+    """The world without the voxels that the robot touches at one configuration, grown by its paddings and a
+    margin.
+
+    For places where the robot is known to be, or allowed to be. only_id: remove only this object's voxels.
+    """
+    arrays = with_attached(_arrays(robot), attached)
+    q, _, only = _batch(arrays, np.asarray(qpos)[None], width_m, only_id)
+    dof = q.shape[1]
+    spheres = np.empty((sphere_rows(arrays), 3))
+    place_spheres(q[0], float(width_m), arrays, np.empty((dof + 1, 3, 4)), np.empty((3, 4)), spheres)
+    link = np.repeat(np.arange(len(arrays.link_start) - 1), np.diff(arrays.link_start))
+    config = world.config
+    padding = np.where(
+        link < dof, config.padding_m, np.maximum(config.gripper_padding_m, config.attached_padding_m)
+    )
+    kind = world.kind.copy()
+    clear_touched(
+        spheres[: len(padding)], arrays.radii + padding, float(margin_m), world_arrays(world), kind, only[0]
+    )
+    return replace(world, kind=kind)
+
+
+def robot_arrays(robot: RobotDescription) -> RobotArrays:
+    """The robot for the compiled checks; build it once where configurations come one at a time."""
+    arm, model = robot.arm, robot.spheres
+    dof = len(arm.joint_names)
+    order = np.argsort(model.link, kind="stable")
+    link = np.asarray(model.link)[order]
+    centers, radii = _f64(np.asarray(model.centers)[order]), _f64(np.asarray(model.radii)[order])
+    pairs = np.asarray(robot.self_pairs, dtype=np.int64).reshape(-1, 2)
+    openings = np.linspace(0.0, robot.gripper.max_width_m, 33)
+    fixed = np.isin(np.arange(dof + 3), robot.static_links)
+    return RobotArrays(
+        base=_f64(arm.T_world_base)[:3].copy(),
+        parents=_f64(arm.Ts_parent_joint)[:, :3].copy(),
+        axes=_f64(arm.axes),
+        tool=_f64(arm.T_last_tool0)[:3].copy(),
+        tcps=_f64(np.stack([robot.gripper.T_tool0_tcp(w)[:3] for w in openings])),
+        tcp_step_m=float(openings[1]),
+        link_start=np.searchsorted(link, np.arange(dof + 4)).astype(np.int64),
+        centers=centers,
+        radii=radii,
+        link_spheres=_around(link, centers, radii, dof + 3),
+        static_spheres=_f64(robot.static_spheres).reshape(-1, 4),
+        static_links=fixed,
+        self_pairs=pairs,
+    )
+
+
+def with_attached(arrays: RobotArrays, attached: Float[np.ndarray, "a 4"] | None) -> RobotArrays:
+    """The robot with spheres (x, y, z, radius; tool0 frame) attached to its gripper."""
+    if attached is None or len(attached) == 0:
+        return arrays
+    spheres = _f64(attached)
+    return arrays._replace(
+        link_start=np.append(arrays.link_start, arrays.link_start[-1] + len(spheres)),
+        centers=np.concatenate([arrays.centers, spheres[:, :3]]),
+        radii=np.concatenate([arrays.radii, spheres[:, 3]]),
+        link_spheres=np.vstack([arrays.link_spheres, np.zeros(4)]),
+        static_links=np.append(arrays.static_links, False),
+    )
+
+
+def world_arrays(world: CollisionWorld) -> WorldArrays:
+    """The world for the compiled checks."""
+    c = world.config
+    padding = np.array(
+        [
+            [c.padding_m, c.padding_m],
+            [c.gripper_padding_m, c.gripper_static_padding_m],
+            [c.attached_padding_m, c.attached_padding_m],
+        ]
+    )
+    return WorldArrays(
+        _f64(world.grid.origin),
+        float(world.grid.voxel_size_m),
+        world.kind,
+        world.bits,
+        world.distance_m,
+        _f64(world.boxes),
+        padding,
+        float(c.self_padding_m),
+    )
+
+
+def _around(
+    link: np.ndarray, centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"], links: int
+) -> Float[np.ndarray, "links 4"]:
+    """Per link a sphere around all its spheres."""
+    out = np.zeros((links, 4))
+    for i in range(links):
+        mine = link == i
+        if np.any(mine):
+            c, r = centers[mine], radii[mine, None]
+            out[i, :3] = 0.5 * ((c - r).min(axis=0) + (c + r).max(axis=0))
+            out[i, 3] = np.max(np.linalg.norm(c - out[i, :3], axis=1) + r[:, 0])
+    return out
+
+
+def _arrays(robot: RobotDescription | RobotArrays) -> RobotArrays:
+    return robot if isinstance(robot, RobotArrays) else robot_arrays(robot)
+
+
+def _batch(
+    arrays: RobotArrays, qpos: np.ndarray, width_m: np.ndarray | float, own_id: np.ndarray | int
+) -> tuple[np.ndarray, np.ndarray, UInt64[np.ndarray, "n"]]:
+    """Contiguous configurations, widths, and own ids as bits."""
+    q = _f64(qpos)
+    dof = len(arrays.axes)
+    if q.ndim != 2 or q.shape[1] != dof:
+        raise InputError(f"qpos must have shape (n, {dof}), not {q.shape}.")
+    width = np.ascontiguousarray(np.broadcast_to(np.asarray(width_m, dtype=float), (len(q),)))
+    ids = np.broadcast_to(np.asarray(own_id, dtype=np.int64), (len(q),))
+    bits = np.where(ids >= 0, np.uint64(1) << np.maximum(ids, 0).astype(np.uint64), np.uint64(0))
+    return q, width, np.ascontiguousarray(bits)
+
+
+def _f64(array: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+__all__ = [
+    "Contacts",
+    "blockers",
+    "carved",
+    "collides",
+    "edges_collide",
+    "robot_arrays",
+    "static_contacts",
+    "with_attached",
+    "world_arrays",
+]

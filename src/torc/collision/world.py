@@ -1,0 +1,103 @@
+"""The collision world: voxels with owners, their distance field, and the fixed boxes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float, Float32, UInt8, UInt64
+
+from torc.collision.config import CollisionConfig
+from torc.collision.distance import distance_field
+from torc.records import BACKGROUND, OcclusionVolume, VoxelGrid
+from torc.scenes.workspace import Box, Workspace
+
+FREE, SURFACE, UNKNOWN = 0, 1, 2
+"""Kinds of voxels."""
+
+
+@dataclass(frozen=True)
+class CollisionWorld:
+    """Everything but the robot that the robot must not touch. World frame.
+
+    Attributes:
+        grid: where the voxels are. Outside of it nothing but the fixed boxes is an obstacle.
+        kind: FREE, SURFACE or UNKNOWN per voxel.
+        bits: per voxel the objects it belongs to, bit k for object id k: the surface's owner, or those
+            that hide an unknown voxel. 0 on an occupied voxel: it belongs to no object and counts as fixed.
+        distance_m: from each voxel's centre to the nearest occupied voxel's centre. Never more than
+            the truth, but less after `without_object` or `carved`, which only remove voxels.
+        boxes: fixed boxes, lower and upper corner.
+        box_names: their names.
+        config: paddings.
+    """
+
+    grid: VoxelGrid
+    kind: UInt8[np.ndarray, "nx ny nz"]
+    bits: UInt64[np.ndarray, "nx ny nz"]
+    distance_m: Float32[np.ndarray, "nx ny nz"]
+    boxes: Float[np.ndarray, "b 6"]
+    box_names: tuple[str, ...]
+    config: CollisionConfig = field(default_factory=CollisionConfig)
+
+    def without_object(self, object_id: int, unknown: bool = True) -> "CollisionWorld":
+        """This world without an object's surface voxels and, if wanted, without those that it hides."""
+        own = (self.bits & _bit(object_id)) != 0
+        gone = own if unknown else own & (self.kind == SURFACE)
+        return replace(self, kind=np.where(gone, np.uint8(FREE), self.kind))
+
+    def owners_count(self, object_id: int) -> int:
+        """Number of voxels that carry this object's bit."""
+        return int(np.count_nonzero((self.kind != FREE) & ((self.bits & _bit(object_id)) != 0)))
+
+
+def build_collision_world(
+    volume: OcclusionVolume,
+    fixed: Workspace | Sequence[Box],
+    config: CollisionConfig | None = None,
+) -> CollisionWorld:
+    """The world to check against: surface and never-seen voxels of the volume, and fixed boxes.
+
+    Background surface next to a fixed box shows that box and is left to it; other background surface is an
+    obstacle without an owner. Unseen voxels hidden by nothing that has an id have no owner either.
+    """
+    config = CollisionConfig() if config is None else config
+    static = fixed.static_boxes() if isinstance(fixed, Workspace) else tuple(fixed)
+    boxes = _corners(static)
+    kind, bits = _classify(volume, boxes, config)
+    distance = distance_field(kind != FREE, volume.grid.voxel_size_m)
+    return CollisionWorld(volume.grid, kind, bits, distance, boxes, tuple(b.name for b in static), config)
+
+
+def _bit(object_id: int) -> np.uint64:
+    return np.uint64(1) << np.uint64(object_id)
+
+
+def _corners(boxes: Sequence[Box]) -> Float[np.ndarray, "b 6"]:
+    out = np.zeros((len(boxes), 6))
+    for row, box in zip(out, boxes):
+        center, half = np.asarray(box.center), np.asarray(box.size) / 2
+        row[:3], row[3:] = center - half, center + half
+    return out
+
+
+def _classify(
+    volume: OcclusionVolume, boxes: Float[np.ndarray, "b 6"], config: CollisionConfig
+) -> tuple[UInt8[np.ndarray, "nx ny nz"], UInt64[np.ndarray, "nx ny nz"]]:
+    """Kind and owners of every voxel. A surface voxel is one whatever `seen` says."""
+    label = volume.surface_label
+    owned = label >= 0
+    kind = np.where(volume.seen, np.uint8(FREE), np.uint8(UNKNOWN))
+    bits = np.where(volume.seen, np.uint64(0), volume.hidden_by)
+    kind[owned] = SURFACE
+    bits[owned] = np.uint64(1) << label[owned].astype(np.uint64)
+    background = np.argwhere(label == BACKGROUND)
+    if len(background):
+        center = volume.grid.origin + volume.grid.voxel_size_m * (background + 0.5)
+        near = np.zeros(len(background), dtype=bool)
+        for box in boxes:
+            gap = np.maximum(np.maximum(box[:3] - center, center - box[3:]), 0.0)
+            near |= np.einsum("ij,ij->i", gap, gap) <= config.explained_margin_m**2
+        x, y, z = background.T
+        kind[x, y, z] = np.where(near, np.uint8(FREE), np.uint8(SURFACE))
+        bits[x, y, z] = 0
+    return kind, bits

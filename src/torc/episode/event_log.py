@@ -1,0 +1,129 @@
+"""Events as lines of JSON. Wall times stand under keys named "seconds" only: without those, logs are comparable."""
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from torc.episode.events import Decided, Ended, EpisodeResult, Event, Executed, Looked, Planned, Started
+from torc.pipeline.look import Look
+from torc.records import GraspStatus, PickPlan, PlanFailure
+from torc.records.serialization import to_plain
+
+
+def event_line(event: Event) -> dict[str, Any]:
+    """An event as JSON-compatible data."""
+    match event:
+        case Started():
+            return {"event": "started", **to_plain(event)}
+        case Looked():
+            return {
+                "event": "looked",
+                "pick": event.pick,
+                **_look_facts(event.look),
+                "seconds": _round(event.look.seconds),
+            }
+        case Decided():
+            facts = to_plain(event.decision)
+            return {"event": "decided", "pick": event.pick, **facts, "seconds": round(event.seconds, 4)}
+        case Planned():
+            facts = _plan_facts(event.look, event.plan)
+            return {"event": "planned", "pick": event.pick, **facts, "seconds": round(event.seconds, 4)}
+        case Executed():
+            return {
+                "event": "executed",
+                "pick": event.pick,
+                **to_plain(event.outcome),
+                "seconds": round(event.seconds, 3),
+            }
+        case Ended():
+            return {"event": "ended", **result_facts(event.result)}
+    raise TypeError(f"Not an event: {event!r}")
+
+
+def result_facts(result: EpisodeResult) -> dict[str, Any]:
+    """The outcome of an episode as it stands in result.json."""
+    executed = [o for o in result.outcomes if o.duration_s > 0]
+    return {
+        "retrieved": result.retrieved,
+        "held_target": result.held_target,
+        "end": result.end.value,
+        "picks": result.picks,
+        "drops": len(result.dropped),
+        "dropped": list(result.dropped),
+        "outcomes": [o.result.value for o in result.outcomes],
+        "grasps_executed": len(executed),
+        "grasps_held": sum(o.held_after_lift for o in executed),
+        "seconds": _round(result.seconds),
+    }
+
+
+def without_seconds(value: Any) -> Any:
+    """A log line less its wall times: what must be identical when a trial is run again."""
+    if isinstance(value, Mapping):
+        return {k: without_seconds(v) for k, v in value.items() if k != "seconds"}
+    if isinstance(value, list | tuple):
+        return [without_seconds(v) for v in value]
+    return value
+
+
+def digest(*arrays: np.ndarray) -> str:
+    """Short fingerprint of arrays, bit for bit: tells whether two runs saw and did the same."""
+    sha = hashlib.sha256()
+    for array in arrays:
+        sha.update(np.ascontiguousarray(array).tobytes())
+    return sha.hexdigest()[:16]
+
+
+def _look_facts(look: Look) -> dict[str, Any]:
+    context = look.context
+    scene, report, volume = context.scene, context.report, context.volume
+    return {
+        "target_visible": scene.target_id is not None,
+        "objects": [{"id": o.id, "pixels": o.pixel_count} for o in scene.objects],
+        "unknown_voxels": int(np.count_nonzero(~volume.seen)),
+        "graspable": list(report.graspable_ids),
+        "grasps": {s.name.lower(): int(np.count_nonzero(report.status == s)) for s in GraspStatus},
+        "valid_grasps": dict(zip(map(str, report.object_ids), report.valid_total.tolist())),
+        "blocking": [
+            {"object": a, "by": b, "grasps": int(report.blocking[i, j])}
+            for i, a in enumerate(report.object_ids)
+            for j, b in enumerate(report.object_ids)
+            if report.blocking[i, j]
+        ],
+        "digest": digest(
+            scene.observation.depth_m,
+            scene.label_image,
+            context.grasps.Ts_world_tcp,
+            context.grasps.scores,
+            report.qpos,
+        ),
+    }
+
+
+def _plan_facts(look: Look, plan: PickPlan | PlanFailure) -> dict[str, Any]:
+    if isinstance(plan, PlanFailure):
+        return {"failure": to_plain(plan)}
+    grasps, g = look.context.grasps, plan.grasp_index
+    motions = {
+        "free": plan.free,
+        "approach": plan.approach,
+        "lift": plan.lift,
+        "transfer": plan.transfer,
+        "home": plan.home,
+    }
+    return {
+        "object_id": plan.object_id,
+        "score": float(grasps.scores[g]),
+        "generator": grasps.generator_names[int(grasps.generators[g])],
+        "T_world_tcp": plan.T_world_tcp.tolist(),
+        "width_m": float(plan.width_m),
+        "grasps_tried": plan.grasps_tried,
+        "durations_s": {name: motion.duration_s for name, motion in motions.items()},
+        "digest": digest(*(motion.qpos for motion in motions.values())),
+    }
+
+
+def _round(seconds: Mapping[str, float]) -> dict[str, float]:
+    return {name: round(value, 4) for name, value in seconds.items()}

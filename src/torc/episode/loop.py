@@ -1,0 +1,204 @@
+"""The episode: one pick after another until the target is out (paper: A Modular Pipeline)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from torc.episode.events import (
+    Decided,
+    Ended,
+    EndReason,
+    EpisodeResult,
+    Event,
+    Executed,
+    Listener,
+    Looked,
+    Planned,
+    Started,
+)
+from torc.motion.protocol import MotionPlanner, PickRequest
+from torc.occlusion.volume import empty_volume
+from torc.pipeline.look import Look, Pipeline
+from torc.pipeline.seeding import stage_rng
+from torc.pipeline.timing import StageClock
+from torc.records import TARGET_ID, Decision, OcclusionVolume, PickOutcome, PickResult, PlanFailure
+from torc.robots.protocols import Robot
+from torc.task_planning.protocol import TaskPlanner
+
+
+@dataclass(frozen=True)
+class EpisodeConfig:
+    """Attributes:
+    max_picks: attempts, failed ones included (paper: 15).
+    seed: decides all random draws.
+    """
+
+    max_picks: int = 15
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class EpisodeParts:
+    """Who does what; each can be exchanged."""
+
+    robot: Robot
+    pipeline: Pipeline
+    task_planner: TaskPlanner
+    motion_planner: MotionPlanner
+
+
+def run_episode(
+    parts: EpisodeParts,
+    started: Started,
+    config: EpisodeConfig,
+    listeners: Sequence[Listener] = (),
+) -> EpisodeResult:
+    """Pick until the target is retrieved or lost, the budget is spent, or nothing is left to try.
+
+    Args:
+        parts: robot, pipeline, task planner and motion planner.
+        started: who tries what; told to the listeners first.
+        config: budget and seed.
+        listeners: called with every event, in order.
+
+    Raises:
+        PhysicsError and other TorcErrors of the parts: the trial is errored, no result.
+    """
+    episode = _Episode(parts, started.target_description, config, listeners)
+    episode.tell(started)
+    result = episode.run()
+    episode.tell(Ended(result))
+    return result
+
+
+def rehearse(parts: EpisodeParts) -> None:
+    """Use every kernel once, to no effect: what is compiled now does not count as planning time later."""
+    episode = _Episode(parts, "", EpisodeConfig(), ())
+    look = episode.look(0)
+    for object_id in look.context.report.graspable_ids[:1]:
+        episode.plan(0, look, Decision(object_id, "rehearsal"))
+
+
+class _Episode:
+    """The state of one episode: the occlusion volume and the outcomes so far."""
+
+    def __init__(
+        self,
+        parts: EpisodeParts,
+        target_description: str,
+        config: EpisodeConfig,
+        listeners: Sequence[Listener],
+    ) -> None:
+        self.parts, self.config, self.listeners = parts, config, listeners
+        self.target_description = target_description
+        self.volume: OcclusionVolume = empty_volume(parts.pipeline.workspace.grid)
+        self.outcomes: tuple[PickOutcome, ...] = ()
+        self.clock = StageClock()
+
+    def tell(self, event: Event) -> None:
+        for listener in self.listeners:
+            listener(event)
+
+    def run(self) -> EpisodeResult:
+        for pick in range(self.config.max_picks):
+            end = self.one_pick(pick)
+            if end is not None:
+                return self.result(end)
+        return self.result(EndReason.BUDGET_SPENT)
+
+    def one_pick(self, pick: int) -> EndReason | None:
+        """One attempt; a reason if it ends the episode."""
+        look = self.look(pick)
+        if not look.context.scene.objects:
+            return EndReason.NOTHING_LEFT
+        decision = self.decide(pick, look)
+        if decision.give_up:
+            return EndReason.GAVE_UP
+        outcome = self.attempt(pick, look, decision)
+        self.outcomes += (outcome,)
+        if outcome.target_lost:
+            return EndReason.TARGET_LOST
+        return EndReason.RETRIEVED if outcome.result is PickResult.RETRIEVED else None
+
+    def look(self, pick: int) -> Look:
+        with self.clock.stage("look"):
+            observation = self.parts.robot.capture()
+            look = self.parts.pipeline.look(
+                observation,
+                self.volume,
+                target_description=self.target_description,
+                seed=self.config.seed,
+                history=self.outcomes,
+                picks_left=self.config.max_picks - pick,
+            )
+        self.volume = look.context.volume
+        for stage, seconds in look.seconds.items():
+            self.clock.seconds[stage] = self.clock.seconds.get(stage, 0.0) + seconds
+        self.tell(Looked(pick, look, sum(look.seconds.values())))
+        return look
+
+    def decide(self, pick: int, look: Look) -> Decision:
+        clock = StageClock()
+        with self.clock.stage("decide"), clock.stage("decide"):
+            decision = self.parts.task_planner.decide(
+                look.context, stage_rng(self.config.seed, pick, "decide")
+            )
+        self.tell(Decided(pick, look, decision, clock.seconds["decide"]))
+        return decision
+
+    def attempt(self, pick: int, look: Look, decision: Decision) -> PickOutcome:
+        """Plan and execute; a lost pick where there is nothing to execute."""
+        clock = StageClock()
+        outcome = refused_choice(look, decision)
+        if outcome is None:
+            with self.clock.stage("plan motions"), clock.stage("plan"):
+                plan = self.plan(pick, look, decision)
+            self.tell(Planned(pick, look, plan, clock.seconds["plan"]))
+            if isinstance(plan, PlanFailure):
+                object_id = -1 if decision.object_id is None else decision.object_id
+                outcome = PickOutcome(PickResult.NO_PLAN, object_id, detail=f"{plan.stage}: {plan.reason}")
+            else:
+                with self.clock.stage("execute"), clock.stage("execute"):
+                    outcome = self.parts.robot.execute(plan)
+        self.tell(Executed(pick, outcome, clock.seconds.get("execute", 0.0)))
+        return outcome
+
+    def plan(self, pick: int, look: Look, decision: Decision):
+        context = look.context
+        request = PickRequest(
+            scene=context.scene,
+            volume=context.volume,
+            world=look.world,
+            grasps=context.grasps,
+            report=context.report,
+            object_id=decision.object_id,
+            qpos_start=context.scene.observation.qpos,
+        )
+        return self.parts.motion_planner.plan_pick(request, stage_rng(self.config.seed, pick, "motion"))
+
+    def result(self, end: EndReason) -> EpisodeResult:
+        return EpisodeResult(
+            retrieved=end is EndReason.RETRIEVED,
+            held_target=any(o.held_after_lift and o.held_id == TARGET_ID for o in self.outcomes),
+            end=end,
+            outcomes=self.outcomes,
+            seconds=dict(self.clock.seconds),
+        )
+
+
+def refused_choice(look: Look, decision: Decision) -> PickOutcome | None:
+    """The lost pick if the decision cannot be tried, None if it can.
+
+    As the authors count: "no valid grasp" if nothing in sight has one, "no valid choice" if the planner named
+    nothing, an object that is not in sight, or one without a valid grasp while others have one.
+    """
+    report, chosen = look.context.report, decision.object_id
+    if chosen is not None and report.has_valid_grasp(chosen):
+        return None
+    object_id = -1 if chosen is None else chosen
+    if not report.graspable_ids:
+        return PickOutcome(
+            PickResult.NO_VALID_GRASP, object_id, detail="No object in sight has a valid grasp."
+        )
+    if chosen is None:
+        return PickOutcome(PickResult.NO_VALID_CHOICE, object_id, detail=decision.reason)
+    return PickOutcome(PickResult.NO_VALID_CHOICE, object_id, detail=f"Object {chosen} has no valid grasp.")

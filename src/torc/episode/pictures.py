@@ -1,0 +1,76 @@
+"""The picture strip of an episode: what the planner saw at each pick, what it chose, what came of it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import UInt8
+from PIL import Image, ImageDraw, ImageFont
+
+from torc.records import PickOutcome, PickResult
+
+PANEL_WIDTH = 480
+CAPTION_HEIGHT = 92
+COLUMNS = 4
+_GOOD, _BAD, _INK, _PAPER = (0, 114, 78), (178, 58, 0), (30, 30, 30), (252, 252, 250)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One pick of the strip: the marked image, the choice, and, once known, the outcome."""
+
+    pick: int
+    image: UInt8[np.ndarray, "h w 3"]
+    chosen: int | None
+    reason: str
+    outcome: PickOutcome | None = None
+
+    def with_outcome(self, outcome: PickOutcome) -> "Frame":
+        """The same frame, its outcome known."""
+        return replace(self, outcome=outcome)
+
+
+def picture_strip(frames: list[Frame]) -> UInt8[np.ndarray, "h w 3"]:
+    """All picks side by side, at most COLUMNS a row."""
+    panels = [_panel(frame) for frame in frames]
+    rows = []
+    for i in range(0, len(panels), COLUMNS):
+        row = panels[i : i + COLUMNS]
+        blank = np.full_like(row[0], _PAPER[0])
+        missing = min(COLUMNS, len(panels)) - len(row)
+        rows.append(np.hstack(row + [blank] * missing))
+    return np.vstack(rows)
+
+
+def _panel(frame: Frame) -> np.ndarray:
+    height = round(PANEL_WIDTH * frame.image.shape[0] / frame.image.shape[1])
+    picture = Image.fromarray(frame.image).resize((PANEL_WIDTH, height), Image.Resampling.LANCZOS)
+    panel = Image.new("RGB", (PANEL_WIDTH, height + CAPTION_HEIGHT), _PAPER)
+    panel.paste(picture, (0, 0))
+    draw = ImageDraw.Draw(panel)
+    choice = "no choice" if frame.chosen is None else f"pick object {frame.chosen}"
+    draw.text((10, height + 6), f"{frame.pick + 1}.  {choice}", _INK, ImageFont.load_default(18))
+    if frame.outcome is not None:
+        good = frame.outcome.result in (PickResult.RETRIEVED, PickResult.REMOVED)
+        text = frame.outcome.result.value.upper()
+        draw.text(
+            (PANEL_WIDTH - 10, height + 6),
+            text,
+            _GOOD if good else _BAD,
+            ImageFont.load_default(18),
+            anchor="ra",
+        )
+    font = ImageFont.load_default(13)
+    for i, line in enumerate(_wrapped(frame.reason, font, PANEL_WIDTH - 20)[:3]):
+        draw.text((10, height + 34 + 18 * i), line, _INK, font)
+    return np.asarray(panel)
+
+
+def _wrapped(text: str, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, width: int) -> list[str]:
+    lines: list[str] = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".strip()
+        if font.getlength(longer) <= width or not lines[-1]:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines

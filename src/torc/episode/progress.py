@@ -1,0 +1,75 @@
+"""Live progress in the terminal: what is picked, why, how it went, how long it took."""
+
+from rich.console import Console
+from rich.markup import escape
+
+from torc.episode.events import Decided, Ended, Event, Executed, Looked, Planned, Started
+from torc.records import PickPlan, PickResult
+
+_GOOD = (PickResult.RETRIEVED, PickResult.REMOVED)
+
+
+class TerminalProgress:
+    """Prints a few lines per pick."""
+
+    def __init__(self, console: Console) -> None:
+        self.console = console
+        self.names: tuple[str, ...] = ()
+
+    def __call__(self, event: Event) -> None:
+        """Print one event."""
+        match event:
+            case Started():
+                self.names = event.names
+                self._line(
+                    f"[bold]{escape(event.problem)}[/]: retrieve [bold]{escape(event.target_description)}[/] with "
+                    f"{escape(event.planner)}, seed {event.seed}, at most {event.max_picks} picks"
+                )
+            case Looked():
+                context = event.look.context
+                target = "target in sight" if context.scene.target_id is not None else "target hidden"
+                self._line(
+                    f"\n[bold]pick {event.pick + 1}[/]  {len(context.scene.objects)} objects in sight, {target}, "
+                    f"{len(context.report.graspable_ids)} graspable {_time(event.seconds)}"
+                )
+            case Decided():
+                choice = (
+                    "no choice" if event.decision.object_id is None else self._name(event.decision.object_id)
+                )
+                self._line(f"  decide   {choice}: {escape(event.decision.reason)} {_time(event.seconds)}")
+            case Planned():
+                self._planned(event)
+            case Executed():
+                color = "green" if event.outcome.result in _GOOD else "yellow"
+                dropped = "".join(f", [red]dropped {self._name(k)}[/]" for k in event.outcome.dropped)
+                detail = f": {escape(event.outcome.detail)}" if event.outcome.detail else ""
+                self._line(
+                    f"  result   [{color}]{event.outcome.result.value}[/]{detail}{dropped} {_time(event.seconds)}"
+                )
+            case Ended():
+                r = event.result
+                verdict = (
+                    "[bold green]retrieved[/]"
+                    if r.retrieved
+                    else f"[bold red]not retrieved[/] ({r.end.value})"
+                )
+                self._line(f"\n{verdict} after {r.picks} picks, {len(r.dropped)} dropped")
+
+    def _planned(self, event: Planned) -> None:
+        if isinstance(event.plan, PickPlan):
+            score = event.look.context.grasps.scores[event.plan.grasp_index]
+            text = f"grasp {event.plan.grasps_tried} of its list, p(hold) {score:.2f}"
+        else:
+            text = f"[yellow]none[/]: {event.plan.stage}: {escape(event.plan.reason)}"
+        self._line(f"  motion   {text} {_time(event.seconds)}")
+
+    def _name(self, object_id: int) -> str:
+        known = f" ({escape(self.names[object_id])})" if 0 <= object_id < len(self.names) else ""
+        return f"{object_id}{known}"
+
+    def _line(self, text: str) -> None:
+        self.console.print(text, highlight=False)
+
+
+def _time(seconds: float) -> str:
+    return f"[dim]{seconds:.2f} s[/]"

@@ -1,0 +1,122 @@
+"""A trial on disk: a directory built aside and renamed when complete. Present = complete."""
+
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import IO, Any
+
+import cv2
+import numpy as np
+
+from torc.episode.event_log import event_line
+from torc.episode.events import Decided, Event, Executed, Looked
+from torc.episode.pictures import Frame, picture_strip
+from torc.errors import InputError
+from torc.perception.marking import mark_image
+from torc.records import GraspReport, SegmentedScene
+from torc.records.serialization import save_record
+from torc.task_planning.drawing import draw_graph
+from torc.task_planning.graph import DependencyGraph
+
+
+class TrialRecorder:
+    """Writes events, pictures and the result of one trial while it happens.
+
+    Until `complete` the files stand in `<out>.partial`: after a crash or Ctrl-C that directory is readable.
+
+    Args:
+        out: the trial's directory; its parent is made where needed.
+        spec: what was run, written to spec.json at once.
+        overwrite: replace an existing directory.
+        records: also save each snapshot as a record (about 1 MB a pick).
+
+    Raises:
+        InputError: the directory exists (and not overwrite), or cannot be written.
+    """
+
+    def __init__(
+        self, out: Path, spec: dict[str, Any], *, overwrite: bool = False, records: bool = False
+    ) -> None:
+        self.out, self.partial, self.records = out, out.with_name(out.name + ".partial"), records
+        self.frames: list[Frame] = []
+        if out.exists() and not overwrite:
+            raise InputError(
+                f"'{out}' exists already. Choose another --out, or add --overwrite to replace it."
+            )
+        try:
+            shutil.rmtree(self.partial, ignore_errors=True)
+            (self.partial / "picks").mkdir(parents=True)
+            write_json(self.partial / "spec.json", spec)
+            self._log: IO[str] = open(self.partial / "events.jsonl", "w", encoding="utf-8")  # noqa: SIM115
+        except OSError as error:
+            raise InputError(
+                f"Cannot write to '{self.partial}': {error.strerror}. Choose another --out."
+            ) from error
+
+    def __call__(self, event: Event) -> None:
+        """Record one event; lines are flushed so that nothing is lost in a crash."""
+        self._log.write(json.dumps(event_line(event)) + "\n")
+        self._log.flush()
+        match event:
+            case Looked():
+                scene, report = event.look.context.scene, event.look.context.report
+                self._picture(event.pick, "seen", mark_image(scene))
+                if self.records:
+                    save_record(scene.observation, self._pick_path(event.pick, "observation.npz"))
+                self._last = (scene, report)
+            case Decided():
+                scene, report = self._last
+                self._decision_pictures(event, scene, report)
+            case Executed():
+                if self.frames and self.frames[-1].pick == event.pick:
+                    self.frames[-1] = self.frames[-1].with_outcome(event.outcome)
+            case _:
+                pass
+
+    def complete(self, result: dict[str, Any]) -> None:
+        """Write result.json and the picture strip, then rename the directory to its final name."""
+        self.write_result(result)
+        backup = self.out.with_name(self.out.name + ".replaced")
+        if self.out.exists():
+            os.replace(self.out, backup)
+        os.replace(self.partial, self.out)
+        shutil.rmtree(backup, ignore_errors=True)
+
+    def write_result(self, result: dict[str, Any]) -> None:
+        """Write what there is, leaving the directory partial (an interrupted trial)."""
+        self._log.close()
+        if self.frames:
+            self._write_png(self.partial / "strip.png", picture_strip(self.frames))
+        write_json(self.partial / "result.json", result)
+
+    def _decision_pictures(self, event: Decided, scene: SegmentedScene, report: GraspReport) -> None:
+        chosen = event.decision.object_id
+        marked = mark_image(scene, highlight=chosen)
+        self.frames.append(Frame(event.pick, marked, chosen, event.decision.reason))
+        graph = event.decision.evidence.get("graph")
+        if graph is not None:
+            probabilities = event.decision.evidence.get("probabilities")
+            picture = draw_graph(DependencyGraph.from_dict(graph), probabilities=probabilities, chosen=chosen)
+            self._picture(event.pick, "graph", picture)
+
+    def _pick_path(self, pick: int, name: str) -> Path:
+        return self.partial / "picks" / f"{pick:02d}_{name}"
+
+    def _picture(self, pick: int, name: str, rgb: np.ndarray) -> None:
+        self._write_png(self._pick_path(pick, f"{name}.png"), rgb)
+
+    @staticmethod
+    def _write_png(path: Path, rgb: np.ndarray) -> None:
+        cv2.imwrite(str(path), cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
+
+
+def write_json(path: Path, data: Any) -> None:
+    """Write JSON atomically: a reader sees the whole file or none."""
+    temporary = path.with_name(path.name + ".tmp")
+    with open(temporary, "w", encoding="utf-8") as f:
+        json.dump(data, f, indent=2)
+        f.write("\n")
+        f.flush()
+        os.fsync(f.fileno())
+    os.replace(temporary, path)

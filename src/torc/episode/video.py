@@ -1,0 +1,92 @@
+"""The video of an episode: the robot from outside, with what the planner saw in a corner."""
+
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
+
+import av
+import cv2
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from torc.episode.events import Decided, Event, Executed, Started
+from torc.geometry.transforms import look_at
+from torc.perception.marking import mark_image
+from torc.scenes.workspace import CameraMount
+from torc.sim.rendering import CameraRenderer
+from torc.sim.world import World
+
+WIDTH, HEIGHT, FPS = 960, 720, 25
+INSET_WIDTH = 320
+MOUNT = CameraMount(look_at((1.75, -1.35, 1.95), (0.48, -0.25, 1.08)), WIDTH, HEIGHT, float(np.deg2rad(45)))
+
+
+class VideoRecorder:
+    """Grabs a frame every 1/25 s of simulated time; still frames show each decision.
+
+    Use as a context manager: the file is complete when it is closed. H.264, plays in browsers.
+
+    Args:
+        path: file to write (.mp4).
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._renderer: CameraRenderer | None = None
+        self._container = av.open(str(path), "w", options={"movflags": "faststart"})
+        self._stream = self._container.add_stream("h264", rate=FPS)
+        self._stream.width, self._stream.height, self._stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        self._stream.time_base = Fraction(1, FPS)
+        self._inset: np.ndarray | None = None
+        self._caption = ""
+
+    def __enter__(self) -> "VideoRecorder":
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        for packet in self._stream.encode():
+            self._container.mux(packet)
+        self._container.close()
+        if self._renderer is not None:
+            self._renderer.close()
+
+    def observe(self, world: World) -> None:
+        """Called by the simulation 25 times a simulated second; changes no result."""
+        if self._renderer is None:
+            self._renderer = CameraRenderer(world, MOUNT)
+        self._write(1)
+
+    def __call__(self, event: Event) -> None:
+        """Show a decision for a second, and the outcome in the caption."""
+        match event:
+            case Started():
+                self._caption = f"{event.problem}: {event.target_description}"
+                self._write(FPS)
+            case Decided():
+                self._inset = mark_image(event.look.context.scene, highlight=event.decision.object_id)
+                self._caption = f"{event.pick + 1}. {event.decision.reason}"
+                self._write(FPS)
+            case Executed():
+                self._caption = f"{event.pick + 1}. {event.outcome.result.value}"
+                self._write(FPS // 2)
+            case _:
+                pass
+
+    def _write(self, repeats: int) -> None:
+        if self._renderer is None:
+            return
+        frame = av.VideoFrame.from_ndarray(self._compose(self._renderer), format="rgb24")
+        for _ in range(repeats):
+            for packet in self._stream.encode(frame):
+                self._container.mux(packet)
+
+    def _compose(self, renderer: CameraRenderer) -> np.ndarray:
+        picture = renderer.render_color().copy()
+        if self._inset is not None:
+            h = round(INSET_WIDTH * self._inset.shape[0] / self._inset.shape[1])
+            small = cv2.resize(self._inset, (INSET_WIDTH, h), interpolation=cv2.INTER_AREA)
+            picture[8 : 8 + h, 8 : 8 + INSET_WIDTH] = small
+        image = Image.fromarray(picture)
+        draw = ImageDraw.Draw(image)
+        draw.rectangle((0, HEIGHT - 34, WIDTH, HEIGHT), fill=(25, 25, 25))
+        draw.text((12, HEIGHT - 28), self._caption[:110], (245, 245, 245), ImageFont.load_default(18))
+        return np.asarray(image)

@@ -1,0 +1,158 @@
+"""Points grouped in cubic cells, so that kernels visit only those near a gripper."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int64
+from numba import njit
+
+
+@dataclass(frozen=True)
+class PointCells:
+    """Points sorted by cell.
+
+    Attributes:
+        points: world frame.
+        tags: an integer per point, e.g. its object's id.
+        order: index of each point in the arrays that were grouped.
+        starts: first point of each cell, and the number of points at the end.
+        centers, radii: a sphere around the points of each cell.
+    """
+
+    points: Float[np.ndarray, "n 3"]
+    tags: Int64[np.ndarray, "n"]
+    order: Int64[np.ndarray, "n"]
+    starts: Int64[np.ndarray, "c1"]
+    centers: Float[np.ndarray, "c 3"]
+    radii: Float[np.ndarray, "c"]
+
+
+def group(points: Float[np.ndarray, "n 3"], tags: Int64[np.ndarray, "n"], cell_m: float) -> PointCells:
+    """Group points in cells of edge `cell_m`; within a cell they keep their order."""
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    order, starts = cell_runs(points, cell_m)
+    centers, radii = _spheres(points, order, starts)
+    return PointCells(points[order], np.asarray(tags, dtype=np.int64)[order], order, starts, centers, radii)
+
+
+def thin_out(
+    points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], voxel_m: float
+) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "m 3"]]:
+    """One point per cube: mean position; mean normal, or at an edge (normals disagree) that of one point.
+
+    Normals that are not finite become zero.
+    """
+    p = np.ascontiguousarray(points, dtype=np.float64)
+    n = np.nan_to_num(np.asarray(normals, dtype=np.float64), posinf=0.0, neginf=0.0)
+    order, starts = cell_runs(p, voxel_m)
+    return _means(p, n, order, starts)
+
+
+def cell_runs(points: Float[np.ndarray, "n 3"], cell_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Order of the points by cell, and where each cell starts in that order, the end included."""
+    if len(points) == 0:
+        return np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64)
+    keys = _keys(points, cell_m)
+    order = np.argsort(keys, kind="stable")
+    ranked = keys[order]
+    return order, np.flatnonzero(np.concatenate([[True], ranked[1:] != ranked[:-1], [True]]))
+
+
+@njit(cache=True)
+def _keys(points: np.ndarray, cell_m: float) -> np.ndarray:
+    """One integer per cell."""
+    index = np.empty((len(points), 3), dtype=np.int64)
+    lower, upper = np.full(3, 1 << 60), np.full(3, -(1 << 60))
+    for i in range(len(points)):
+        for a in range(3):
+            index[i, a] = int(np.floor(points[i, a] / cell_m))
+            lower[a], upper[a] = min(lower[a], index[i, a]), max(upper[a], index[i, a])
+    ny, nz = upper[1] - lower[1] + 1, upper[2] - lower[2] + 1
+    out = np.empty(len(points), dtype=np.int64)
+    for i in range(len(points)):
+        out[i] = ((index[i, 0] - lower[0]) * ny + index[i, 1] - lower[1]) * nz + index[i, 2] - lower[2]
+    return out
+
+
+@njit(cache=True)
+def _spheres(points: np.ndarray, order: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and largest distance from it, per cell."""
+    n = len(starts) - 1
+    centers, radii = np.zeros((n, 3)), np.zeros(n)
+    for c in range(n):
+        for k in range(starts[c], starts[c + 1]):
+            for a in range(3):
+                centers[c, a] += points[order[k], a]
+        centers[c] /= starts[c + 1] - starts[c]
+        for k in range(starts[c], starts[c + 1]):
+            d2 = 0.0
+            for a in range(3):
+                d2 += (points[order[k], a] - centers[c, a]) ** 2
+            radii[c] = max(radii[c], np.sqrt(d2))
+    return centers, radii
+
+
+@njit(cache=True)
+def _means(
+    points: np.ndarray, normals: np.ndarray, order: np.ndarray, starts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    n = len(starts) - 1
+    mean, normal = np.zeros((n, 3)), np.zeros((n, 3))
+    for c in range(n):
+        count = starts[c + 1] - starts[c]
+        for k in range(starts[c], starts[c + 1]):
+            for a in range(3):
+                mean[c, a] += points[order[k], a] / count
+                normal[c, a] += normals[order[k], a]
+        length = np.sqrt(np.sum(normal[c] ** 2))
+        if length < 0.9 * count:
+            normal[c] = normals[order[starts[c]]]
+            length = np.sqrt(np.sum(normal[c] ** 2))
+        if length > 1e-9:
+            normal[c] /= length
+    return mean, normal
+
+
+@njit(cache=True)
+def box_reached(R: np.ndarray, tip: np.ndarray, center: np.ndarray, radius: float, box: np.ndarray) -> bool:
+    """Whether a sphere (world frame) comes near a box given in the frame (R, tip): lower and upper corner."""
+    px, py, pz = center[0] - tip[0], center[1] - tip[1], center[2] - tip[2]
+    for a in range(3):
+        c = R[0, a] * px + R[1, a] * py + R[2, a] * pz
+        if c < box[0, a] - radius or c > box[1, a] + radius:
+            return False
+    return True
+
+
+@njit(cache=True)
+def gather(
+    R: np.ndarray,
+    tip: np.ndarray,
+    box: np.ndarray,
+    points: np.ndarray,
+    starts: np.ndarray,
+    centers: np.ndarray,
+    radii: np.ndarray,
+    local: np.ndarray,
+    index: np.ndarray,
+) -> int:
+    """Coordinates in the frame (R, tip), and indices, of the points in a box of that frame; returns how many."""
+    n = 0
+    for c in range(len(radii)):
+        if not box_reached(R, tip, centers[c], radii[c], box):
+            continue
+        for i in range(starts[c], starts[c + 1]):
+            px, py, pz = points[i, 0] - tip[0], points[i, 1] - tip[1], points[i, 2] - tip[2]
+            y = R[0, 1] * px + R[1, 1] * py + R[2, 1] * pz
+            if y < box[0, 1] or y > box[1, 1]:
+                continue
+            z = R[0, 2] * px + R[1, 2] * py + R[2, 2] * pz
+            if z < box[0, 2] or z > box[1, 2]:
+                continue
+            x = R[0, 0] * px + R[1, 0] * py + R[2, 0] * pz
+            if x < box[0, 0] or x > box[1, 0]:
+                continue
+            local[n, 0], local[n, 1], local[n, 2] = x, y, z
+            index[n] = i
+            n += 1
+    return n

@@ -1,0 +1,131 @@
+"""Thinned-out clouds of one snapshot, in the form in which the kernels want them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.grasping.cells import PointCells, group, thin_out
+from torc.grasping.completion import Completion, complete
+from torc.grasping.config import CloudConfig
+from torc.records import OcclusionVolume, SegmentedScene
+
+_HULL_DIRECTIONS = 64
+
+
+@dataclass(frozen=True)
+class ObjectCloud:
+    """One object: what is seen of it, and what it may look like behind.
+
+    Attributes:
+        id: object id.
+        points: seen points (the first `visible` rows), then those mirrored to its hidden back; world frame.
+        normals: outward unit normals of these points; zero where unknown.
+        visible: how many of the points were seen.
+        cells: the same points grouped; the tag is 1 for seen ones, 0 for mirrored ones.
+        hull: points that are outermost in some direction, for extents.
+        completion: estimated centre and size.
+        pixel_count: pixels of its mask.
+    """
+
+    id: int
+    points: Float[np.ndarray, "n 3"]
+    normals: Float[np.ndarray, "n 3"]
+    visible: int
+    cells: PointCells
+    hull: Float[np.ndarray, "h 3"]
+    completion: Completion
+    pixel_count: int
+
+    @property
+    def seen(self) -> Float[np.ndarray, "v 3"]:
+        """The seen points."""
+        return self.points[: self.visible]
+
+
+@dataclass(frozen=True)
+class SceneClouds:
+    """All that the generators, checks and features look at.
+
+    Attributes:
+        objects: objects large enough to be grasped, by rising id.
+        cells: the seen points of all objects, the small ones' too, tagged with their ids.
+        forward: horizontal direction in which the camera looks.
+        camera_position: world frame.
+    """
+
+    objects: tuple[ObjectCloud, ...]
+    cells: PointCells
+    forward: Float[np.ndarray, "3"]
+    camera_position: Float[np.ndarray, "3"]
+
+
+def build_clouds(
+    scene: SegmentedScene, volume: OcclusionVolume, support_z_m: float, config: CloudConfig
+) -> SceneClouds:
+    """Thin out and complete the clouds of a scene."""
+    camera = np.asarray(scene.observation.T_world_camera, dtype=float)
+    objects, thin = [], []
+    for o in scene.objects:
+        if len(o.points) == 0:
+            continue
+        points, normals = thin_out(o.points, o.normals, config.voxel_m)
+        thin.append((o.id, points))
+        if o.pixel_count >= config.min_pixels:
+            done = complete(points, normals, camera[:3, 3], o.id, volume, support_z_m, config)
+            objects.append(_object_cloud(o.id, points, normals, done, o.pixel_count, config))
+    return SceneClouds(tuple(objects), _group_all(thin, config), forward_direction(camera), camera[:3, 3])
+
+
+def scene_cells(scene: SegmentedScene, config: CloudConfig) -> PointCells:
+    """Thinned-out points of all objects of a scene, grouped and tagged with their ids."""
+    thin = [(o.id, thin_out(o.points, o.normals, config.voxel_m)[0]) for o in scene.objects if len(o.points)]
+    return _group_all(thin, config)
+
+
+def forward_direction(T_world_camera: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "3"]:
+    """Horizontal direction in which the camera looks; for one that looks straight down, its image's up."""
+    for axis in (T_world_camera[:3, 2], -T_world_camera[:3, 1]):
+        flat = np.array([axis[0], axis[1], 0.0])
+        if np.linalg.norm(flat) > 0.1:
+            return flat / np.linalg.norm(flat)
+    return np.array([1.0, 0.0, 0.0])
+
+
+def _object_cloud(
+    object_id: int,
+    points: np.ndarray,
+    normals: np.ndarray,
+    done: Completion,
+    pixel_count: int,
+    config: CloudConfig,
+) -> ObjectCloud:
+    both = np.concatenate([points, done.points])
+    seen = np.zeros(len(both), dtype=np.int64)
+    seen[: len(points)] = 1
+    directions = _spread_directions(_HULL_DIRECTIONS)
+    hull = both[np.unique(np.argmax(both @ directions.T, axis=0))]
+    return ObjectCloud(
+        object_id,
+        both,
+        np.concatenate([normals, done.normals]),
+        len(points),
+        group(both, seen, config.cell_m),
+        hull,
+        done,
+        pixel_count,
+    )
+
+
+def _group_all(thin: list[tuple[int, np.ndarray]], config: CloudConfig) -> PointCells:
+    points = np.concatenate([p for _, p in thin] or [np.zeros((0, 3))])
+    ids = np.repeat(np.array([i for i, _ in thin], dtype=np.int64), [len(p) for _, p in thin])
+    return group(points, ids, config.cell_m)
+
+
+def _spread_directions(n: int) -> Float[np.ndarray, "n 3"]:
+    """Unit vectors spread evenly over the sphere (a Fibonacci spiral)."""
+    k = np.arange(n) + 0.5
+    z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
+    r = np.sqrt(1 - z**2)
+    return np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)

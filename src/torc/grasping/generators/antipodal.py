@@ -1,0 +1,125 @@
+"""Antipodal pairs: a seen point and one, seen or mirrored, whose normals oppose each other along their line."""
+
+import numpy as np
+from numba import njit
+
+from torc.grasping.axes import approach_directions
+from torc.grasping.generators.common import (
+    GeneratorInput,
+    RawCandidates,
+    drawn,
+    make_rotation,
+    no_candidates,
+    settle_on_points,
+)
+
+_PAIR_COS = float(np.cos(np.deg2rad(25.0)))
+_MIN_GAP_M = 0.004
+_MAX_SOURCES = 100
+_CONTACT_DEPTHS_M = (0.008, 0.018)
+_MAX_TURN_COS = float(np.cos(np.deg2rad(25.0)))
+
+
+def propose_antipodal(given: GeneratorInput, rng: np.random.Generator) -> RawCandidates:
+    """Grasps that close along antipodal pairs, approached from every direction of the set that is across."""
+    cloud, config = given.cloud, given.config
+    if cloud.visible < given.min_points:
+        return no_candidates()
+    sources = rng.permutation(cloud.visible)[:_MAX_SOURCES]
+    start = rng.integers(len(cloud.points), size=len(sources))
+    pairs = _pairs(cloud.points, cloud.normals, sources, start, given.hand.max_width_m - config.spread_m)
+    approaches = approach_directions(given.forward, config)
+    Rs, tips = _approach_pairs(
+        cloud.points, pairs, approaches, rng.permuted(np.tile(np.arange(len(approaches)), (len(pairs), 1)), axis=1)
+    )
+    raw = drawn(RawCandidates(Rs, tips, np.zeros(len(tips))), config.max_raw, rng)
+    return settled(raw, given)
+
+
+def settled(raw: RawCandidates, given: GeneratorInput) -> RawCandidates:
+    """Candidates after `settle_on_points`, those without room or points left out."""
+    config, cells = given.config, given.cloud.cells
+    tips, widths, keep = raw.tips.copy(), np.zeros(len(raw)), np.zeros(len(raw), dtype=np.bool_)
+    limits = np.array([given.support_z_m, given.tip_margin_m, config.spread_m, max(config.depths_m)])
+    settle_on_points(
+        cells.points,
+        cells.tags,
+        cells.starts,
+        cells.centers,
+        cells.radii,
+        raw.Rs,
+        tips,
+        limits,
+        given.min_points,
+        given.hand.sizes,
+        widths,
+        keep,
+    )
+    return RawCandidates(raw.Rs[keep], tips[keep], widths[keep])
+
+
+@njit(cache=True)
+def _pairs(
+    points: np.ndarray, normals: np.ndarray, sources: np.ndarray, start: np.ndarray, max_gap_m: float
+) -> np.ndarray:
+    """For each source the best-opposed partner (index pairs); sources without one are left out.
+
+    Both normals must lie within 25 degrees of the connecting line. The search starts at a random partner, so
+    that equals (all of a flat face) are not always resolved to the first.
+    """
+    out = np.empty((len(sources), 2), dtype=np.int64)
+    n, total = 0, len(points)
+    for s in range(len(sources)):
+        i = sources[s]
+        best, partner = 2.0 * _PAIR_COS, -1
+        for k in range(total):
+            j = (k + start[s]) % total
+            dx = points[j, 0] - points[i, 0]
+            dy = points[j, 1] - points[i, 1]
+            dz = points[j, 2] - points[i, 2]
+            gap = np.sqrt(dx * dx + dy * dy + dz * dz)
+            if gap < _MIN_GAP_M or gap > max_gap_m:
+                continue
+            a = -(normals[i, 0] * dx + normals[i, 1] * dy + normals[i, 2] * dz) / gap
+            if a < _PAIR_COS:
+                continue
+            b = (normals[j, 0] * dx + normals[j, 1] * dy + normals[j, 2] * dz) / gap
+            if b >= _PAIR_COS and a + b > best + 1e-3:
+                best, partner = a + b, j
+        if partner >= 0:
+            out[n, 0], out[n, 1] = i, partner
+            n += 1
+    return out[:n]
+
+
+@njit(cache=True)
+def _approach_pairs(
+    points: np.ndarray, pairs: np.ndarray, approaches: np.ndarray, order: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rotations and TCPs: up to three approaches per pair, each at two depths of the contact on the pad."""
+    per_pair = 3
+    most = len(pairs) * per_pair * len(_CONTACT_DEPTHS_M)
+    Rs, tips = np.empty((most, 3, 3)), np.empty((most, 3))
+    n = 0
+    for p in range(len(pairs)):
+        closing = points[pairs[p, 1]] - points[pairs[p, 0]]
+        closing /= np.sqrt(np.sum(closing**2))
+        middle = 0.5 * (points[pairs[p, 0]] + points[pairs[p, 1]])
+        found = 0
+        for k in range(len(approaches)):
+            wanted = approaches[order[p, k]]
+            across = wanted - np.sum(wanted * closing) * closing
+            norm = np.sqrt(np.sum(across**2))
+            if norm < _MAX_TURN_COS:
+                continue
+            across /= norm
+            if across[2] > 0.15:
+                continue
+            for depth in _CONTACT_DEPTHS_M:
+                make_rotation(closing, across, Rs[n])
+                tips[n] = middle + depth * across
+                n += 1
+            found += 1
+            if found == per_pair:
+                break
+    return Rs[:n], tips[:n]

@@ -1,0 +1,66 @@
+"""Oriented boxes: the smallest upright box around the completed cloud, grasped from the top and the sides."""
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.grasping.generators.antipodal import settled
+from torc.grasping.generators.common import GeneratorInput, RawCandidates, drawn, make_rotation, no_candidates
+
+_YAW_STEP_RAD = np.deg2rad(3.0)
+_TRIM = 0.01
+_SHIFTS = (-0.3, 0.0, 0.3)
+_SIDE_TILTS_RAD = tuple(np.deg2rad([45.0, 65.0, 85.0]).tolist())
+
+
+def propose_boxes(given: GeneratorInput, rng: np.random.Generator) -> RawCandidates:
+    """Grasps along the box's axes: from above at three places, from its near sides at three tilts and places."""
+    cloud, config = given.cloud, given.config
+    if cloud.visible < given.min_points:
+        return no_candidates()
+    axes, center, half = upright_box(cloud.points)
+    Rs, tips = [], []
+    for closing_axis in (0, 1):
+        other = 1 - closing_axis
+        along, face = axes[other], axes[closing_axis]
+        if 2 * half[closing_axis] > given.hand.max_width_m:
+            continue
+        for approach in _approaches(along, given):
+            R = np.empty((3, 3))
+            make_rotation(face, approach, R)
+            # Shift along y; the surface is half a box away along the approach.
+            reach = abs(along @ approach) * half[other] + abs(approach[2]) * half[2]
+            extent_y = abs(along @ R[:, 1]) * half[other] + abs(R[2, 1]) * half[2]
+            for depth in config.depths_m:
+                for shift in _SHIFTS:
+                    Rs.append(R)
+                    tips.append(center + shift * 2 * extent_y * R[:, 1] + (depth - reach) * approach)
+    if not Rs:
+        return no_candidates()
+    raw = RawCandidates(np.array(Rs), np.array(tips), np.zeros(len(Rs)))
+    return settled(drawn(raw, config.max_raw, rng), given)
+
+
+def upright_box(
+    points: Float[np.ndarray, "n 3"],
+) -> tuple[Float[np.ndarray, "2 3"], Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+    """Upright box of least footprint (stray points trimmed): horizontal axes, centre, half sizes."""
+    yaws = np.arange(0.0, np.pi / 2, _YAW_STEP_RAD)
+    c, s = np.cos(yaws), np.sin(yaws)
+    u = points[:, :1] * c + points[:, 1:2] * s
+    v = points[:, 1:2] * c - points[:, :1] * s
+    ranges = [np.quantile(w, [_TRIM, 1 - _TRIM], axis=0) for w in (u, v)]
+    best = int(np.argmin((ranges[0][1] - ranges[0][0]) * (ranges[1][1] - ranges[1][0])))
+    axes = np.array([[c[best], s[best], 0.0], [-s[best], c[best], 0.0]])
+    (lu, hu), (lv, hv) = ranges[0][:, best], ranges[1][:, best]
+    lz, hz = np.quantile(points[:, 2], [_TRIM, 1 - _TRIM])
+    center = (lu + hu) / 2 * axes[0] + (lv + hv) / 2 * axes[1] + np.array([0.0, 0.0, (lz + hz) / 2])
+    return axes, center, np.array([hu - lu, hv - lv, hz - lz]) / 2
+
+
+def _approaches(along: np.ndarray, given: GeneratorInput) -> list[np.ndarray]:
+    """Straight down, and along the axis (whichever way leads forward) at some tilts, if its yaw allows."""
+    out = [np.array([0.0, 0.0, -1.0])]
+    flat = along if along @ given.forward >= 0 else -along
+    if flat @ given.forward >= np.cos(given.config.max_yaw_rad):
+        out += [np.sin(t) * flat - np.array([0.0, 0.0, np.cos(t)]) for t in _SIDE_TILTS_RAD]
+    return out

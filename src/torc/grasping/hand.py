@@ -1,0 +1,82 @@
+"""The gripper as a few numbers, in the form in which the kernels want it.
+
+All lengths refer to the grasp frame of a grasp of width w: x closing, z approach, the closed fingertips at z = 0.
+Fingertips may travel on an arc: opened, they are drawn back by `reach(w)` (0 for a gripper with straight travel).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numba import njit
+
+from torc.errors import InputError
+from torc.robots.description import GripperDescription
+
+REACH_STEP_M = 0.001
+OPEN, PAD_Y, PAD_Z, FINGER_Y, FINGER_X, FINGER_Z = range(6)
+"""Columns of `HandGeometry.sizes`: opening, half width and height of a pad, and half width, thickness and length
+of a finger."""
+
+
+@dataclass(frozen=True)
+class HandGeometry:
+    """A gripper for the kernels.
+
+    Attributes:
+        sizes: see OPEN .. FINGER_Z above, metres.
+        palm: centre and half size of the boxes that are no fingers, relative to the TCP of the *open* gripper.
+        reach_m: per millimetre of width, how far the fingertips lie ahead of those of the open gripper.
+    """
+
+    sizes: Float[np.ndarray, "6"]
+    palm: Float[np.ndarray, "k 6"]
+    reach_m: Float[np.ndarray, "m"]
+
+    @property
+    def max_width_m(self) -> float:
+        """Largest opening."""
+        return float(self.sizes[OPEN])
+
+
+def hand_geometry(gripper: GripperDescription) -> HandGeometry:
+    """Kernel form of a gripper. Raises InputError if its fingers do not enclose the TCP along x."""
+    width = gripper.max_width_m
+    left, right = sorted(gripper.finger_boxes(width), key=lambda b: b.center[0])
+    lower = np.minimum(left.center - left.half_size, right.center - right.half_size)
+    upper = np.maximum(left.center + left.half_size, right.center + right.half_size)
+    if not (left.center[0] < 0 < right.center[0] and lower[2] < 0):
+        raise InputError(f"Gripper '{gripper.name}': one finger must lie at -x, one at +x, both behind the TCP.")
+    thickness = max(upper[0], -lower[0]) - width / 2
+    half_y = max(upper[1], -lower[1])
+    sizes = np.array(
+        [width, gripper.pad_width_m / 2, gripper.pad_height_m, half_y, max(thickness, 1e-4), -lower[2]]
+    )
+    palm = np.array([np.concatenate([b.center, b.half_size]) for b in gripper.palm_boxes(width)]).reshape(-1, 6)
+    grid = np.arange(0.0, width + REACH_STEP_M, REACH_STEP_M)
+    open_z = gripper.T_tool0_tcp(width)[2, 3]
+    reach = np.array([gripper.T_tool0_tcp(min(w, width))[2, 3] - open_z for w in grid])
+    return HandGeometry(sizes, palm, reach)
+
+
+@njit(cache=True)
+def reach_at(reach_m: np.ndarray, width_m: float) -> float:
+    """Linear interpolation of `HandGeometry.reach_m`, held constant outside."""
+    s = width_m / 0.001
+    if s <= 0.0:
+        return reach_m[0]
+    i = int(s)
+    if i >= len(reach_m) - 1:
+        return reach_m[-1]
+    return reach_m[i] + (s - i) * (reach_m[i + 1] - reach_m[i])
+
+
+@njit(cache=True)
+def sweep_end_z(x: float, width_m: float, sizes: np.ndarray, reach_m: np.ndarray) -> float:
+    """How far forward a closing finger comes at distance |x| from the grasp's centre (grasp frame z).
+
+    A finger covers |x| while half the opening lies in [|x| - thickness, |x|]; the smallest such opening, but
+    not below the grasp's width, comes furthest.
+    """
+    opening = max(width_m, 2.0 * (abs(x) - sizes[4]))
+    return reach_at(reach_m, opening) - reach_at(reach_m, width_m)

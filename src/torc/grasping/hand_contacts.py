@@ -1,0 +1,151 @@
+"""What the gripper alone touches in the collision world, for use without a robot model."""
+
+import numpy as np
+from jaxtyping import Bool, Float, Int64, UInt64
+from numba import njit
+
+from torc.collision.world import FREE, CollisionWorld
+from torc.grasping.hand import HandGeometry, reach_at
+
+_LATTICE_M = 0.01
+
+
+def hand_contacts(
+    Ts_world_tcp: Float[np.ndarray, "n 4 4"],
+    widths_m: Float[np.ndarray, "n"],
+    own_ids: Int64[np.ndarray, "n"],
+    world: CollisionWorld,
+    hand: HandGeometry,
+) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
+    """Objects (bit masks) and fixed things that the open gripper touches at each grasp.
+
+    As `torc.collision.checks.blockers` counts: voxels hidden by the own object and its surface are left out;
+    occupied voxels without an owner are fixed.
+    """
+    bits, static = np.zeros(len(widths_m), np.uint64), np.zeros(len(widths_m), np.bool_)
+    config = world.config
+    _contacts(
+        np.ascontiguousarray(Ts_world_tcp, dtype=float),
+        np.ascontiguousarray(widths_m, dtype=float),
+        np.ascontiguousarray(own_ids, dtype=np.int64),
+        open_boxes(hand),
+        hand.reach_m,
+        world.kind,
+        world.bits,
+        np.asarray(world.grid.origin, dtype=float),
+        world.grid.voxel_size_m,
+        np.ascontiguousarray(world.boxes, dtype=float).reshape(-1, 6),
+        np.array([config.gripper_padding_m, config.gripper_static_padding_m]),
+        bits,
+        static,
+    )
+    return bits, static
+
+
+def open_boxes(hand: HandGeometry) -> Float[np.ndarray, "b 6"]:
+    """Centre and half size of all boxes of the open gripper, in the frame of its own TCP: fingers, then the rest."""
+    opening, _, _, half_y, thickness, length = hand.sizes
+    x = opening / 2 + thickness / 2
+    fingers = [[s * x, 0.0, -length / 2, thickness / 2, half_y, length / 2] for s in (-1, 1)]
+    return np.concatenate([np.array(fingers), hand.palm])
+
+
+@njit(cache=True)
+def _contacts(
+    Ts: np.ndarray,
+    widths: np.ndarray,
+    own_ids: np.ndarray,
+    parts: np.ndarray,
+    reach_m: np.ndarray,
+    kind: np.ndarray,
+    owners: np.ndarray,
+    origin: np.ndarray,
+    voxel_m: float,
+    fixed: np.ndarray,
+    paddings: np.ndarray,
+    bits: np.ndarray,
+    static: np.ndarray,
+) -> None:
+    center = np.empty(3)
+    for n in range(len(widths)):
+        R = Ts[n, :3, :3]
+        own = np.uint64(1) << np.uint64(own_ids[n])
+        shift_z = -reach_at(reach_m, widths[n])
+        for b in range(len(parts)):
+            for k in range(3):
+                center[k] = (
+                    Ts[n, k, 3]
+                    + R[k, 0] * parts[b, 0]
+                    + R[k, 1] * parts[b, 1]
+                    + R[k, 2] * (parts[b, 2] + shift_z)
+                )
+            found, hit = _voxels_in_box(
+                R, center, parts[b, 3:] + paddings[0], own, kind, owners, origin, voxel_m
+            )
+            bits[n] |= found
+            static[n] |= hit or _in_fixed(R, center, parts[b, 3:], fixed, paddings[1])
+
+
+@njit(cache=True)
+def _voxels_in_box(
+    R: np.ndarray,
+    center: np.ndarray,
+    half: np.ndarray,
+    own: np.uint64,
+    kind: np.ndarray,
+    owners: np.ndarray,
+    origin: np.ndarray,
+    voxel_m: float,
+) -> tuple[np.uint64, bool]:
+    """Owners of occupied voxels, and whether some have none, whose centres lie in a box grown by half a voxel."""
+    bits, ownerless = np.uint64(0), False
+    lower, upper = np.empty(3, np.int64), np.empty(3, np.int64)
+    grown = half + 0.5 * voxel_m
+    for k in range(3):
+        extent = abs(R[k, 0]) * grown[0] + abs(R[k, 1]) * grown[1] + abs(R[k, 2]) * grown[2]
+        lower[k] = max(0, int(np.floor((center[k] - extent - origin[k]) / voxel_m)))
+        upper[k] = min(kind.shape[k] - 1, int(np.floor((center[k] + extent - origin[k]) / voxel_m)))
+    for i in range(lower[0], upper[0] + 1):
+        x = origin[0] + (i + 0.5) * voxel_m - center[0]
+        for j in range(lower[1], upper[1] + 1):
+            y = origin[1] + (j + 0.5) * voxel_m - center[1]
+            for k in range(lower[2], upper[2] + 1):
+                if kind[i, j, k] == FREE or owners[i, j, k] & own != 0:
+                    continue
+                z = origin[2] + (k + 0.5) * voxel_m - center[2]
+                inside = True
+                for a in range(3):
+                    if abs(R[0, a] * x + R[1, a] * y + R[2, a] * z) > grown[a]:
+                        inside = False
+                        break
+                if inside:
+                    bits |= owners[i, j, k]
+                    ownerless |= owners[i, j, k] == 0
+    return bits, ownerless
+
+
+@njit(cache=True)
+def _in_fixed(R: np.ndarray, center: np.ndarray, half: np.ndarray, fixed: np.ndarray, padding_m: float) -> bool:
+    """Whether some point of a box's 1 cm lattice (corners included) lies in a fixed box, grown."""
+    steps = np.empty(3, np.int64)
+    for a in range(3):
+        steps[a] = max(1, int(np.ceil(2 * half[a] / _LATTICE_M)))
+    lowest = center[2] - abs(R[2, 0]) * half[0] - abs(R[2, 1]) * half[1] - abs(R[2, 2]) * half[2]
+    for f in range(len(fixed)):
+        if lowest > fixed[f, 5] + padding_m:
+            continue
+        for i in range(steps[0] + 1):
+            x = half[0] * (2.0 * i / steps[0] - 1.0)
+            for j in range(steps[1] + 1):
+                y = half[1] * (2.0 * j / steps[1] - 1.0)
+                for k in range(steps[2] + 1):
+                    z = half[2] * (2.0 * k / steps[2] - 1.0)
+                    inside = True
+                    for a in range(3):
+                        c = center[a] + R[a, 0] * x + R[a, 1] * y + R[a, 2] * z
+                        if c < fixed[f, a] - padding_m or c > fixed[f, 3 + a] + padding_m:
+                            inside = False
+                            break
+                    if inside:
+                        return True
+    return False

@@ -1,0 +1,214 @@
+"""Geometric grasp planning: propose, check, measure, score, select."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int16, UInt8, UInt64
+
+from torc.errors import InputError
+from torc.grasping.checks import Fault, check_candidates
+from torc.grasping.clouds import ObjectCloud, SceneClouds, build_clouds
+from torc.grasping.config import GraspConfig
+from torc.grasping.features import FEATURE_NAMES, compute_features
+from torc.grasping.generators import GENERATORS, GeneratorInput, RawCandidates
+from torc.grasping.hand import HandGeometry, hand_geometry
+from torc.grasping.protocol import GraspScorer
+from torc.grasping.scoring import HandScore, default_scorer
+from torc.grasping.selection import select
+from torc.records import GraspSet, OcclusionVolume, SegmentedScene
+from torc.robots.description import GripperDescription
+
+GENERATOR_NAMES = tuple(GENERATORS)
+
+
+@dataclass(frozen=True)
+class CandidateSet:
+    """All candidates that are graspable as far as their own object and the table go, before selection.
+
+    Attributes:
+        grasps: in the order of proposal; scores by the hand-written score.
+        features: one row per grasp, columns FEATURE_NAMES.
+        blocked: the gripper touches other objects or has them between its pads.
+        blockers: which objects those are, bit k for object id k.
+        proposed: how many candidates were examined, the rejected ones too.
+    """
+
+    grasps: GraspSet
+    features: Float32[np.ndarray, "n f"]
+    blocked: Bool[np.ndarray, "n"]
+    blockers: UInt64[np.ndarray, "n"]
+    proposed: int
+
+
+@dataclass(frozen=True)
+class _ObjectCandidates:
+    raw: RawCandidates
+    object_id: int
+    generators: UInt8[np.ndarray, "n"]
+    features: Float32[np.ndarray, "n f"]
+    blocked: Bool[np.ndarray, "n"]
+    blockers: UInt64[np.ndarray, "n"]
+    proposed: int
+
+
+class GeometricGraspPlanner:
+    """Grasps from geometry alone; needs no trained network, only a score.
+
+    Args:
+        gripper: the gripper.
+        support_z_m: height of the table top.
+        config: settings.
+        scorer: rates the candidates; the shipped model (or the hand-written score) by default.
+    """
+
+    def __init__(
+        self,
+        gripper: GripperDescription,
+        support_z_m: float,
+        config: GraspConfig | None = None,
+        scorer: GraspScorer | None = None,
+    ) -> None:
+        if not np.isfinite(support_z_m):
+            raise InputError(f"The height of the support is {support_z_m}; give it in metres.")
+        self.hand = hand_geometry(gripper)
+        self.support_z_m = float(support_z_m)
+        self.config = GraspConfig() if config is None else config
+        self.scorer = default_scorer() if scorer is None else scorer
+
+    def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
+        """Grasps of all visible objects that are large enough, the best of each object first."""
+        parts = []
+        for part in self._propose(scene, volume, rng):
+            scores = self.scorer.score(part.features)
+            keep = select(scores, part.blocked, part.raw.Rs, part.raw.tips, self.config.selection)
+            parts.append(_records(part, scores, self.hand, keep))
+        return concatenated(parts)
+
+    def candidates(
+        self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
+    ) -> CandidateSet:
+        """What `plan` scores, before selection: the same candidates for the same generator state."""
+        parts, hand_score = self._propose(scene, volume, rng), HandScore()
+        grasps = concatenated([_records(p, hand_score.score(p.features), self.hand) for p in parts])
+        return CandidateSet(
+            grasps,
+            np.concatenate([p.features for p in parts] or [np.zeros((0, len(FEATURE_NAMES)), np.float32)]),
+            np.concatenate([p.blocked for p in parts] or [np.zeros(0, dtype=bool)]),
+            np.concatenate([p.blockers for p in parts] or [np.zeros(0, dtype=np.uint64)]),
+            sum(p.proposed for p in parts),
+        )
+
+    def _propose(
+        self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
+    ) -> list[_ObjectCandidates]:
+        clouds = build_clouds(scene, volume, self.support_z_m, self.config.clouds)
+        # One child generator per object: what one object draws does not depend on the others.
+        return [
+            self._propose_for(cloud, clouds, volume, child)
+            for cloud, child in zip(clouds.objects, rng.spawn(len(clouds.objects)))
+        ]
+
+    def _propose_for(
+        self, cloud: ObjectCloud, clouds: SceneClouds, volume: OcclusionVolume, rng: np.random.Generator
+    ) -> _ObjectCandidates:
+        checks = self.config.checks
+        given = GeneratorInput(
+            cloud,
+            self.hand,
+            clouds.forward,
+            self.support_z_m,
+            checks.tip_margin_m,
+            checks.min_points_between,
+            self.config.candidates,
+        )
+        proposals = [propose(given, rng) for propose in GENERATORS.values()]
+        generator = np.repeat(np.arange(len(proposals), dtype=np.uint8), [len(p) for p in proposals])
+        raw = RawCandidates(
+            np.concatenate([p.Rs for p in proposals]),
+            np.concatenate([p.tips for p in proposals]),
+            np.concatenate([p.widths_m for p in proposals]),
+        )
+        found = check_candidates(
+            raw.Rs,
+            raw.tips,
+            raw.widths_m,
+            cloud.cells,
+            cloud.id,
+            clouds.cells,
+            self.hand,
+            self.support_z_m,
+            checks,
+        )
+        keep = found.fault == Fault.NONE
+        kept = RawCandidates(raw.Rs[keep], raw.tips[keep], raw.widths_m[keep])
+        features = compute_features(
+            kept,
+            found.foreign[keep],
+            cloud,
+            clouds.cells,
+            self.hand,
+            volume,
+            self.support_z_m,
+            clouds.camera_position,
+        )
+        return _ObjectCandidates(
+            kept,
+            cloud.id,
+            generator[keep],
+            features,
+            found.blocked(checks)[keep],
+            found.blockers[keep],
+            len(raw),
+        )
+
+
+def candidates_with_features(
+    scene: SegmentedScene,
+    volume: OcclusionVolume,
+    gripper: GripperDescription,
+    support_z_m: float,
+    rng: np.random.Generator,
+    config: GraspConfig | None = None,
+) -> CandidateSet:
+    """The mix of candidates that a planner with these settings scores, with features; for training."""
+    return GeometricGraspPlanner(gripper, support_z_m, config, HandScore()).candidates(scene, volume, rng)
+
+
+def _records(
+    part: _ObjectCandidates, scores: np.ndarray, hand: HandGeometry, keep: np.ndarray | None = None
+) -> GraspSet:
+    """Grasps of one object, all or those of an index."""
+    keep = np.arange(len(part.raw)) if keep is None else keep
+    Rs, tips, widths = part.raw.Rs[keep], part.raw.tips[keep], part.raw.widths_m[keep]
+    Ts = np.tile(np.eye(4), (len(keep), 1, 1))
+    Ts[:, :3, :3], Ts[:, :3, 3] = Rs, tips
+    behind = part.features[keep, FEATURE_NAMES.index("contact_behind_tip")].astype(float)
+    middle = tips - behind[:, None] * Rs[:, :, 2]
+    half = 0.5 * widths[:, None] * Rs[:, :, 0]
+    return GraspSet(
+        Ts_world_tcp=Ts,
+        widths_m=np.minimum(widths, hand.max_width_m),
+        scores=np.asarray(scores, dtype=float)[keep],
+        object_ids=np.full(len(keep), part.object_id, dtype=np.int16),
+        contacts=np.stack([middle - half, middle + half], axis=1),
+        generators=part.generators[keep],
+        generator_names=GENERATOR_NAMES,
+    )
+
+
+def concatenated(parts: list[GraspSet]) -> GraspSet:
+    """All grasps of several sets with the same generators, in order."""
+    names = ("Ts_world_tcp", "widths_m", "scores", "object_ids", "contacts", "generators")
+    return replace(
+        parts[0] if parts else empty_grasps(),
+        **{name: np.concatenate([getattr(p, name) for p in parts or [empty_grasps()]]) for name in names},
+    )
+
+
+def empty_grasps() -> GraspSet:
+    """No grasps."""
+    ids: Int16[np.ndarray, "n"] = np.zeros(0, dtype=np.int16)
+    contacts: Float[np.ndarray, "n 2 3"] = np.zeros((0, 2, 3))
+    return GraspSet(
+        np.zeros((0, 4, 4)), np.zeros(0), np.zeros(0), ids, contacts, np.zeros(0, np.uint8), GENERATOR_NAMES
+    )

@@ -1,0 +1,27 @@
+"""What a grasp planner and a grasp score are."""
+
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float, Float32
+
+from torc.records import GraspSet, OcclusionVolume, SegmentedScene
+
+
+class GraspPlanner(Protocol):
+    """Proposes grasps for the visible objects of one snapshot."""
+
+    def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
+        """Candidate grasps, the best of each object first; the same inputs and generator state, the same grasps.
+
+        Grasps whose gripper touches *other* objects may be among them: who blocks whom is decided later.
+        """
+        ...
+
+
+class GraspScorer(Protocol):
+    """Rates candidates by their features."""
+
+    def score(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
+        """Probability that the object is held after the lift, columns as in `features.FEATURE_NAMES`."""
+        ...

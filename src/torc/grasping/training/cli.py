@@ -1,0 +1,122 @@
+"""The commands: collect trials, train a score, try it out on fresh scenes, report."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from torc.errors import InputError, TorcError
+
+DEFAULT_MODEL = Path(__file__).parents[1] / "data" / "grasp_model.npz"
+
+
+@dataclass(frozen=True)
+class Collect:
+    """Try sampled grasps in simulated scenes and store features and outcomes. Goes on where it was interrupted."""
+
+    out: Path
+    """Directory of the shards; one per seed."""
+    scenes: int = 1000
+    """Scenes in all, those already there included."""
+    seed: int = 0
+    """Decides every scene and choice."""
+
+    def run(self) -> None:
+        """Collect."""
+        from torc.grasping.training.collect import collect
+
+        collect(self.out, self.scenes, self.seed)
+
+
+@dataclass(frozen=True)
+class Train:
+    """Fit the score and write it as plain arrays."""
+
+    data: tuple[Path, ...]
+    """Directories of shards."""
+    out: Path = DEFAULT_MODEL
+    """The model."""
+
+    def run(self) -> None:
+        """Train."""
+        from torc.grasping.training.dataset import load_trials
+        from torc.grasping.training.evaluation import auc, brier, log_loss
+        from torc.grasping.training.export import export
+        from torc.grasping.training.train import TrainConfig, fit
+
+        trials = load_trials(self.data)
+        print(f"{len(trials)} trials, {100 * trials.held.mean():.1f} % held. Fitting ...", flush=True)
+        fitted = fit(trials, TrainConfig())
+        for name, p in (("hand-written", trials.p_hand.astype(float)), ("learned", fitted.p)):
+            loss, error = log_loss(p, trials.held), brier(p, trials.held)
+            print(f"{name:13s} AUC {auc(p, trials.held):.4f}  log loss {loss:.4f}  Brier {error:.4f}")
+        difference = export(fitted, trials, self.out)
+        print(
+            f"Wrote {self.out} ({self.out.stat().st_size / 1e6:.2f} MB); differs from sklearn by {difference:.1e}."
+        )
+
+
+@dataclass(frozen=True)
+class Evaluate:
+    """Try the best grasp of every visible object by several rules, in fresh scenes. Goes on where interrupted."""
+
+    out: Path
+    """Directory of the shards; one per seed."""
+    model: Path = DEFAULT_MODEL
+    """A trained score."""
+    scenes: int = 60
+    """Scenes in all; every third holds kinds of objects that were never trained on."""
+    seed: int = 1000
+    """Must differ from the seeds of the training data."""
+
+    def run(self) -> None:
+        """Evaluate."""
+        from torc.grasping.training.collect import evaluate
+
+        evaluate(self.out, self.scenes, self.seed, self.model)
+
+
+@dataclass(frozen=True)
+class Report:
+    """Write the report: cross-validated quality, calibration, learning curve, and one try per object."""
+
+    data: tuple[Path, ...]
+    """Directories of training shards."""
+    held_out: tuple[Path, ...] = ()
+    """Directories that `evaluate` wrote."""
+    out: Path = Path("docs/grasp_model.md")
+    """The text."""
+    picture: Path = Path("docs/img/grasp_calibration.png")
+    """The calibration curve."""
+
+    def run(self) -> None:
+        """Report."""
+        from torc.grasping.training.dataset import load_trials
+        from torc.grasping.training.report import write_report
+        from torc.grasping.training.train import TrainConfig
+
+        train = load_trials(self.data)
+        held_out = load_trials(self.held_out) if self.held_out else None
+        if held_out is not None and set(train.seed.tolist()) & set(held_out.seed.tolist()):
+            raise InputError(
+                "The held-out scenes share a seed with the training data. Evaluate with another --seed."
+            )
+        write_report(train, held_out, self.out, self.picture, TrainConfig())
+        print(f"Wrote {self.out} and {self.picture}.")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command; 0 when done, 1 on failure, 2 on bad input."""
+    command = tyro.cli(
+        Collect | Train | Evaluate | Report, args=arguments, prog="python -m torc.grasping.training"
+    )
+    try:
+        command.run()
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except TorcError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0

@@ -1,0 +1,155 @@
+"""Gradient-boosted trees as plain arrays: a data-only file, and a compiled evaluation.
+
+The file is an `.npz` without pickled objects, so that a model from anyone can be opened without running anything.
+"""
+
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int32
+from numba import njit
+
+from torc.errors import InputError
+
+MODEL_VERSION = 1
+_LEAF = -1
+
+
+@dataclass(frozen=True)
+class TreeModel:
+    """A sum of binary trees on the log-odds scale, and a calibration of the probability it gives.
+
+    Nodes of all trees lie in one table; children are indices into it. At an inner node a sample goes left if its
+    feature is <= the threshold, or, where it is NaN, if `missing_left` says so.
+
+    Attributes:
+        feature: column tested at each node; -1 at a leaf.
+        threshold: compared with that column.
+        left, right: children; 0 at a leaf.
+        value: added up over the leaves that are reached.
+        missing_left: where NaN goes.
+        roots: first node of each tree.
+        baseline: log-odds to which the leaves' values are added.
+        knots_p, knots_held: calibration, piecewise linear from raw to calibrated probability; both rising.
+        feature_names: the columns.
+        data_sha256: hash of the training data, as text; empty if unknown.
+        notes: how it was trained, for people.
+    """
+
+    feature: Int32[np.ndarray, "n"]
+    threshold: Float[np.ndarray, "n"]
+    left: Int32[np.ndarray, "n"]
+    right: Int32[np.ndarray, "n"]
+    value: Float[np.ndarray, "n"]
+    missing_left: Bool[np.ndarray, "n"]
+    roots: Int32[np.ndarray, "t"]
+    baseline: float
+    feature_names: tuple[str, ...]
+    knots_p: Float[np.ndarray, "k"] = field(default_factory=lambda: np.array([0.0, 1.0]))
+    knots_held: Float[np.ndarray, "k"] = field(default_factory=lambda: np.array([0.0, 1.0]))
+    data_sha256: str = ""
+    notes: str = ""
+
+    def __post_init__(self) -> None:
+        problem = _problem(self)
+        if problem:
+            raise InputError(f"Unusable grasp model: {problem}. Train it again.")
+
+    def probability(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
+        """Calibrated probability per row."""
+        raw = evaluate_trees(
+            np.ascontiguousarray(features, dtype=np.float32),
+            self.feature,
+            self.threshold,
+            self.left,
+            self.right,
+            self.value,
+            self.missing_left,
+            self.roots,
+            self.baseline,
+        )
+        return np.interp(1.0 / (1.0 + np.exp(-raw)), self.knots_p, self.knots_held)
+
+
+def save_trees(path: Path, model: TreeModel) -> None:
+    """Write a model; complete or not at all."""
+    aside = path.with_name(path.name + ".part")
+    arrays = {f.name: np.asarray(getattr(model, f.name)) for f in fields(TreeModel)}
+    with aside.open("wb") as file:
+        np.savez_compressed(file, version=MODEL_VERSION, **arrays)  # type: ignore[arg-type]
+    aside.replace(path)
+
+
+def load_trees(path: Path, feature_names: tuple[str, ...]) -> TreeModel:
+    """Read a model that must have been trained on the given features, in any version of this package.
+
+    Raises InputError if the file is damaged, of another version, or for other features.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            if int(data["version"]) != MODEL_VERSION:
+                raise InputError(f"{path}: model version {int(data['version'])}, this is {MODEL_VERSION}.")
+            names = tuple(str(s) for s in data["feature_names"])
+            arrays = {f.name: data[f.name] for f in fields(TreeModel) if f.name not in _SCALARS}
+            scalars = {k: str(data[k]) for k in ("data_sha256", "notes")}
+            model = TreeModel(feature_names=names, baseline=float(data["baseline"]), **arrays, **scalars)
+    except (OSError, KeyError, ValueError, EOFError) as error:
+        raise InputError(f"{path} is not a grasp model ({error}).") from error
+    if names != feature_names:
+        odd = sorted(set(names) ^ set(feature_names)) or ["the same, in another order"]
+        raise InputError(f"{path} was trained on other features ({', '.join(odd[:5])}). Train it again.")
+    return model
+
+
+_SCALARS = frozenset({"feature_names", "baseline", "data_sha256", "notes"})
+
+
+def _problem(m: TreeModel) -> str:
+    """What is wrong with a model's arrays, or an empty string. A sound model cannot make the evaluation run off."""
+    n = len(m.feature)
+    if not (len(m.threshold) == len(m.left) == len(m.right) == len(m.value) == len(m.missing_left) == n):
+        return "the node arrays differ in length"
+    if np.any(m.feature < _LEAF) or np.any(m.feature >= len(m.feature_names)):
+        return "a node tests a feature that does not exist"
+    inner, index = m.feature != _LEAF, np.arange(n)
+    for child in (m.left, m.right):
+        # Children come after their parents: no cycles.
+        if np.any((child[inner] <= index[inner]) | (child[inner] >= n)):
+            return "a node's child does not come after it"
+    if np.any((m.roots < 0) | (m.roots >= n)):
+        return "a tree starts outside the table"
+    if len(m.knots_p) != len(m.knots_held) or len(m.knots_p) < 2:
+        return "the calibration has no two knots"
+    if np.any(np.diff(m.knots_p) <= 0) or np.any(np.diff(m.knots_held) < 0):
+        return "the calibration does not rise"
+    if m.knots_held.min() < 0.0 or m.knots_held.max() > 1.0:
+        return "the calibration leaves 0..1"
+    if not (np.all(np.isfinite(m.value)) and np.isfinite(m.baseline)) or np.any(np.isnan(m.threshold)):
+        return "a value is not finite"
+    return ""
+
+
+@njit(cache=True)
+def evaluate_trees(
+    features: np.ndarray,
+    feature: np.ndarray,
+    threshold: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    value: np.ndarray,
+    missing_left: np.ndarray,
+    roots: np.ndarray,
+    baseline: float,
+) -> np.ndarray:
+    """Log-odds per row: the baseline and the leaf values of all trees."""
+    out = np.full(len(features), baseline)
+    for t in range(len(roots)):
+        for i in range(len(features)):
+            node = roots[t]
+            while feature[node] >= 0:
+                x = features[i, feature[node]]
+                go_left = missing_left[node] if np.isnan(x) else x <= threshold[node]
+                node = left[node] if go_left else right[node]
+            out[i] += value[node]
+    return out

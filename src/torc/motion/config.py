@@ -1,0 +1,115 @@
+"""Settings of motion planning. Metres, radians, seconds."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from torc.errors import InputError
+
+
+@dataclass(frozen=True)
+class CartesianConfig:
+    """Straight-line motions to and from the grasp.
+
+    Attributes:
+        back_offs_m: distances of the pre-grasp from the grasp, against the approach direction; the first one
+            that is feasible and free is taken.
+        lifts_m: heights of the lift; the first one that is feasible is taken.
+        step_m: distance between waypoints of a line.
+        max_branches: inverse-kinematics solutions of a grasp that are followed along both lines at a time.
+        max_rounds: how many times so many are followed before the grasp is given up.
+        max_deviation_m, max_turn_rad: how far a waypoint may be off the line.
+        max_joint_step_rad: a larger change of a joint between two waypoints is a jump.
+        limit_margin_rad: distance to the joint limits.
+        approach_speed_m_s, lift_speed_m_s: largest speed of the TCP.
+        use_pink: follow the chosen line with the differential inverse kinematics of pink; the compiled
+            follower remains as check and fallback.
+    """
+
+    back_offs_m: tuple[float, ...] = (0.09, 0.07, 0.05, 0.035)
+    lifts_m: tuple[float, ...] = (0.10, 0.07, 0.04)
+    step_m: float = 0.005
+    max_branches: int = 12
+    max_rounds: int = 4
+    max_deviation_m: float = 0.001
+    max_turn_rad: float = 0.01
+    max_joint_step_rad: float = 0.15
+    limit_margin_rad: float = 0.01
+    approach_speed_m_s: float = 0.15
+    lift_speed_m_s: float = 0.2
+    use_pink: bool = True
+
+
+@dataclass(frozen=True)
+class SearchConfig:
+    """Free motions.
+
+    Attributes:
+        backend: "ompl" (RRTConnect of OMPL) or "numba" (our own, five times faster and without global state).
+        max_iterations: samples drawn before a query is given up. An infeasible query costs all of them.
+        range_rad: longest edge of the trees.
+        goals: inverse-kinematics solutions offered as goals of one query.
+        shortcut_rounds: attempted shortcuts of a path.
+        blend_rad: corners are rounded within this distance.
+        refinements: how often a path that grazes an obstacle is searched for again, with half the step.
+        grazing_m: by how much a trajectory may enter the paddings.
+    """
+
+    backend: Literal["ompl", "numba"] = "ompl"
+    max_iterations: int = 1500
+    range_rad: float = 1.2
+    goals: int = 6
+    shortcut_rounds: int = 40
+    blend_rad: float = 0.35
+    refinements: int = 2
+    grazing_m: float = 0.003
+
+    def __post_init__(self) -> None:
+        if self.backend not in ("ompl", "numba"):
+            raise InputError(f"SearchConfig.backend must be 'ompl' or 'numba', not '{self.backend}'.")
+
+
+@dataclass(frozen=True)
+class TimingConfig:
+    """Time parametrisation.
+
+    Attributes:
+        sample_s: time between samples of a trajectory.
+        grid_points: of toppra along the path. Coarser grids give far too slow trajectories.
+        speed_scale, acceleration_scale: share of the joints' limits that is used.
+    """
+
+    sample_s: float = 0.01
+    grid_points: int = 200
+    speed_scale: float = 0.9
+    acceleration_scale: float = 0.9
+
+
+@dataclass(frozen=True)
+class MotionConfig:
+    """All settings of `OmplMotionPlanner`.
+
+    Attributes:
+        max_grasps: grasps tried, best first.
+        opening_m: opening of the gripper until it closes on the object; None: as far as it goes.
+        carve_margin_m: room given around a configuration that must be free although voxels say otherwise.
+        drop_yaws: directions of the gripper over the bin, evenly spread.
+        drop_raises_m: heights added to the drop position, the first that has a solution is taken.
+        attached_spheres: most spheres that stand for a held object.
+    """
+
+    max_grasps: int = 8
+    opening_m: float | None = None
+    carve_margin_m: float = 0.012
+    drop_yaws: int = 12
+    drop_raises_m: tuple[float, ...] = (0.0, 0.06, 0.12)
+    attached_spheres: int = 40
+    cartesian: CartesianConfig = field(default_factory=CartesianConfig)
+    search: SearchConfig = field(default_factory=SearchConfig)
+    timing: TimingConfig = field(default_factory=TimingConfig)
+
+
+def even_yaws(n: int) -> np.ndarray:
+    """n angles evenly spread over a full turn, from 0."""
+    return 2 * np.pi * np.arange(n) / n

@@ -1,0 +1,62 @@
+"""A held object as spheres: the convex hull of its visible points (paper: A Modular Pipeline, step 4)."""
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial import ConvexHull, QhullError
+
+_MAX_POINTS = 1000
+_NEIGHBOURS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
+
+
+def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np.ndarray, "a 4"]:
+    """At most max_spheres equal spheres (x, y, z, radius) that cover about the surface of the points' convex
+    hull.
+
+    The hull is cut into cubes along its principal axes, as small as the number allows; each outer cube
+    becomes a sphere. Deterministic. No points, no spheres.
+    """
+    points = np.asarray(points, dtype=float)
+    points = points[np.all(np.isfinite(points), axis=1)]
+    points = points[:: max(1, len(points) // _MAX_POINTS)]
+    if len(points) == 0:
+        return np.zeros((0, 4))
+    center = points.mean(axis=0)
+    _, axes = np.linalg.eigh(np.cov(points.T) if len(points) > 1 else np.eye(3))
+    local = (points - center) @ axes
+    low, high = local.min(axis=0), local.max(axis=0)
+    planes = _hull_planes(local)
+    x, y, z = high - low
+    # The cubes that would pave the bounding box's surface: a first guess from below.
+    cell = max(0.012, 0.7 * float(np.sqrt(2 * (x * y + y * z + z * x) / max_spheres)))
+    while True:
+        centers = _outer_cells(low, high, planes, cell)
+        if len(centers) <= max_spheres:
+            break
+        cell *= 1.15
+    radius = np.full((len(centers), 1), 0.6 * cell)
+    return np.hstack([centers @ axes.T + center, radius])
+
+
+def _hull_planes(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "f 4"]:
+    """Outward planes (normal, offset) of the hull; those of the bounding box where the points are flat."""
+    try:
+        return ConvexHull(points).equations
+    except QhullError:
+        low, high = points.min(axis=0), points.max(axis=0)
+        return np.vstack([np.hstack([np.eye(3), -high[:, None]]), np.hstack([-np.eye(3), low[:, None]])])
+
+
+def _outer_cells(
+    low: np.ndarray, high: np.ndarray, planes: np.ndarray, cell: float
+) -> Float[np.ndarray, "c 3"]:
+    """Centres of the cubes that lie in the hull and have a neighbour that does not."""
+    n = np.maximum(1, np.ceil((high - low) / cell).astype(int))
+    start = 0.5 * (low + high) - 0.5 * cell * (n - 1)
+    index = np.stack(np.meshgrid(*(np.arange(k) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
+    centers = start + cell * index
+    inside = np.all(centers @ planes[:, :3].T + planes[:, 3] <= 0.25 * cell, axis=1).reshape(n)
+    padded = np.pad(inside, 1)
+    core = np.ones_like(inside)
+    for d in _NEIGHBOURS:
+        core &= padded[1 + d[0] : 1 + d[0] + n[0], 1 + d[1] : 1 + d[1] + n[1], 1 + d[2] : 1 + d[2] + n[2]]
+    return centers[(inside & ~core).ravel()]

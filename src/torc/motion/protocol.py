@@ -1,0 +1,44 @@
+"""What a motion planner is asked, and the one method that it has."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.collision.world import CollisionWorld
+from torc.records import GraspReport, GraspSet, OcclusionVolume, PickPlan, PlanFailure, SegmentedScene
+
+
+@dataclass(frozen=True)
+class PickRequest:
+    """All that is needed to plan the motions of one pick.
+
+    Attributes:
+        scene: the perceived scene; the object's points become its collision volume once it is held.
+        volume: the occlusion volume.
+        world: what not to touch, built from that volume.
+        grasps: candidate grasps of all objects.
+        report: which of them are valid, with an inverse-kinematics solution each.
+        object_id: the object to pick.
+        qpos_start: where the arm is, radians.
+    """
+
+    scene: SegmentedScene
+    volume: OcclusionVolume
+    world: CollisionWorld
+    grasps: GraspSet
+    report: GraspReport
+    object_id: int
+    qpos_start: Float[np.ndarray, "dof"]
+
+
+class MotionPlanner(Protocol):
+    """Plans the motions of a pick."""
+
+    def plan_pick(self, request: PickRequest, rng: np.random.Generator) -> PickPlan | PlanFailure:
+        """Motions for the best valid grasp of the object for which all of them exist.
+
+        The same request and generator state give the same answer.
+        """
+        ...

@@ -1,0 +1,151 @@
+"""Shorter, rounder paths: shortcuts and rounded corners, all checked edge by edge; compiled."""
+
+import numpy as np
+from jaxtyping import Float
+from numba import njit
+
+from torc.collision.edges import edge_collides
+from torc.collision.placement import sphere_rows
+from torc.motion.space import FreeSpace
+
+
+@njit(cache=True)
+def _at(path, cumulative, s, out):
+    """Point at arc length s into out; returns the index of its segment."""
+    k = 0
+    while k + 2 < cumulative.shape[0] and cumulative[k + 1] < s:
+        k += 1
+    length = cumulative[k + 1] - cumulative[k]
+    t = (s - cumulative[k]) / length if length > 0 else 0.0
+    for i in range(path.shape[1]):
+        out[i] = path[k, i] + t * (path[k + 1, i] - path[k, i])
+    return k
+
+
+@njit(cache=True)
+def _lengths(path, weights):
+    cumulative = np.zeros(path.shape[0])
+    for k in range(1, path.shape[0]):
+        s = 0.0
+        for i in range(path.shape[1]):
+            s += (weights[i] * (path[k, i] - path[k - 1, i])) ** 2
+        cumulative[k] = cumulative[k - 1] + np.sqrt(s)
+    return cumulative
+
+
+@njit(cache=True)
+def _shortcut(path, draws, weights, width_m, robot, world, reach, step_m):
+    dof = path.shape[1]
+    q, Ts, scratch = np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4))
+    spheres = np.empty((sphere_rows(robot), 3))
+    a, b = np.empty(dof), np.empty(dof)
+    own = np.uint64(0)
+    for d in range(draws.shape[0]):
+        if path.shape[0] < 3:
+            break
+        cumulative = _lengths(path, weights)
+        total = cumulative[-1]
+        s, e = min(draws[d, 0], draws[d, 1]) * total, max(draws[d, 0], draws[d, 1]) * total
+        i, j = _at(path, cumulative, s, a), _at(path, cumulative, e, b)
+        if i == j:
+            continue
+        if edge_collides(a, b, width_m, own, robot, world, reach, step_m, q, Ts, scratch, spheres):
+            continue
+        new = np.empty((path.shape[0] - (j - i) + 2, dof))
+        new[: i + 1] = path[: i + 1]
+        new[i + 1], new[i + 2] = a, b
+        new[i + 3 :] = path[j + 1 :]
+        path = new
+    return path
+
+
+@njit(cache=True)
+def _skip_waypoints(path, width_m, robot, world, reach, step_m):
+    """From each waypoint straight to the last one that can be reached."""
+    dof = path.shape[1]
+    q, Ts, scratch = np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4))
+    spheres = np.empty((sphere_rows(robot), 3))
+    own = np.uint64(0)
+    keep = np.zeros(path.shape[0], np.bool_)
+    keep[0] = True
+    i = 0
+    while i < path.shape[0] - 1:
+        j = path.shape[0] - 1
+        while j > i + 1 and edge_collides(
+            path[i], path[j], width_m, own, robot, world, reach, step_m, q, Ts, scratch, spheres
+        ):
+            j -= 1
+        keep[j] = True
+        i = j
+    return path[keep]
+
+
+@njit(cache=True)
+def _arc(before, corner, after, d, samples, out):
+    """Points of the quadratic Bezier arc that leaves the corner out by d on either side."""
+    u, v = before - corner, after - corner
+    first = corner + u * (d / np.linalg.norm(u))
+    last = corner + v * (d / np.linalg.norm(v))
+    for i in range(samples):
+        t = i / (samples - 1)
+        out[i] = (1 - t) ** 2 * first + 2 * t * (1 - t) * corner + t * t * last
+
+
+@njit(cache=True)
+def _corner_blends(path, blend_rad, samples, width_m, robot, world, reach, step_m):
+    m, dof = path.shape
+    q, Ts, scratch = np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4))
+    spheres = np.empty((sphere_rows(robot), 3))
+    arc = np.empty((samples, dof))
+    own = np.uint64(0)
+    blends = np.zeros(m)
+    for k in range(1, m - 1):
+        before, after = np.linalg.norm(path[k] - path[k - 1]), np.linalg.norm(path[k + 1] - path[k])
+        d = min(blend_rad, 0.5 * before, 0.5 * after)
+        if d < 1e-6:
+            continue
+        for _ in range(6):
+            _arc(path[k - 1], path[k], path[k + 1], d, samples, arc)
+            free = True
+            for i in range(samples - 1):
+                if edge_collides(
+                    arc[i], arc[i + 1], width_m, own, robot, world, reach, step_m, q, Ts, scratch, spheres
+                ):
+                    free = False
+                    break
+            if free:
+                blends[k] = d
+                break
+            d *= 0.5
+    return blends
+
+
+def shortcut(
+    path: Float[np.ndarray, "m dof"], rounds: int, space: FreeSpace, rng: np.random.Generator
+) -> Float[np.ndarray, "k dof"]:
+    """A shorter free path: skip waypoints, then join random points of the path by free edges, then skip again."""
+    draws = rng.random((rounds, 2))
+    scene = (space.width_m, space.robot, space.world, space.reach, space.step_m)
+    path = _skip_waypoints(np.ascontiguousarray(path), *scene)
+    path = _shortcut(path, draws, space.weights, *scene)
+    return _skip_waypoints(path, *scene)
+
+
+def corner_blends(
+    path: Float[np.ndarray, "m dof"], blend_rad: float, space: FreeSpace, samples: int = 7
+) -> Float[np.ndarray, "m"]:
+    """How far from each corner its arc may begin: at most blend_rad and half a leg, halved until the arc is
+    free.
+
+    0 at both ends and where even a small arc is not free.
+    """
+    return _corner_blends(
+        np.ascontiguousarray(path),
+        blend_rad,
+        samples,
+        space.width_m,
+        space.robot,
+        space.world,
+        space.reach,
+        space.step_m,
+    )

@@ -1,0 +1,118 @@
+"""The free space of one query: robot, opening, held object and world, ready for the compiled checks."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from torc.collision.checks import with_attached, world_arrays
+from torc.collision.edges import edges_batch, path_collides
+from torc.collision.kernels import contacts_batch
+from torc.collision.obstacles import WorldArrays
+from torc.collision.placement import RobotArrays, joint_reach
+from torc.collision.world import CollisionWorld
+
+_NO_BITS = np.uint64(0)
+
+
+@dataclass(frozen=True)
+class FreeSpace:
+    """Where the arm may be.
+
+    Attributes:
+        robot: with whatever is attached.
+        world: obstacles.
+        width_m: opening of the gripper.
+        reach: see `joint_reach`.
+        step_m: see CollisionConfig.edge_step_m.
+        lower, upper: joint limits, radians.
+        weights: seconds per radian of each joint at full speed: joint distances are measured in time.
+    """
+
+    robot: RobotArrays
+    world: WorldArrays
+    width_m: float
+    reach: Float[np.ndarray, "dof links"]
+    step_m: float
+    lower: Float[np.ndarray, "dof"]
+    upper: Float[np.ndarray, "dof"]
+    weights: Float[np.ndarray, "dof"]
+
+    def collides(self, qpos: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
+        """Whether each configuration touches anything."""
+        n = len(qpos)
+        bits, flags = contacts_batch(
+            np.ascontiguousarray(qpos),
+            np.full(n, self.width_m),
+            np.zeros(n, np.uint64),
+            self.robot,
+            self.world,
+            True,
+            True,
+        )
+        return (bits != 0) | (flags != 0)
+
+    def edges_collide(
+        self, start: Float[np.ndarray, "dof"], ends: Float[np.ndarray, "n dof"]
+    ) -> Bool[np.ndarray, "n"]:
+        """Whether each straight edge from start touches anything."""
+        n = len(ends)
+        return edges_batch(
+            np.ascontiguousarray(np.broadcast_to(start, ends.shape)),
+            np.ascontiguousarray(ends),
+            np.full(n, self.width_m),
+            np.zeros(n, np.uint64),
+            self.robot,
+            self.world,
+            self.reach,
+            self.step_m,
+        )
+
+    def edge_free(self, a: Float[np.ndarray, "dof"], b: Float[np.ndarray, "dof"]) -> bool:
+        """Whether the straight edge touches nothing."""
+        return not self.edges_collide(a, b[None])[0]
+
+    def path_free(self, path: Float[np.ndarray, "m dof"]) -> bool:
+        """Whether all edges of a path touch nothing."""
+        first = path_collides(
+            np.ascontiguousarray(path),
+            self.width_m,
+            _NO_BITS,
+            self.robot,
+            self.world,
+            self.reach,
+            self.step_m,
+        )
+        return first < 0
+
+    def seconds_between(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Time the slowest joint needs at full speed, ignoring accelerations."""
+        return np.max(np.abs(np.asarray(b) - a) * self.weights, axis=-1)
+
+
+def free_space(
+    robot: RobotArrays,
+    world: CollisionWorld,
+    width_m: float,
+    limits: tuple[np.ndarray, np.ndarray],
+    max_speed: Float[np.ndarray, "dof"],
+    attached: Float[np.ndarray, "a 4"] | None = None,
+) -> FreeSpace:
+    """The free space of a robot with an opening and attached spheres (tool0 frame) in a world."""
+    robot = with_attached(robot, attached)
+    lower, upper = limits
+    return FreeSpace(
+        robot,
+        world_arrays(world),
+        float(width_m),
+        joint_reach(robot, float(width_m)),
+        world.config.edge_step_m,
+        lower,
+        upper,
+        1.0 / max_speed,
+    )
+
+
+def loosened(space: FreeSpace, by_m: float) -> FreeSpace:
+    """The same space with smaller paddings."""
+    return replace(space, world=space.world._replace(padding=space.world.padding - by_m))

@@ -1,0 +1,132 @@
+"""From paths to trajectories within the joints' speed and acceleration limits, at rest at both ends."""
+
+import logging
+
+import numpy as np
+import toppra
+from jaxtyping import Float
+from scipy.interpolate import CubicSpline
+from toppra.interpolator import AbstractGeometricPath
+
+from torc.motion.config import TimingConfig
+from torc.motion.geometry import PiecewisePath
+from torc.records import Trajectory
+from torc.robots.description import ArmDescription
+
+
+class _ToppraPath(AbstractGeometricPath):
+    """A PiecewisePath in the form toppra wants."""
+
+    def __init__(self, path: PiecewisePath) -> None:
+        self.path = path
+
+    def __call__(self, path_positions: np.ndarray, order: int = 0) -> np.ndarray:
+        values = self.path(np.atleast_1d(path_positions), order)
+        return values if np.ndim(path_positions) else values[0]
+
+    @property
+    def dof(self) -> int:
+        return self.path.points.shape[1]
+
+    @property
+    def path_interval(self) -> np.ndarray:
+        return np.array([0.0, self.path.length])
+
+
+def time_path(path: PiecewisePath, arm: ArmDescription, config: TimingConfig) -> Trajectory | None:
+    """The fastest motion along a path (TOPP-RA, Pham and Pham 2018); None if the solver finds none.
+
+    The trajectory stays on the path exactly: between grid points the speed follows constant path
+    acceleration.
+    """
+    limits = np.stack([-arm.max_speed, arm.max_speed], axis=1) * config.speed_scale
+    accelerations = (
+        np.stack([-arm.max_acceleration, arm.max_acceleration], axis=1) * config.acceleration_scale
+    )
+    constraints = [
+        toppra.constraint.JointVelocityConstraint(limits),
+        toppra.constraint.JointAccelerationConstraint(accelerations),
+    ]
+    grid = path.grid(path.length / config.grid_points)
+    logging.getLogger("toppra").setLevel(logging.ERROR)
+    solver = toppra.algorithm.TOPPRA(constraints, _ToppraPath(path), gridpoints=grid, solver_wrapper="seidel")
+    _, speeds, _ = solver.compute_parameterization(0.0, 0.0)
+    if speeds is None or not np.all(np.isfinite(speeds)):
+        return None
+    return _sample(path, grid, np.maximum(speeds, 0.0), config.sample_s)
+
+
+def join(trajectories: list[Trajectory]) -> Trajectory:
+    """One trajectory after the other."""
+    times, start = [trajectories[0].times_s], trajectories[0].duration_s
+    for t in trajectories[1:]:
+        times.append(t.times_s[1:] + start)
+        start += t.duration_s
+    return Trajectory(
+        np.concatenate(times),
+        np.concatenate([trajectories[0].qpos, *(t.qpos[1:] for t in trajectories[1:])]),
+        np.concatenate([trajectories[0].qvel, *(t.qvel[1:] for t in trajectories[1:])]),
+    )
+
+
+def time_line(
+    waypoints: Float[np.ndarray, "m dof"],
+    distances_m: Float[np.ndarray, "m"],
+    max_speed_m_s: float,
+    arm: ArmDescription,
+    config: TimingConfig,
+) -> Trajectory:
+    """Motion along a straight line of the TCP: its speed rises, holds and falls, within all limits.
+
+    Args:
+        waypoints: configurations along the line.
+        distances_m: distance of the TCP from the start at each, rising from 0.
+        max_speed_m_s: of the TCP.
+        arm: limits.
+        config: shares of the limits.
+    """
+    spline = CubicSpline(distances_m, waypoints)
+    s = np.linspace(0.0, distances_m[-1], 4 * len(waypoints))
+    first, second = np.abs(spline(s, 1)) + 1e-9, np.abs(spline(s, 2))
+    speed_limit = config.speed_scale * arm.max_speed
+    acceleration_limit = config.acceleration_scale * arm.max_acceleration
+    speed = min(max_speed_m_s, float(np.min(speed_limit / first)))
+    # Half of the acceleration is left for the line's curvature in joint space, the rest to speed up and
+    # brake.
+    speed = min(speed, float(np.sqrt(np.min(0.5 * acceleration_limit / np.maximum(second, 1e-9)))))
+    acceleration = float(np.min((acceleration_limit - second * speed**2) / first))
+    ramp = speed / acceleration
+    length = float(distances_m[-1])
+    if speed * ramp > length:
+        ramp = float(np.sqrt(length / acceleration))
+        speed = acceleration * ramp
+    duration = length / speed + ramp
+    times = _sample_times(duration, config.sample_s)
+    rest = np.minimum(times, duration - times)
+    edge = 0.5 * acceleration * np.minimum(rest, ramp) ** 2
+    half = np.where(rest < ramp, edge, 0.5 * speed * ramp + speed * (rest - ramp))
+    position = np.where(times <= 0.5 * duration, half, length - half)
+    velocity = np.minimum(acceleration * rest, speed)
+    return Trajectory(times, spline(position), spline(position, 1) * velocity[:, None])
+
+
+def _sample(
+    path: PiecewisePath, grid: Float[np.ndarray, "g"], speeds: Float[np.ndarray, "g"], sample_s: float
+) -> Trajectory:
+    """Samples in time of a path with the given speeds (of s) at grid points, constant acceleration between."""
+    mean = 0.5 * (speeds[1:] + speeds[:-1])
+    at = np.concatenate([[0.0], np.cumsum(np.diff(grid) / np.maximum(mean, 1e-9))])
+    times = _sample_times(at[-1], sample_s)
+    k = np.clip(np.searchsorted(at, times, side="right") - 1, 0, len(grid) - 2)
+    t = times - at[k]
+    acceleration = (speeds[k + 1] - speeds[k]) / (at[k + 1] - at[k])
+    s = np.clip(grid[k] + speeds[k] * t + 0.5 * acceleration * t * t, 0.0, grid[-1])
+    speed = np.maximum(speeds[k] + acceleration * t, 0.0)
+    qpos, qvel = path(s), path(s, 1) * speed[:, None]
+    qvel[0] = qvel[-1] = 0.0
+    return Trajectory(times, qpos, qvel)
+
+
+def _sample_times(duration: float, sample_s: float) -> Float[np.ndarray, "t"]:
+    """Evenly spread times from 0 to the duration, at most sample_s apart."""
+    return np.linspace(0.0, duration, max(2, int(np.ceil(duration / sample_s)) + 1))

@@ -1,0 +1,1 @@
+"""The occlusion volume: what has never been seen, and which object hides it."""

@@ -1,0 +1,146 @@
+"""The occlusion volume, updated snapshot by snapshot (paper: Perception).
+
+A voxel is unknown until a snapshot sees it free or on a surface; then it stays seen, unless an object has moved
+there. An unknown voxel carries the bit of the object whose pixel hides it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float32, Int16, UInt64
+
+from torc.errors import InputError
+from torc.geometry.transforms import invert
+from torc.occlusion.kernels import FREE, OUT_OF_VIEW, points_in_free_space, project_voxels, vote_labels
+from torc.records import BACKGROUND, EMPTY, OcclusionVolume, SegmentedObject, SegmentedScene, VoxelGrid
+
+
+@dataclass(frozen=True)
+class OcclusionConfig:
+    """How snapshots change the volume.
+
+    Attributes:
+        min_depth_m: smaller readings, and those that are not finite, are no readings.
+        max_depth_m: a larger reading means free space as far as this.
+        support_margin_m: background points this close to the grid's floor are the support surface: not stored.
+        object_depth_m: how far behind its visible surface an object that moved may reach, along the ray.
+        min_moved_points: fewer points than this in formerly free space are noise.
+        moved_share: an object with this share of its points in formerly free space has moved as a whole.
+        empty_pixels_are_free: take background pixels without a reading as free space, for sources that give no
+            reading where nothing is in range. Off, what lies behind such pixels stays unknown.
+        out_of_view_is_free: take what the camera can never see as free instead of unknown. For a fixed camera
+            whose image does not cover the grid: unknown there would stay for ever.
+    """
+
+    min_depth_m: float = 0.1
+    max_depth_m: float = 3.0
+    support_margin_m: float = 0.012
+    object_depth_m: float = 0.12
+    min_moved_points: int = 12
+    moved_share: float = 0.2
+    empty_pixels_are_free: bool = False
+    out_of_view_is_free: bool = False
+
+
+def empty_volume(grid: VoxelGrid) -> OcclusionVolume:
+    """The volume before any snapshot: everything unknown, hidden by nothing."""
+    if min(grid.shape) < 1 or grid.voxel_size_m <= 0:
+        raise InputError(f"A grid of shape {grid.shape} with voxels of {grid.voxel_size_m} m holds no volume.")
+    return OcclusionVolume(
+        grid=grid,
+        seen=np.zeros(grid.shape, dtype=bool),
+        hidden_by=np.zeros(grid.shape, dtype=np.uint64),
+        surface_label=np.full(grid.shape, EMPTY, dtype=np.int16),
+        snapshots=0,
+    )
+
+
+def update_volume(
+    volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfig | None = None
+) -> OcclusionVolume:
+    """The volume after one more snapshot. The input stays as it is.
+
+    Robot and background pixels hide voxels without a bit, and so do objects too small to be reported: every bit is
+    the id of an object in the scene. Surface labels are those of this snapshot alone.
+    """
+    config = OcclusionConfig() if config is None else config
+    grid, view = volume.grid, scene.observation
+    surface = surface_labels(grid, scene, config)
+    state, bits, near_behind = project_voxels(
+        grid.shape,
+        np.asarray(grid.origin, dtype=float),
+        grid.voxel_size_m,
+        invert(view.T_world_camera),
+        np.asarray(view.K, dtype=float),
+        _usable_depth(scene, config),
+        _pixel_bits(scene),
+        _disturbed_pixels(volume, scene, config),
+        config.object_depth_m,
+    )
+    seen_now = (state == FREE) | (surface != EMPTY)
+    if config.out_of_view_is_free:
+        seen_now |= state == OUT_OF_VIEW
+    seen = seen_now | (volume.seen & ~near_behind)
+    bits[seen] = 0
+    return OcclusionVolume(grid, seen, bits, surface, volume.snapshots + 1)
+
+
+def surface_labels(
+    grid: VoxelGrid, scene: SegmentedScene, config: OcclusionConfig | None = None
+) -> Int16[np.ndarray, "nx ny nz"]:
+    """Per voxel the id that most of its surface points have; objects win over the background; EMPTY elsewhere."""
+    config = OcclusionConfig() if config is None else config
+    origin = np.asarray(grid.origin, dtype=float)
+    label = np.full(grid.shape, EMPTY, dtype=np.int16)
+    votes = np.zeros(grid.shape, dtype=np.int32)
+    for o in scene.objects:
+        vote_labels(o.points, o.id, origin, grid.voxel_size_m, label, votes)
+    above = scene.background_points[:, 2] > origin[2] + config.support_margin_m
+    background = np.full(grid.shape, EMPTY, dtype=np.int16)
+    points = np.ascontiguousarray(scene.background_points[above])
+    vote_labels(points, BACKGROUND, origin, grid.voxel_size_m, background, np.zeros_like(votes))
+    return np.where(label == EMPTY, background, label)
+
+
+def _usable_depth(scene: SegmentedScene, config: OcclusionConfig) -> Float32[np.ndarray, "h w"]:
+    """Depth capped at the range; 0 where there is no reading."""
+    depth_m, far = scene.observation.depth_m, np.float32(config.max_depth_m)
+    with np.errstate(invalid="ignore"):
+        good = (depth_m >= config.min_depth_m) & (depth_m < np.inf)
+    depth_m = np.where(good, np.minimum(depth_m, far), np.float32(0))
+    if config.empty_pixels_are_free:
+        depth_m[~good & (scene.label_image == BACKGROUND)] = far
+    return depth_m
+
+
+def _pixel_bits(scene: SegmentedScene) -> UInt64[np.ndarray, "h w"]:
+    """The bit of each pixel's object; 0 for the robot, the background and objects not reported."""
+    bit_of_label = np.zeros(256, dtype=np.uint64)
+    for i in scene.ids:
+        bit_of_label[i] = np.uint64(1) << np.uint64(i)
+    return bit_of_label[scene.label_image.astype(np.uint8)]
+
+
+def _disturbed_pixels(
+    volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfig
+) -> Bool[np.ndarray, "h w"]:
+    """Pixels that show an object where free space was seen before: something moved there."""
+    disturbed = np.zeros(scene.label_image.shape, dtype=bool)
+    if volume.snapshots == 0:
+        return disturbed
+    for o in scene.objects:
+        pixels = _moved_pixels(volume, o, config)
+        disturbed[pixels[:, 0], pixels[:, 1]] = True
+    return disturbed
+
+
+def _moved_pixels(volume: OcclusionVolume, o: SegmentedObject, config: OcclusionConfig) -> np.ndarray:
+    """The pixels of an object that lie in formerly free space; all of them if that is a good share."""
+    grid = volume.grid
+    moved = points_in_free_space(
+        o.points, np.asarray(grid.origin, dtype=float), grid.voxel_size_m, volume.seen, volume.surface_label
+    )
+    count = np.count_nonzero(moved)
+    if count < config.min_moved_points:
+        return o.pixels[:0]
+    return o.pixels if count >= config.moved_share * len(moved) else o.pixels[moved]

@@ -1,0 +1,203 @@
+"""Compiled passes over depth and label images.
+
+Two neighbouring pixels are *continuous* if their depths differ by at most slope * depth per pixel of distance, with
+slope = tan(steepest angle of view) / focal length: a limit on how obliquely a surface may be seen, at any range.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int16, Int32
+from numba import njit
+
+
+@njit(cache=True)
+def _edge_point(depth: np.ndarray, label: np.ndarray, row: int, col: int, slope: float) -> bool:
+    """Whether a pixel with a reading belongs to no surface, or to another one than its label says.
+
+    A flying point, half way between two surfaces, is torn from the rest of its mask by jumps in depth. So is a pixel
+    that shows the neighbour's surface because mask and depth are not aligned to the pixel. Speckles hang together
+    with nothing. A true silhouette continues into its own mask, and stays, as do parts two pixels wide.
+    """
+    height, width = depth.shape
+    d = depth[row, col]
+    same, torn, joined = 0, 0, 0
+    for dr in range(-1, 2):
+        for dc in range(-1, 2):
+            r, c = row + dr, col + dc
+            if (dr == 0 and dc == 0) or r < 0 or c < 0 or r >= height or c >= width or depth[r, c] == 0:
+                continue
+            own = label[r, c] == label[row, col]
+            if abs(depth[r, c] - d) > slope * min(d, depth[r, c]) * (abs(dr) + abs(dc)):
+                torn += own
+            else:
+                joined += 1
+                same += own
+    return torn >= max(same, 1) or joined < 2
+
+
+@njit(cache=True)
+def keep_objects(
+    depth: Float32[np.ndarray, "h w"],
+    label: Int16[np.ndarray, "h w"],
+    wanted: Bool[np.ndarray, "ids"],
+    slope: float,
+    stride: int,
+) -> Bool[np.ndarray, "h w"]:
+    """Pixels of the wanted ids that have a reading and lie on their object's surface."""
+    height, width = depth.shape
+    keep = np.zeros((height, width), np.bool_)
+    for row in range(0, height, stride):
+        for col in range(0, width, stride):
+            k = label[row, col]
+            if k >= 0 and wanted[k] and depth[row, col] > 0:
+                keep[row, col] = not _edge_point(depth, label, row, col, slope)
+    return keep
+
+
+@njit(cache=True)
+def keep_background(
+    depth: Float32[np.ndarray, "h w"],
+    label: Int16[np.ndarray, "h w"],
+    reported: Bool[np.ndarray, "ids"],
+    slope: float,
+    stride: int,
+) -> Bool[np.ndarray, "h w"]:
+    """Every stride-th surface pixel of the background (label -1), and every one of objects not reported."""
+    height, width = depth.shape
+    keep = np.zeros((height, width), np.bool_)
+    for row in range(height):
+        for col in range(width):
+            k = label[row, col]
+            if k < -1 or depth[row, col] == 0 or (k >= 0 and reported[k]):
+                continue
+            if k == -1 and (row % stride != 0 or col % stride != 0):
+                continue
+            keep[row, col] = not _edge_point(depth, label, row, col, slope)
+    return keep
+
+
+@njit(cache=True)
+def _fit_plane(
+    depth: np.ndarray, label: np.ndarray, row: int, col: int, slope: float, radius: int, out: np.ndarray
+) -> float:
+    """Least-squares plane through the continuous neighbours of the same label.
+
+    In an image a plane is linear in inverse depth: w(u, v) = w0 + a du + b dv. Fills out with (a, b, w0) and returns
+    the mean squared residual relative to w0 squared; -1 if the neighbours do not determine a plane.
+    """
+    height, width = depth.shape
+    d = depth[row, col]
+    w_center = 1.0 / d
+    n = sx = sy = sxx = sxy = syy = sw = sxw = syw = sww = 0.0
+    for r in range(max(row - radius, 0), min(row + radius + 1, height)):
+        for c in range(max(col - radius, 0), min(col + radius + 1, width)):
+            e = depth[r, c]
+            if e == 0 or label[r, c] != label[row, col]:
+                continue
+            x, y = float(c - col), float(r - row)
+            if abs(e - d) > slope * min(d, e) * max(abs(x), abs(y), 1.0):
+                continue
+            w = 1.0 / e - w_center
+            n += 1.0
+            sx += x
+            sy += y
+            sxx += x * x
+            sxy += x * y
+            syy += y * y
+            sw += w
+            sxw += x * w
+            syw += y * w
+            sww += w * w
+    if n < 4.0:
+        return -1.0
+    cxx, cxy, cyy = sxx - sx * sx / n, sxy - sx * sy / n, syy - sy * sy / n
+    cxw, cyw = sxw - sx * sw / n, syw - sy * sw / n
+    det = cxx * cyy - cxy * cxy
+    if det < 1e-6 * n * n:
+        return -1.0
+    a = (cyy * cxw - cxy * cyw) / det
+    b = (cxx * cyw - cxy * cxw) / det
+    out[0], out[1], out[2] = a, b, w_center + (sw - a * sx - b * sy) / n
+    residual = (sww - sw * sw / n - a * cxw - b * cyw) / n
+    return max(residual, 0.0) / (w_center * w_center)
+
+
+@njit(cache=True)
+def _better_fit(
+    planes: np.ndarray, residuals: np.ndarray, index: np.ndarray, depth: np.ndarray, pixel: np.ndarray,
+    i: int, radius: int,
+) -> int:  # fmt: skip
+    """The pixel whose plane describes pixel i best: its own, or that of a pixel beside it, away from a ridge.
+
+    A window across the ridge of two faces fits neither. A neighbour's window that fits far better and whose plane
+    passes through pixel i lies on its face. On curved or noisy surfaces all windows fit alike: nothing changes.
+    """
+    row, col = pixel[i, 0], pixel[i, 1]
+    best, limit = i, 0.1 * residuals[i]
+    if limit <= 1e-9:
+        return i
+    w = 1.0 / depth[row, col]
+    for dr in range(-radius, radius + 1, radius):
+        for dc in range(-radius, radius + 1, radius):
+            r, c = row + dr, col + dc
+            if r < 0 or c < 0 or r >= index.shape[0] or c >= index.shape[1]:
+                continue
+            j = index[r, c]
+            if j < 0 or residuals[j] < 0 or residuals[j] >= limit:
+                continue
+            miss = (planes[j, 2] - planes[j, 0] * dc - planes[j, 1] * dr - w) / w
+            if miss * miss <= residuals[i]:
+                best, limit = j, residuals[j]
+    return best
+
+
+@njit(cache=True)
+def estimate_normals(
+    depth: Float32[np.ndarray, "h w"],
+    label: Int16[np.ndarray, "h w"],
+    pixels: Int32[np.ndarray, "n 2"],
+    K: Float[np.ndarray, "3 3"],
+    R_world_camera: Float[np.ndarray, "3 3"],
+    slope: float,
+    radius: int,
+) -> Float32[np.ndarray, "n 3"]:
+    """Unit normals towards the camera, world frame; the direction to the camera where no plane fits."""
+    n = pixels.shape[0]
+    planes = np.zeros((n, 3))
+    residuals = np.empty(n)
+    index = np.full(depth.shape, -1, np.int32)
+    for i in range(n):
+        residuals[i] = _fit_plane(depth, label, pixels[i, 0], pixels[i, 1], slope, radius, planes[i])
+        index[pixels[i, 0], pixels[i, 1]] = i
+    R = R_world_camera
+    normals = np.empty((n, 3), np.float32)
+    for i in range(n):
+        j = _better_fit(planes, residuals, index, depth, pixels, i, radius) if residuals[i] >= 0 else i
+        u, v = pixels[j, 1] - K[0, 2], pixels[j, 0] - K[1, 2]
+        if residuals[j] >= 0:
+            # n . p = c on the plane, p = depth * ray: 1 / depth = (n / c) . ray, so w's coefficients are the normal.
+            x, y = -planes[j, 0] * K[0, 0], -planes[j, 1] * K[1, 1]
+            z = -(planes[j, 2] - planes[j, 0] * u - planes[j, 1] * v)
+        else:
+            x, y, z = -u / K[0, 0], -v / K[1, 1], -1.0
+        length = np.sqrt(x * x + y * y + z * z)
+        for k in range(3):
+            normals[i, k] = (R[k, 0] * x + R[k, 1] * y + R[k, 2] * z) / length
+    return normals
+
+
+@njit(cache=True)
+def lift_pixels(
+    depth: Float32[np.ndarray, "h w"],
+    pixels: Int32[np.ndarray, "n 2"],
+    K: Float[np.ndarray, "3 3"],
+    T_world_camera: Float[np.ndarray, "4 4"],
+) -> Float32[np.ndarray, "n 3"]:
+    """World points of pixels. Compiled, because a library's matrix product would wake all its threads for this."""
+    T = T_world_camera
+    points = np.empty((pixels.shape[0], 3), np.float32)
+    for i in range(pixels.shape[0]):
+        z = float(depth[pixels[i, 0], pixels[i, 1]])
+        x, y = (pixels[i, 1] - K[0, 2]) / K[0, 0] * z, (pixels[i, 0] - K[1, 2]) / K[1, 1] * z
+        for k in range(3):
+            points[i, k] = T[k, 0] * x + T[k, 1] * y + T[k, 2] * z + T[k, 3]
+    return points

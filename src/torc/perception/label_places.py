@@ -1,0 +1,173 @@
+"""Where the number of each mask goes: inside its mask, never over another number."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Int16
+from scipy import ndimage
+
+Size = tuple[int, int]
+"""Height and width of a number's box, pixels."""
+Window = tuple[slice, slice]
+"""Rows and columns of a part of the image."""
+
+
+@dataclass(frozen=True)
+class LabelPlace:
+    """A number's box and the mask pixel it names.
+
+    Attributes:
+        row, col: the box's upper left pixel.
+        size: its height and width.
+        anchor: (row, col) in the mask: where the number would be best; the end of the leader line.
+        leader: whether the box lies beside the mask, tied to it by a line.
+    """
+
+    row: int
+    col: int
+    size: Size
+    anchor: tuple[int, int]
+    leader: bool
+
+
+def mask_anchor(mask: Bool[np.ndarray, "h w"]) -> tuple[int, int]:
+    """The mask pixel nearest to the centre of mass; the mask's thickest place if the former is near its rim.
+
+    The second case is that of rings and crescents. Raises ValueError for an empty mask.
+    """
+    rows, cols = np.nonzero(mask)
+    if rows.size == 0:
+        raise ValueError("An empty mask has no anchor.")
+    top, left = int(rows.min()), int(cols.min())
+    crop = np.pad(mask[top : rows.max() + 1, left : cols.max() + 1].astype(np.uint8), 1)
+    thickness = cv2.distanceTransform(crop, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    nearest = int(np.argmin((rows - rows.mean()) ** 2 + (cols - cols.mean()) ** 2))
+    row, col = int(rows[nearest]), int(cols[nearest])
+    if thickness[row - top + 1, col - left + 1] >= 0.5 * thickness.max():
+        return row, col
+    peak = np.unravel_index(int(np.argmax(thickness)), thickness.shape)
+    return int(peak[0]) + top - 1, int(peak[1]) + left - 1
+
+
+def place_labels(
+    label_image: Int16[np.ndarray, "h w"], sizes: Mapping[int, tuple[Size, Size]]
+) -> dict[int, LabelPlace]:
+    """A place for the number of each id that has pixels, smallest masks first, for they have least choice.
+
+    Args:
+        label_image: object id per pixel.
+        sizes: per id the preferred size of its number's box, and a smaller one for small masks.
+
+    Tried in turn: wholly inside the mask; centred in it; beside it on free ground; beside it anywhere. A number that
+    finds no room at all is left out (only in images hardly larger than a number).
+    """
+    found = ndimage.find_objects(label_image.astype(np.int32) + 1)
+    windows = {i: found[i] for i in sizes if i < len(found) and found[i] is not None}
+    counts = {i: int(np.count_nonzero(label_image[w] == i)) for i, w in windows.items()}
+    taken: list[LabelPlace] = []
+    places: dict[int, LabelPlace] = {}
+    for i in sorted(windows, key=lambda i: (counts[i], i)):
+        anchor = _shifted(mask_anchor(label_image[windows[i]] == i), windows[i])
+        place = _inside(label_image, i, windows[i], counts[i], anchor, sizes[i], taken)
+        if place is None:
+            place = _beside(label_image, windows[i], anchor, sizes[i][1], taken)
+        if place is not None:
+            taken.append(place)
+            places[i] = place
+    return dict(sorted(places.items()))
+
+
+def _inside(
+    label_image: Int16[np.ndarray, "h w"],
+    object_id: int,
+    window: Window,
+    count: int,
+    anchor: tuple[int, int],
+    sizes: tuple[Size, Size],
+    taken: list[LabelPlace],
+) -> LabelPlace | None:
+    """A box within the mask, or at least centred in it."""
+    small = sizes[1]
+    window = _grown(window, max(max(size) for size in sizes), label_image.shape)
+    mask = label_image[window] == object_id
+    tries = [(size, True) for size in sizes]
+    # A box that would hide most of its mask goes beside it.
+    if count >= 1.3 * small[0] * small[1]:
+        tries.append((small, False))
+    for size, whole in tries:
+        corner = _nearest(_corners(mask, size, whole), size, anchor, taken, window)
+        if corner:
+            return LabelPlace(*corner, size, anchor, leader=False)
+    return None
+
+
+def _beside(
+    label_image: Int16[np.ndarray, "h w"],
+    window: Window,
+    anchor: tuple[int, int],
+    size: Size,
+    taken: list[LabelPlace],
+) -> LabelPlace | None:
+    """A box on free ground near the mask, else anywhere."""
+    near = _grown(window, 8 * max(size), label_image.shape)
+    everywhere = _grown(window, max(label_image.shape), label_image.shape)
+    for place, on_ground in ((near, True), (near, False), (everywhere, False)):
+        area = label_image[place]
+        ground = area < 0 if on_ground else np.ones(area.shape, dtype=bool)
+        corner = _nearest(_corners(ground, size, whole=True), size, anchor, taken, place)
+        if corner:
+            return LabelPlace(*corner, size, anchor, leader=True)
+    return None
+
+
+def _grown(window: Window, px: int, shape: tuple[int, ...]) -> Window:
+    """The window with a border, within an image of that shape."""
+    rows, cols = (slice(max(w.start - px, 0), min(w.stop + px, n)) for w, n in zip(window, shape))
+    return rows, cols
+
+
+def _shifted(pixel: tuple[int, int], window: Window) -> tuple[int, int]:
+    """A pixel of a window in the image."""
+    return pixel[0] + window[0].start, pixel[1] + window[1].start
+
+
+def _corners(mask: Bool[np.ndarray, "h w"], size: Size, whole: bool) -> Bool[np.ndarray, "h w"]:
+    """Upper left pixels of the boxes inside the picture that lie wholly (or with their centre) in the mask."""
+    height, width = size
+    rows, cols = mask.shape[0] - height + 1, mask.shape[1] - width + 1
+    out = np.zeros(mask.shape, dtype=bool)
+    if rows <= 0 or cols <= 0:
+        return out
+    if whole:
+        kernel = np.ones((height, width), dtype=np.uint8)
+        inside = cv2.erode(mask.astype(np.uint8), kernel, anchor=(0, 0), borderType=cv2.BORDER_REPLICATE)
+        out[:rows, :cols] = inside[:rows, :cols] > 0
+    else:
+        top, left = height // 2, width // 2
+        out[:rows, :cols] = mask[top : top + rows, left : left + cols]
+    return out
+
+
+def _nearest(
+    corners: Bool[np.ndarray, "h w"],
+    size: Size,
+    anchor: tuple[int, int],
+    taken: list[LabelPlace],
+    window: Window,
+) -> tuple[int, int] | None:
+    """The corner in a window whose box is centred nearest to the anchor, a pixel away from every box so far."""
+    height, width = size
+    top, left = window[0].start, window[1].start
+    for place in taken:
+        rows = slice(max(place.row - height - top, 0), max(place.row + place.size[0] + 1 - top, 0))
+        cols = slice(max(place.col - width - left, 0), max(place.col + place.size[1] + 1 - left, 0))
+        corners[rows, cols] = False
+    rows_free, cols_free = np.nonzero(corners)
+    if rows_free.size == 0:
+        return None
+    down = rows_free + (top + height // 2 - anchor[0])
+    right = cols_free + (left + width // 2 - anchor[1])
+    best = int(np.argmin(down**2 + right**2))
+    return int(rows_free[best]) + top, int(cols_free[best]) + left

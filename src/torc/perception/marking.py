@@ -1,0 +1,120 @@
+"""The marked image: what a person or a VLM is shown of a segmented scene."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Int16, UInt8
+
+from torc.errors import InputError
+from torc.perception.digits import number_image
+from torc.perception.label_places import LabelPlace, place_labels
+from torc.perception.palette import object_color
+from torc.records import MAX_OBJECTS, SegmentedScene
+
+
+@dataclass(frozen=True)
+class MarkingConfig:
+    """Looks of the marked image. Lengths are for an image 480 pixels high and grow with it.
+
+    Attributes:
+        tint: share of the object's colour over its pixels.
+        faint_tint: the same for the other objects when one is highlighted.
+        outline_px: thickness of the outline, inside the mask.
+        digit_px: height of the numbers; small_digit_px where a mask has no room for that.
+        padding_px: black around a number.
+    """
+
+    tint: float = 0.4
+    faint_tint: float = 0.2
+    outline_px: int = 2
+    digit_px: int = 13
+    small_digit_px: int = 9
+    padding_px: int = 3
+
+
+def mark_image(
+    scene: SegmentedScene, highlight: int | None = None, config: MarkingConfig | None = None
+) -> UInt8[np.ndarray, "h w 3"]:
+    """The colour image with every object tinted and outlined in its own colour and numbered with its id.
+
+    The id stands in white digits in a black box inside the object's mask; where it does not fit, beside the mask, tied
+    to it by a thin line. Boxes never overlap. Objects without pixels are skipped. The same scene gives the same image.
+
+    Args:
+        scene: what perception found.
+        highlight: id of an object to bring out: a thick outline within a white one, the others fainter.
+        config: looks.
+
+    Raises InputError if the highlighted object is not in the scene.
+    """
+    config = MarkingConfig() if config is None else config
+    if highlight is not None and highlight not in scene.ids:
+        raise InputError(f"Cannot highlight object {highlight}: visible are {list(scene.ids)}.")
+    label = np.where(np.isin(scene.label_image, scene.ids), scene.label_image, -1).astype(np.int16)
+    scale = max(1.0, label.shape[0] / 480)
+    image = _tint(scene.observation.rgb, label, highlight, config)
+    _outline(image, label, highlight, max(1, round(config.outline_px * scale)))
+    digits = (max(5, round(config.digit_px * scale)), max(5, round(config.small_digit_px * scale)))
+    boxes = {i: tuple(_number_box(i, px, round(config.padding_px * scale)) for px in digits) for i in scene.ids}
+    places = place_labels(label, {i: (large.shape, small.shape) for i, (large, small) in boxes.items()})
+    _draw_leaders(image, places)
+    for i, place in places.items():
+        box = next(b for b in boxes[i] if b.shape == place.size)
+        height, width = place.size
+        image[place.row : place.row + height, place.col : place.col + width] = box[..., None]
+    return image
+
+
+def _tint(
+    rgb: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], highlight: int | None, config: MarkingConfig
+) -> UInt8[np.ndarray, "h w 3"]:
+    """A copy of the image with the objects tinted."""
+    share = np.full(MAX_OBJECTS, config.tint if highlight is None else config.faint_tint)
+    if highlight is not None:
+        share[highlight] = config.tint
+    weight = np.append(share, 0.0)[label][..., None].astype(np.float32)  # label -1 reads the last entry
+    color = _palette()[label].astype(np.float32)
+    return np.rint(rgb + weight * (color - rgb)).astype(np.uint8)
+
+
+def _outline(
+    image: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], highlight: int | None, px: int
+) -> None:
+    """Draw the rims of all masks in their colours, in place."""
+    rim = _rim(label, px) & (label >= 0)
+    image[rim] = _palette()[label[rim]]
+    if highlight is not None:
+        mask = (label == highlight).astype(np.uint8)
+        image[(_rim(mask, 2 * px)) & (mask > 0)] = _palette()[highlight]
+        kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
+        image[(cv2.dilate(mask, kernel) > 0) & (mask == 0)] = 255
+
+
+def _rim(label: np.ndarray, px: int) -> Bool[np.ndarray, "h w"]:
+    """Pixels within px of another label or of the image's border."""
+    padded = np.pad(label, px, constant_values=-3 if label.dtype == np.int16 else 0)
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
+    inner = (slice(px, -px), slice(px, -px))
+    return (cv2.erode(padded, kernel)[inner] != label) | (cv2.dilate(padded, kernel)[inner] != label)
+
+
+def _number_box(number: int, digit_px: int, padding_px: int) -> UInt8[np.ndarray, "h w"]:
+    """White digits on black, at least as wide as high."""
+    ink = np.pad(number_image(number, digit_px), padding_px)
+    missing = max(0, ink.shape[0] - ink.shape[1])
+    return np.pad(ink, ((0, 0), (missing // 2, missing - missing // 2)))
+
+
+def _draw_leaders(image: UInt8[np.ndarray, "h w 3"], places: dict[int, LabelPlace]) -> None:
+    """Lines in the objects' colours, lined with black, from the boxes beside their masks to them."""
+    for i, place in places.items():
+        if place.leader:
+            start = (place.col + place.size[1] // 2, place.row + place.size[0] // 2)
+            end = (place.anchor[1], place.anchor[0])
+            cv2.line(image, start, end, (0, 0, 0), 3)
+            cv2.line(image, start, end, object_color(i), 1)
+
+
+def _palette() -> UInt8[np.ndarray, "ids 3"]:
+    return np.array([object_color(i) for i in range(MAX_OBJECTS)], dtype=np.uint8)

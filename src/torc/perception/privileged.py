@@ -1,0 +1,24 @@
+"""Perception that is given the labels: a simulator's truth or an annotated data set."""
+
+from torc.errors import InputError
+from torc.perception.segmentation import PerceptionConfig, segment
+from torc.records import Observation, SegmentedScene
+
+
+class LabelPerception:
+    """Takes the masks from the observation's own label image (the paper's privileged perception)."""
+
+    def __init__(self, config: PerceptionConfig | None = None) -> None:
+        self.config = PerceptionConfig() if config is None else config
+
+    def perceive(self, observation: Observation) -> SegmentedScene:
+        """The objects under the observation's labels. Raises InputError if it has none."""
+        if observation.label_image is None:
+            raise InputError(
+                "This observation has no label image. Give one (object id per pixel, -1 for the background), "
+                "or use a perception that finds the masks itself."
+            )
+        return segment(observation, observation.label_image, self.config)
+
+
+__all__ = ["LabelPerception", "PerceptionConfig"]

@@ -1,0 +1,136 @@
+"""From depth and a label image to object clouds with normals, whatever made the labels (paper: Perception)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float32, Int16, Int32
+
+from torc.errors import InputError
+from torc.perception.kernels import estimate_normals, keep_background, keep_objects, lift_pixels
+from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, SegmentedObject, SegmentedScene
+
+
+@dataclass(frozen=True)
+class PerceptionConfig:
+    """How clouds are made.
+
+    Attributes:
+        min_depth_m, max_depth_m: readings outside are no readings.
+        min_pixels: an object with a smaller mask is not reported.
+        min_target_pixels: the target counts as found from this mask size on; with less it is not reported.
+        min_points: an object with fewer points is not reported: nothing can be planned on it.
+        edge_slope: neighbouring pixels whose depths differ by more than this many times a pixel's width on the
+            surface belong to different surfaces. 8 is a surface seen at 83 degrees; lower it for sensors that
+            smear edges.
+        normal_radius_px: normals are fitted in a window of this radius; raise it for noisy depth.
+        stride: objects keep every stride-th pixel along rows and columns.
+        background_stride: the same for the background.
+    """
+
+    min_depth_m: float = 0.1
+    max_depth_m: float = 10.0
+    min_pixels: int = 15
+    min_target_pixels: int = 30
+    min_points: int = 8
+    edge_slope: float = 8.0
+    normal_radius_px: int = 2
+    stride: int = 1
+    background_stride: int = 3
+
+    def __post_init__(self) -> None:
+        if not 0 < self.min_depth_m < self.max_depth_m:
+            raise InputError(f"Depth range {self.min_depth_m}..{self.max_depth_m} m is not a range above 0.")
+        least = {"stride": 1, "background_stride": 1, "normal_radius_px": 1, "min_pixels": 1}
+        least |= {"min_target_pixels": 1, "min_points": 1}
+        for name, low in least.items():
+            if getattr(self, name) < low:
+                raise InputError(f"PerceptionConfig.{name} is {getattr(self, name)}; it must be at least {low}.")
+
+
+def valid_depth(
+    depth_m: Float32[np.ndarray, "h w"], min_depth_m: float, max_depth_m: float
+) -> Float32[np.ndarray, "h w"]:
+    """Depth with 0 wherever there is no usable reading."""
+    with np.errstate(invalid="ignore"):
+        good = (depth_m >= min_depth_m) & (depth_m <= max_depth_m)
+    return np.where(good, depth_m, np.float32(0))
+
+
+def segment(
+    observation: Observation, label_image: Int16[np.ndarray, "h w"], config: PerceptionConfig
+) -> SegmentedScene:
+    """The scene that a label image makes of a snapshot.
+
+    Objects with too few pixels are not reported: their label pixels stay, and their points join the background,
+    so that they are obstacles all the same. Raises InputError for labels that do not fit the image or the ids.
+    """
+    counts = _pixel_counts(observation, label_image)
+    depth = valid_depth(observation.depth_m, config.min_depth_m, config.max_depth_m)
+    label = np.ascontiguousarray(label_image, dtype=np.int16)
+    K = observation.K
+    slope = config.edge_slope / min(K[0, 0], K[1, 1])
+    large = counts >= config.min_pixels
+    large[TARGET_ID] = counts[TARGET_ID] >= config.min_target_pixels
+    pixels = _pixels(keep_objects(depth, label, large, slope, config.stride))
+    point_counts = np.bincount(label[pixels[:, 0], pixels[:, 1]], minlength=MAX_OBJECTS)
+    reported = large & (point_counts >= config.min_points)
+    if np.any(reported != large):
+        pixels = pixels[reported[label[pixels[:, 0], pixels[:, 1]]]]
+    objects = _objects(observation, depth, label, pixels, counts, slope, config)
+    background = _pixels(keep_background(depth, label, reported, slope, config.background_stride))
+    return SegmentedScene(
+        observation=observation,
+        label_image=label_image,
+        objects=objects,
+        target_id=TARGET_ID if reported[TARGET_ID] else None,
+        background_points=_points(observation, depth, background),
+    )
+
+
+def _pixel_counts(observation: Observation, label_image: np.ndarray) -> np.ndarray:
+    """Mask sizes by id."""
+    shape = observation.depth_m.shape
+    if label_image.shape != shape or observation.rgb.shape[:2] != shape:
+        raise InputError(
+            f"Image sizes differ: depth {shape}, labels {label_image.shape}, colour {observation.rgb.shape[:2]}. "
+            "All three must be registered to one camera."
+        )
+    low, high = min(ROBOT, BACKGROUND), MAX_OBJECTS - 1
+    if label_image.size == 0 or label_image.min() < low or label_image.max() > high:
+        raise InputError(f"The label image is empty or holds labels outside {low}..{high}; renumber the objects.")
+    return np.bincount(label_image.ravel().astype(np.int64) - low, minlength=MAX_OBJECTS - low)[-low:]
+
+
+def _pixels(keep: Bool[np.ndarray, "h w"]) -> Int32[np.ndarray, "n 2"]:
+    return np.argwhere(keep).astype(np.int32)
+
+
+def _points(
+    observation: Observation, depth: np.ndarray, pixels: Int32[np.ndarray, "n 2"]
+) -> Float32[np.ndarray, "n 3"]:
+    K, T_world_camera = (np.asarray(a, dtype=float) for a in (observation.K, observation.T_world_camera))
+    return lift_pixels(depth, pixels, K, T_world_camera)
+
+
+def _objects(
+    observation: Observation,
+    depth: np.ndarray,
+    label: np.ndarray,
+    pixels: Int32[np.ndarray, "n 2"],
+    counts: np.ndarray,
+    slope: float,
+    config: PerceptionConfig,
+) -> tuple[SegmentedObject, ...]:
+    """One record per id among the pixels, by rising id."""
+    labels = label[pixels[:, 0], pixels[:, 1]]
+    order = np.argsort(labels, kind="stable")
+    pixels, labels = np.ascontiguousarray(pixels[order]), labels[order]
+    K, R = np.asarray(observation.K, dtype=float), np.array(observation.T_world_camera[:3, :3], dtype=float)
+    normals = estimate_normals(depth, label, pixels, K, R, slope, config.normal_radius_px)
+    points = _points(observation, depth, pixels)
+    ids, first = np.unique(labels, return_index=True)
+    last = np.append(first[1:], len(labels))
+    return tuple(
+        SegmentedObject(int(i), points[a:b], normals[a:b], pixels[a:b], int(counts[i]))
+        for i, a, b in zip(ids, first, last)
+    )

@@ -1,0 +1,1 @@
+"""From one image to all that a task planner may see: perceive, occlusion volume, grasps, validity, blocking."""

@@ -1,0 +1,101 @@
+"""From one snapshot to a `PlanningContext` (paper: A Modular Pipeline, steps 1 and 2)."""
+
+from dataclasses import dataclass, field
+
+from torc.collision.world import CollisionWorld, build_collision_world
+from torc.grasping.protocol import GraspPlanner
+from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
+from torc.occlusion.volume import OcclusionConfig, update_volume
+from torc.perception.noise import NoiseConfig, add_sensor_noise
+from torc.perception.protocol import Perception
+from torc.pipeline.seeding import stage_rng
+from torc.pipeline.timing import StageClock
+from torc.records import (
+    GraspReport,
+    GraspSet,
+    Observation,
+    OcclusionVolume,
+    PickOutcome,
+    PlanningContext,
+    SegmentedScene,
+)
+from torc.robots.description import GripperDescription, RobotDescription
+from torc.scenes.workspace import Workspace
+
+
+@dataclass(frozen=True)
+class Look:
+    """What one snapshot tells.
+
+    Attributes:
+        context: what a task planner may see.
+        world: the collision world of this snapshot, for motion planning.
+        seconds: wall time by stage.
+    """
+
+    context: PlanningContext
+    world: CollisionWorld
+    seconds: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """The parts between camera and task planner; each can be exchanged.
+
+    Attributes:
+        perception: masks and clouds.
+        grasp_planner: candidate grasps.
+        robot: whose reach decides which grasps are valid; a GripperDescription alone checks only the gripper.
+        workspace: fixed obstacles.
+        noise: sensor noise to add to each snapshot, None for none.
+        occlusion: settings of the occlusion volume; what the fixed camera can never see counts as outside of it,
+            since as "unknown" it would bar the way for ever.
+    """
+
+    perception: Perception
+    grasp_planner: GraspPlanner
+    robot: RobotDescription | GripperDescription
+    workspace: Workspace
+    noise: NoiseConfig | None = None
+    occlusion: OcclusionConfig = field(default_factory=lambda: OcclusionConfig(out_of_view_is_free=True))
+
+    def look(
+        self,
+        observation: Observation,
+        volume: OcclusionVolume,
+        *,
+        target_description: str,
+        seed: int = 0,
+        history: tuple[PickOutcome, ...] = (),
+        picks_left: int = 1,
+    ) -> Look:
+        """Perceive, update the occlusion volume, plan and check grasps.
+
+        Args:
+            observation: the snapshot.
+            volume: the occlusion volume before it.
+            target_description: the target in words.
+            seed: with the number of picks so far it decides all random draws.
+            history: outcomes of the picks so far.
+            picks_left: attempts left, this one included.
+        """
+        pick, clock = len(history), StageClock()
+        with clock.stage("perceive"):
+            if self.noise is not None:
+                observation = add_sensor_noise(observation, self.noise, stage_rng(seed, pick, "noise"))
+            scene = self.perception.perceive(observation)
+        with clock.stage("occlusion"):
+            volume = update_volume(volume, scene, self.occlusion)
+        with clock.stage("collision world"):
+            world = build_collision_world(volume, self.workspace)
+        with clock.stage("grasps"):
+            grasps = self.grasp_planner.plan(scene, volume, stage_rng(seed, pick, "grasps"))
+        with clock.stage("validity"):
+            report = self._evaluate(grasps, scene, world)
+        context = PlanningContext(scene, volume, grasps, report, target_description, history, picks_left)
+        return Look(context, world, clock.seconds)
+
+    def _evaluate(self, grasps: GraspSet, scene: SegmentedScene, world: CollisionWorld) -> GraspReport:
+        if isinstance(self.robot, RobotDescription):
+            return evaluate_grasps(grasps, scene, world, self.robot)
+        return evaluate_grasps_without_robot(grasps, scene, world, self.robot)

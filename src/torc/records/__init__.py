@@ -1,0 +1,34 @@
+"""Immutable records that flow through the pipeline: every stage takes records and returns records."""
+
+from torc.records.camera import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation
+from torc.records.decisions import Decision, Exchange, PlanningContext
+from torc.records.grasps import GraspReport, GraspSet, GraspStatus
+from torc.records.outcomes import PickOutcome, PickResult
+from torc.records.plans import PickPlan, PlanFailure, PlanStage, Trajectory
+from torc.records.scene import SegmentedObject, SegmentedScene
+from torc.records.volume import EMPTY, OcclusionVolume, VoxelGrid
+
+__all__ = [
+    "BACKGROUND",
+    "EMPTY",
+    "MAX_OBJECTS",
+    "ROBOT",
+    "TARGET_ID",
+    "Decision",
+    "Exchange",
+    "GraspReport",
+    "GraspSet",
+    "GraspStatus",
+    "Observation",
+    "OcclusionVolume",
+    "PickOutcome",
+    "PickPlan",
+    "PickResult",
+    "PlanFailure",
+    "PlanStage",
+    "PlanningContext",
+    "SegmentedObject",
+    "SegmentedScene",
+    "Trajectory",
+    "VoxelGrid",
+]

@@ -1,0 +1,39 @@
+"""What the camera delivers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Float32, Int16, UInt8
+
+BACKGROUND = -1
+"""Label of pixels that belong to no object: table, bin, floor, walls."""
+ROBOT = -2
+"""Label of pixels that show the robot itself: they hide what is behind them, but are no obstacle."""
+TARGET_ID = 0
+"""The target's object id wherever the target is known, as in the paper's images."""
+MAX_OBJECTS = 64
+"""Object ids are 0..63: an id is a bit of the occlusion volume's masks."""
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One RGB-D snapshot. Camera frame: OpenCV (x right, y down, z forward).
+
+    Attributes:
+        rgb: colour image.
+        depth_m: distance along the optical axis, metres; 0 where there is no reading.
+        K: intrinsics, pixels; pixel centres at integer coordinates.
+        T_world_camera: camera pose, p_world = T_world_camera @ p_camera.
+        qpos: joint positions of the arm at that moment, radians; empty if there is no robot.
+        stamp_s: time of the snapshot.
+        label_image: object id per pixel where the source knows it (a simulator, an annotated data set), else
+            None: BACKGROUND, ROBOT, or 0..63 with 0 the target.
+    """
+
+    rgb: UInt8[np.ndarray, "h w 3"]
+    depth_m: Float32[np.ndarray, "h w"]
+    K: Float[np.ndarray, "3 3"]
+    T_world_camera: Float[np.ndarray, "4 4"]
+    qpos: Float[np.ndarray, "n"]
+    stamp_s: float
+    label_image: Int16[np.ndarray, "h w"] | None = None

@@ -1,0 +1,52 @@
+"""What came of a pick."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class PickResult(StrEnum):
+    """The end of one attempt. All but the first two are failures that use up a pick."""
+
+    RETRIEVED = "retrieved"
+    """The target was held after the lift and delivered to the bin."""
+    REMOVED = "removed"
+    """Another object was held and delivered to the bin."""
+    MISSED = "missed"
+    """Nothing was held after the lift."""
+    SLIPPED = "slipped"
+    """The object was held after the lift but lost before the bin."""
+    STOPPED = "stopped"
+    """Unexpected contact ended the motion before the grasp; the arm backed off."""
+    NO_VALID_CHOICE = "no valid choice"
+    """The task planner named no object that it was allowed to name, in all its tries."""
+    NO_VALID_GRASP = "no valid grasp"
+    """Nothing in sight has a valid grasp."""
+    NO_PLAN = "no motion plan"
+    """No motion was found for any valid grasp of the chosen object."""
+
+
+@dataclass(frozen=True)
+class PickOutcome:
+    """What the robot did and what happened.
+
+    Attributes:
+        result: see PickResult.
+        object_id: the object that was to be picked.
+        held_id: the object that was held after the lift, if any (simulator's truth, or the plan's on real robots).
+        held_after_lift: the paper's own measure of success.
+        delivered: the held object was let go over the bin.
+        dropped: ids of the objects other than the target that left the table otherwise than in the gripper.
+        target_lost: the target left the table otherwise than in the gripper.
+        detail: one sentence for people, e.g. which contact stopped the arm.
+        duration_s: time on the robot's clock.
+    """
+
+    result: PickResult
+    object_id: int
+    held_id: int | None = None
+    held_after_lift: bool = False
+    delivered: bool = False
+    dropped: tuple[int, ...] = ()
+    target_lost: bool = False
+    detail: str = ""
+    duration_s: float = 0.0

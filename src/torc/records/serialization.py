@@ -1,0 +1,114 @@
+"""Records to files and back, without pickle: one .npz holds the arrays and a JSON tree for everything else."""
+
+import dataclasses
+import enum
+import json
+import os
+import types
+import typing
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from torc.errors import InputError
+
+FORMAT = "torc-record/1"
+Record = TypeVar("Record")
+
+
+def save_record(record: Any, path: Path | str) -> None:
+    """Write a record atomically: to a temporary file beside `path`, then renamed.
+
+    Arrays keep dtype and shape bit for bit; nested records, tuples, enums and None are kept. Raises TypeError
+    for a field of another kind (a record holds plain data only).
+    """
+    path = Path(path)
+    arrays: dict[str, np.ndarray] = {}
+    tree = {"format": FORMAT, "type": type(record).__name__, "fields": _encode(record, "", arrays)}
+    temporary = path.with_name(path.name + ".tmp")
+    with open(temporary, "wb") as f:
+        np.savez_compressed(f, __tree__=np.array(json.dumps(tree)), **arrays)  # type: ignore[arg-type]
+    os.replace(temporary, path)
+
+
+def load_record(path: Path | str, cls: type[Record]) -> Record:
+    """Read a record of type `cls`. Raises InputError if the file is missing, damaged or holds another record."""
+    try:
+        with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
+            tree = json.loads(str(file["__tree__"]))
+            arrays = {name: file[name] for name in file.files if name != "__tree__"}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(f"'{path}' is not a readable record: {error}") from error
+    if not isinstance(tree, dict) or tree.get("format") != FORMAT or tree.get("type") != cls.__name__:
+        raise InputError(f"'{path}' does not hold a {cls.__name__} in the format {FORMAT}.")
+    try:
+        return _decode(cls, tree["fields"], arrays)
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise InputError(f"'{path}' does not hold a complete {cls.__name__}: {error}") from error
+
+
+def to_plain(value: Any) -> Any:
+    """A record as JSON-compatible data, arrays as nested lists (for logs of small records)."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: to_plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(k): to_plain(v) for k, v in value.items()}
+    if isinstance(value, tuple | list):
+        return [to_plain(v) for v in value]
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, enum.Enum):
+        return value.value
+    return value
+
+
+def _encode(value: Any, key: str, arrays: dict[str, np.ndarray]) -> Any:
+    if isinstance(value, np.ndarray):
+        name = f"a{len(arrays)}{key}"
+        arrays[name] = value
+        return {"array": name}
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {
+            f.name: _encode(getattr(value, f.name), f"{key}.{f.name}", arrays)
+            for f in dataclasses.fields(value)
+        }
+    if isinstance(value, enum.Enum):
+        return value.value
+    if isinstance(value, Mapping):
+        return {"map": to_plain(value)}
+    if isinstance(value, tuple | list):
+        return [_encode(v, key, arrays) for v in value]
+    if isinstance(value, np.generic):
+        return value.item()
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    raise TypeError(
+        f"A record holds plain data only, not {type(value).__name__} (field '{key.lstrip('.')}')."
+    )
+
+
+def _decode(annotation: Any, value: Any, arrays: dict[str, np.ndarray]) -> Any:
+    if isinstance(value, dict) and set(value) == {"array"}:
+        return arrays[value["array"]]
+    if isinstance(value, dict) and set(value) == {"map"}:
+        return types.MappingProxyType(value["map"])
+    origin, args = typing.get_origin(annotation), typing.get_args(annotation)
+    if origin in (typing.Union, types.UnionType):
+        if value is None:
+            return None
+        return _decode(next(a for a in args if a is not type(None)), value, arrays)
+    if origin is tuple:
+        items = args[:1] * len(value) if len(args) == 2 and args[1] is Ellipsis else args
+        return tuple(_decode(a, v, arrays) for a, v in zip(items, value, strict=True))
+    if dataclasses.is_dataclass(annotation) and isinstance(annotation, type):
+        hints = typing.get_type_hints(annotation)
+        fields = {f.name for f in dataclasses.fields(annotation)}
+        return annotation(**{name: _decode(hints[name], value[name], arrays) for name in fields})
+    if isinstance(annotation, type) and issubclass(annotation, enum.Enum):
+        return annotation(value)
+    return value

@@ -1,0 +1,156 @@
+"""What the rest of the system knows about a robot: numbers only, derived from an MJCF file and a YAML beside it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from torc.errors import UnknownNameError
+from torc.geometry.transforms import Pose
+from torc.robots.gripper import GripperDescription, OrientedBox
+
+__all__ = [
+    "ArmDescription",
+    "GripperDescription",
+    "OrientedBox",
+    "RobotDescription",
+    "SphereModel",
+    "load_robot",
+    "robot_names",
+]
+
+DATA = Path(__file__).parent / "data"
+
+
+@dataclass(frozen=True)
+class ArmDescription:
+    """A serial arm with hinge joints.
+
+    T_world_link[i] = T_world_link[i-1] @ Ts_parent_joint[i] @ rotation(axes[i], qpos[i]), from T_world_base.
+
+    Attributes:
+        joint_names: from base to flange.
+        Ts_parent_joint: joint frame in the previous link's frame (joint 0: in the base frame) at q = 0.
+        axes: unit rotation axis in the joint frame.
+        T_world_base: the frame that carries joint 0.
+        T_last_tool0: flange in the last link's frame, z outward.
+        lower, upper: joint limits, radians.
+        max_speed: radians per second.
+        max_acceleration: radians per second squared.
+        rest_qpos: where the arm waits, radians; out of the camera's sight.
+    """
+
+    joint_names: tuple[str, ...]
+    Ts_parent_joint: Float[np.ndarray, "dof 4 4"]
+    axes: Float[np.ndarray, "dof 3"]
+    T_world_base: Pose
+    T_last_tool0: Pose
+    lower: Float[np.ndarray, "dof"]
+    upper: Float[np.ndarray, "dof"]
+    max_speed: Float[np.ndarray, "dof"]
+    max_acceleration: Float[np.ndarray, "dof"]
+    rest_qpos: Float[np.ndarray, "dof"]
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return len(self.joint_names)
+
+
+@dataclass(frozen=True)
+class SphereModel:
+    """The moving robot as spheres, for batched collision checks.
+
+    Attributes:
+        link: per sphere what it moves with: 0..dof-1 the link of that joint, dof the gripper's body (tool0 frame),
+            dof+1 / dof+2 the finger at -x / +x.
+        centers: in that link's frame; a finger's in the TCP frame at the current opening as if the opening were 0,
+            to be shifted along x by -/+ half the opening.
+        radii: metres; unpadded.
+    """
+
+    link: Int[np.ndarray, "s"]
+    centers: Float[np.ndarray, "s 3"]
+    radii: Float[np.ndarray, "s"]
+
+    def __len__(self) -> int:
+        return len(self.radii)
+
+
+@dataclass(frozen=True)
+class RobotDescription:
+    """A robot: arm, gripper, shape, and the names to find them by in the MJCF.
+
+    Attributes:
+        name: for logs.
+        arm, gripper: kinematics.
+        spheres: the moving parts.
+        static_spheres: x, y, z, radius in the world frame, of the parts that do not move.
+        self_pairs: pairs of link numbers (as in SphereModel.link) that can touch each other.
+        static_links: link numbers that can touch the static spheres.
+        mjcf_path: the model, a fragment without floor, light, camera or physics options.
+        arm_actuator_names: position servos, in the order of arm.joint_names; command = joint position, radians.
+        gripper_actuator_name: command from gripper.ctrl(width_m).
+        gripper_body_name: the body that carries the fingers; its subtree is the whole gripper.
+        finger_body_names: at -x and +x.
+        pad_geom_names: of the finger at -x and at +x.
+        tip_site_names: middle of the distal edge of each pad's face, at -x and +x.
+        tool0_site_name: the flange.
+        root_body_names: the bodies at the root of the MJCF; their subtrees are the whole robot.
+    """
+
+    name: str
+    arm: ArmDescription
+    gripper: GripperDescription
+    spheres: SphereModel
+    static_spheres: Float[np.ndarray, "k 4"]
+    self_pairs: Int[np.ndarray, "m 2"]
+    static_links: tuple[int, ...]
+    mjcf_path: Path
+    arm_actuator_names: tuple[str, ...]
+    gripper_actuator_name: str
+    gripper_body_name: str
+    finger_body_names: tuple[str, str]
+    pad_geom_names: tuple[tuple[str, ...], tuple[str, ...]]
+    tip_site_names: tuple[str, str]
+    tool0_site_name: str
+    root_body_names: tuple[str, ...]
+
+    @property
+    def arm_joint_names(self) -> tuple[str, ...]:
+        """Same as arm.joint_names."""
+        return self.arm.joint_names
+
+    @property
+    def gripper_joint_names(self) -> tuple[str, ...]:
+        """Same as gripper.joint_names."""
+        return self.gripper.joint_names
+
+    @cached_property
+    def link_names(self) -> tuple[str, ...]:
+        """What SphereModel.link counts, in words for people."""
+        return (*self.arm.joint_names, "gripper", "finger -x", "finger +x")
+
+
+def robot_names() -> tuple[str, ...]:
+    """The robots that are shipped."""
+    return tuple(sorted(p.name for p in DATA.iterdir() if (p / f"{p.name}.yaml").is_file()))
+
+
+def load_robot(name_or_path: str | Path = "sda10f_2f85") -> RobotDescription:
+    """A shipped robot by name, or any robot by the path of its YAML (which names its MJCF).
+
+    Raises:
+        UnknownNameError: neither a shipped name nor an existing file.
+        InputError: the files contradict the format, or each other.
+    """
+    from torc.robots.parsing import parse_robot
+
+    path = Path(name_or_path)
+    if path.suffix in {".yaml", ".yml"} and path.is_file():
+        return parse_robot(path)
+    if str(name_or_path) not in robot_names():
+        raise UnknownNameError("robot (nor a YAML file)", str(name_or_path), list(robot_names()))
+    return parse_robot(DATA / path.name / f"{path.name}.yaml")

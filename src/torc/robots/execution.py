@@ -1,0 +1,277 @@
+"""Carrying out a planned pick, on any hardware: open, free motion, guarded approach, close, lift, transfer, open, home.
+
+Whatever goes wrong, the arm backs off along the way it came (known to be free) and ends at rest if it can.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.records import TARGET_ID, PickPlan, PickResult, Trajectory
+from torc.robots.protocols import Arm, ContactGuard, FollowResult, Gripper, GripperState
+
+
+@dataclass(frozen=True)
+class ExecutionConfig:
+    """How a pick is carried out.
+
+    Attributes:
+        open_width_m: the gripper's largest opening.
+        clearance_m: None: open fully before the motion; else to the expected width plus this (for tight clutter; the
+            plan must have been made for that opening).
+        grip_force_n: force of each pad on the object.
+        free_guard, approach_guard, transfer_guard: when these motions stop on contact; None: never.
+        close_within_rad: an approach stopped by contact this close to the grasp, in every joint, still closes the
+            gripper; about a centimetre.
+        goal_slack_rad: a motion that ends this close to its goal, in every joint, counts as arrived.
+        start_slack_rad: a motion whose start is further than this from where the arm is, is bent to start there.
+        retreat_slowdown: the way back is slower than the way there by this factor.
+        retreat_ramp_s: time in which the way back picks up speed.
+    """
+
+    open_width_m: float = 0.085
+    clearance_m: float | None = None
+    grip_force_n: float = 50.0
+    free_guard: ContactGuard | None = field(default_factory=ContactGuard)
+    approach_guard: ContactGuard | None = field(default_factory=ContactGuard)
+    transfer_guard: ContactGuard | None = None
+    close_within_rad: float = 0.02
+    goal_slack_rad: float = 0.05
+    start_slack_rad: float = 0.01
+    retreat_slowdown: float = 1.5
+    retreat_ramp_s: float = 0.2
+
+
+class Phase(StrEnum):
+    """The steps of a pick."""
+
+    OPEN = "open"
+    FREE = "free"
+    APPROACH = "approach"
+    CLOSE = "close"
+    LIFT = "lift"
+    TRANSFER = "transfer"
+    RELEASE = "release"
+    HOME = "home"
+    RETREAT = "retreat"
+    """Back along a motion of this pick."""
+
+
+@dataclass(frozen=True)
+class PhaseTrace:
+    """One step: what was commanded, what came of it.
+
+    Attributes:
+        phase: which.
+        trajectory: the commanded motion of the arm; None for a motion of the gripper.
+        width_m: the commanded opening; None for a motion of the arm, 0 for closing.
+        reached: the motion arrived; for closing, something is held.
+        stopped_by_contact: a guard ended it.
+        qpos: the arm afterwards, radians.
+        gripper: the gripper afterwards.
+        detail: for people.
+    """
+
+    phase: Phase
+    trajectory: Trajectory | None
+    width_m: float | None
+    reached: bool
+    stopped_by_contact: bool
+    qpos: Float[np.ndarray, "dof"]
+    gripper: GripperState
+    detail: str = ""
+
+
+@dataclass(frozen=True)
+class ExecutionTrace:
+    """One pick as it went.
+
+    Attributes:
+        result: RETRIEVED (plan.object_id is the target), REMOVED, MISSED, SLIPPED or STOPPED, by the gripper's feeling.
+        phases: the steps in order.
+        held_after_lift: the gripper held something after the lift.
+        delivered: it still did over the bin, and let go there.
+        at_home: the arm ended where it should wait: the end of `home`, or the start of `free`.
+        detail: one sentence for people.
+    """
+
+    result: PickResult
+    phases: tuple[PhaseTrace, ...]
+    held_after_lift: bool
+    delivered: bool
+    at_home: bool
+    detail: str
+
+
+def execute_pick(
+    arm: Arm,
+    gripper: Gripper,
+    plan: PickPlan,
+    config: ExecutionConfig | None = None,
+    on_phase: Callable[[PhaseTrace], None] | None = None,
+) -> ExecutionTrace:
+    """Carry out one pick; returns when the arm rests at home again, or where it could get no further.
+
+    `on_phase` is called after each step, e.g. to look at what is held after the lift.
+    """
+    run = _Run(arm, gripper, plan, config or ExecutionConfig(), on_phase)
+    run.open(Phase.OPEN, run.opening_m())
+    if not run.follow(Phase.FREE, plan.free, run.config.free_guard):
+        return run.give_up("free motion")
+    if not run.follow(Phase.APPROACH, plan.approach, run.config.approach_guard) and not run.near_grasp():
+        return run.give_up("approach")
+    run.close()
+    if not run.follow(Phase.LIFT, plan.lift, None):
+        run.open(Phase.RELEASE, run.opening_m())
+        return run.give_up("lift")
+    if not run.gripper.state.holding:
+        run.open(Phase.RELEASE, run.opening_m())
+        home = run.retreat()
+        return run.trace(PickResult.MISSED, home, "nothing was between the fingers after the lift")
+    run.held_after_lift = True
+    if not run.follow(Phase.TRANSFER, plan.transfer, run.config.transfer_guard):
+        # Put it back where it stood.
+        run.retreat(2)
+        run.open(Phase.RELEASE, run.opening_m())
+        return run.give_up("transfer")
+    return _deliver(run)
+
+
+def _deliver(run: "_Run") -> ExecutionTrace:
+    """Over the bin: let go and return."""
+    still = run.gripper.state.holding
+    run.open(Phase.RELEASE, run.config.open_width_m)
+    home = run.follow(Phase.HOME, run.plan.home, None)
+    if not still:
+        return run.trace(PickResult.SLIPPED, home, "the object slipped out of the fingers before the bin")
+    run.delivered = True
+    target = run.plan.object_id == TARGET_ID
+    return run.trace(PickResult.RETRIEVED if target else PickResult.REMOVED, home, "delivered to the bin")
+
+
+def reverse(
+    trajectory: Trajectory, qpos: Float[np.ndarray, "dof"], slowdown: float = 1.5, ramp_s: float = 0.2
+) -> Trajectory | None:
+    """The way back to the start of a trajectory from `qpos`, near the point of it where the arm stopped.
+
+    Starts at rest, at qpos exactly; None if the arm is at the start already. Time t of the way back is warped so that
+    speed rises over ramp_s to 1 / slowdown of the way there.
+    """
+    nearest = int(np.argmin(np.linalg.norm(trajectory.qpos - qpos, axis=1)))
+    if nearest == 0:
+        return None
+    back = slice(nearest, None, -1)
+    distance = trajectory.times_s[nearest] - trajectory.times_s[back]
+    speed = 1.0 / slowdown
+    ramping = distance < 0.5 * speed * ramp_s
+    times = np.where(ramping, np.sqrt(2.0 * ramp_s * distance / speed), distance / speed + 0.5 * ramp_s)
+    rates = speed * np.minimum(times / ramp_s, 1.0) if ramp_s > 0 else np.full(len(times), speed)
+    path, velocities = trajectory.qpos[back].copy(), -trajectory.qvel[back] * rates[:, None]
+    path[0], velocities[0] = qpos, 0.0
+    return Trajectory(times, path, velocities)
+
+
+def starting_from(trajectory: Trajectory, qpos: Float[np.ndarray, "dof"]) -> Trajectory:
+    """The trajectory bent so that it starts at qpos and ends where it did; the offset fades out over its duration."""
+    s = trajectory.times_s / trajectory.duration_s
+    fade, rate = 1.0 - s * s * (3.0 - 2.0 * s), -6.0 * s * (1.0 - s) / trajectory.duration_s
+    offset = qpos - trajectory.qpos[0]
+    return Trajectory(
+        trajectory.times_s,
+        trajectory.qpos + fade[:, None] * offset,
+        trajectory.qvel + rate[:, None] * offset,
+    )
+
+
+class _Run:
+    """A pick in progress: commands go through here and are written down."""
+
+    def __init__(
+        self,
+        arm: Arm,
+        gripper: Gripper,
+        plan: PickPlan,
+        config: ExecutionConfig,
+        on_phase: Callable[[PhaseTrace], None] | None,
+    ) -> None:
+        self.arm, self.gripper, self.plan, self.config, self.on_phase = arm, gripper, plan, config, on_phase
+        self.phases: list[PhaseTrace] = []
+        self.way: list[Trajectory] = []
+        self.held_after_lift = False
+        self.delivered = False
+
+    def opening_m(self) -> float:
+        """How far the fingers are apart on the way to the object."""
+        if self.config.clearance_m is None:
+            return self.config.open_width_m
+        return min(self.config.open_width_m, self.plan.width_m + self.config.clearance_m)
+
+    def open(self, phase: Phase, width_m: float) -> None:
+        """Open the gripper."""
+        state = self.gripper.open(width_m)
+        self._note(PhaseTrace(phase, None, width_m, True, False, self.arm.qpos, state))
+
+    def close(self) -> None:
+        """Close the gripper on the object."""
+        state = self.gripper.close(self.config.grip_force_n)
+        self._note(PhaseTrace(Phase.CLOSE, None, 0.0, state.holding, False, self.arm.qpos, state))
+
+    def follow(self, phase: Phase, trajectory: Trajectory, guard: ContactGuard | None) -> bool:
+        """Move the arm, from where it really is; whether it arrived."""
+        if np.abs(self.arm.qpos - trajectory.qpos[0]).max() > self.config.start_slack_rad:
+            trajectory = starting_from(trajectory, self.arm.qpos)
+        self.way.append(trajectory)
+        return self._move(phase, trajectory, guard)
+
+    def near_grasp(self) -> bool:
+        """Whether the arm stopped close enough to the grasp to close the gripper all the same."""
+        error = np.abs(self.arm.qpos - self.plan.approach.qpos[-1]).max()
+        return bool(error <= self.config.close_within_rad)
+
+    def retreat(self, motions: int | None = None) -> bool:
+        """Go back along the latest motions, by default along all; whether the arm is where the first of them began."""
+        for _ in range(len(self.way) if motions is None else motions):
+            back = reverse(
+                self.way.pop(), self.arm.qpos, self.config.retreat_slowdown, self.config.retreat_ramp_s
+            )
+            if back is not None and not self._move(Phase.RETREAT, back, None):
+                return False
+        return True
+
+    def give_up(self, what: str) -> ExecutionTrace:
+        """Retreat; the pick ends as STOPPED."""
+        detail = self._last_words(what)
+        return self.trace(PickResult.STOPPED, self.retreat(), detail)
+
+    def trace(self, result: PickResult, at_home: bool, detail: str) -> ExecutionTrace:
+        """The record of it all."""
+        if not at_home:
+            detail += "; the arm did not get home"
+        return ExecutionTrace(
+            result, tuple(self.phases), self.held_after_lift, self.delivered, at_home, detail
+        )
+
+    def _move(self, phase: Phase, trajectory: Trajectory, guard: ContactGuard | None) -> bool:
+        result = self.arm.follow(trajectory, guard)
+        arrived = result.reached or self._close_to_goal(result, trajectory)
+        touched, state = result.stopped_by_contact, self.gripper.state
+        self._note(PhaseTrace(phase, trajectory, None, arrived, touched, result.qpos, state, result.detail))
+        return arrived
+
+    def _note(self, step: PhaseTrace) -> None:
+        self.phases.append(step)
+        if self.on_phase is not None:
+            self.on_phase(step)
+
+    def _close_to_goal(self, result: FollowResult, trajectory: Trajectory) -> bool:
+        error = np.abs(result.qpos - trajectory.qpos[-1]).max()
+        return not result.stopped_by_contact and bool(error <= self.config.goal_slack_rad)
+
+    def _last_words(self, what: str) -> str:
+        moves = [p for p in self.phases if p.trajectory is not None and not p.reached]
+        words = moves[-1].detail if moves else ""
+        how = "stopped by contact" if moves and moves[-1].stopped_by_contact else "did not arrive"
+        return f"{what} {how}" + (f": {words}" if words else "")

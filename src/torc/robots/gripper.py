@@ -1,0 +1,88 @@
+"""A two-finger gripper as numbers: where the TCP is and what the gripper occupies, for any opening."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.errors import InputError
+from torc.geometry.transforms import Pose
+
+
+@dataclass(frozen=True)
+class OrientedBox:
+    """A box aligned with the axes of the frame it is given in (the TCP frame): centre and half edge lengths, metres."""
+
+    center: Float[np.ndarray, "3"]
+    half_size: Float[np.ndarray, "3"]
+
+
+@dataclass(frozen=True)
+class GripperDescription:
+    """A parallel gripper with two fingers.
+
+    The TCP is midway between the distal ends of the fingertips; x the closing direction, z out of the gripper. Its
+    place in the tool0 frame depends on the opening where fingertips travel on arcs, so everything is tabulated over
+    the opening, densely enough that linear interpolation is exact to micrometres.
+
+    Attributes:
+        name: for logs.
+        max_width_m: largest opening between the pads.
+        pad_width_m: the pads' extent along y.
+        pad_height_m: the pads' extent along z.
+        joint_names: the gripper's joints in the MJCF, all of them.
+        widths_m: the tabulated openings, rising from 0 to max_width_m.
+        Ts_tool0_tcp: TCP in the flange's frame, per opening.
+        joint_qpos: joint positions, per opening, in the order of joint_names.
+        actuator_lengths: length of the actuator's transmission, per opening.
+        actuator_ctrl: command at which the actuator rests at that opening.
+        finger_boxes_table: centre and half size of the finger at -x and +x, TCP frame, per opening.
+        palm_boxes_table: the same for every other piece.
+    """
+
+    name: str
+    max_width_m: float
+    pad_width_m: float
+    pad_height_m: float
+    joint_names: tuple[str, ...]
+    widths_m: Float[np.ndarray, "k"]
+    Ts_tool0_tcp: Float[np.ndarray, "k 4 4"]
+    joint_qpos: Float[np.ndarray, "k j"]
+    actuator_lengths: Float[np.ndarray, "k"]
+    actuator_ctrl: Float[np.ndarray, "k"]
+    finger_boxes_table: Float[np.ndarray, "k 2 2 3"]
+    palm_boxes_table: Float[np.ndarray, "k p 2 3"]
+
+    def T_tool0_tcp(self, width_m: float) -> Pose:
+        """TCP in the flange's frame when the pads are width_m apart. Raises InputError outside 0..max_width_m."""
+        return self._at(self.Ts_tool0_tcp, width_m)
+
+    def qpos(self, width_m: float) -> Float[np.ndarray, "j"]:
+        """Positions of joint_names at that opening."""
+        return self._at(self.joint_qpos, width_m)
+
+    def ctrl(self, width_m: float) -> float:
+        """Actuator command that opens (or closes) the gripper to width_m."""
+        return float(self._at(self.actuator_ctrl, width_m))
+
+    def actuator_force(self, grip_force_n: float, width_m: float) -> float:
+        """Actuator force with which each pad presses with grip_force_n, by virtual work: F dw = f dl."""
+        rates = np.abs(np.gradient(self.widths_m, self.actuator_lengths))
+        return float(grip_force_n * self._at(rates, width_m))
+
+    def finger_boxes(self, width_m: float) -> tuple[OrientedBox, OrientedBox]:
+        """What the two fingers (pads and blades, to the knuckles) occupy, TCP frame; at -x, then at +x."""
+        boxes = self._at(self.finger_boxes_table, width_m)
+        return OrientedBox(boxes[0, 0], boxes[0, 1]), OrientedBox(boxes[1, 0], boxes[1, 1])
+
+    def palm_boxes(self, width_m: float) -> tuple[OrientedBox, ...]:
+        """What all the rest of the gripper (palm, links, knuckles) occupies, TCP frame."""
+        return tuple(OrientedBox(c, h) for c, h in self._at(self.palm_boxes_table, width_m))
+
+    def _at(self, table: np.ndarray, width_m: float) -> np.ndarray:
+        if not -1e-6 <= width_m <= self.max_width_m + 1e-6:
+            raise InputError(f"{self.name} opens 0..{self.max_width_m:.3f} m; asked for {width_m:.4f} m.")
+        width = min(max(width_m, 0.0), self.max_width_m)
+        i = int(np.clip(np.searchsorted(self.widths_m, width) - 1, 0, len(self.widths_m) - 2))
+        s = (width - self.widths_m[i]) / (self.widths_m[i + 1] - self.widths_m[i])
+        return (1.0 - s) * table[i] + s * table[i + 1]

@@ -1,0 +1,132 @@
+"""Kinematics as compiled kernels on plain arrays; public, so that collision checks can be fused with them.
+
+Affine 4x4 matrices throughout; their last row is taken as 0 0 0 1.
+"""
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def multiply_affine(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
+    """out = A @ B; out must be neither A nor B."""
+    for i in range(3):
+        a0, a1, a2 = A[i, 0], A[i, 1], A[i, 2]
+        for j in range(4):
+            out[i, j] = a0 * B[0, j] + a1 * B[1, j] + a2 * B[2, j]
+        out[i, 3] += A[i, 3]
+    out[3, 0] = out[3, 1] = out[3, 2] = 0.0
+    out[3, 3] = 1.0
+
+
+@njit(cache=True)
+def rotate_about(axis: np.ndarray, angle: float, out: np.ndarray) -> None:
+    """out[:3, :3] = rotation about a unit axis (Rodrigues)."""
+    x, y, z = axis[0], axis[1], axis[2]
+    c, s = np.cos(angle), np.sin(angle)
+    v = 1.0 - c
+    out[0, 0] = c + x * x * v
+    out[0, 1] = x * y * v - z * s
+    out[0, 2] = x * z * v + y * s
+    out[1, 0] = x * y * v + z * s
+    out[1, 1] = c + y * y * v
+    out[1, 2] = y * z * v - x * s
+    out[2, 0] = x * z * v - y * s
+    out[2, 1] = y * z * v + x * s
+    out[2, 2] = c + z * z * v
+
+
+@njit(cache=True)
+def link_poses_kernel(
+    T_world_base: np.ndarray,
+    Ts_parent_joint: np.ndarray,
+    axes: np.ndarray,
+    T_last_tool0: np.ndarray,
+    qpos: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Forward kinematics: out (n, dof + 1, 4, 4) = world poses of all links, then of tool0, for qpos (n, dof)."""
+    n, dof = qpos.shape
+    joint, turn = np.zeros((4, 4)), np.zeros((4, 4))
+    turn[3, 3] = 1.0
+    for k in range(n):
+        for i in range(dof):
+            if i == 0:
+                multiply_affine(T_world_base, Ts_parent_joint[0], joint)
+            else:
+                multiply_affine(out[k, i - 1], Ts_parent_joint[i], joint)
+            rotate_about(axes[i], qpos[k, i], turn)
+            multiply_affine(joint, turn, out[k, i])
+        multiply_affine(out[k, dof - 1], T_last_tool0, out[k, dof])
+
+
+@njit(cache=True)
+def jacobian_kernel(Ts_link: np.ndarray, axes: np.ndarray, out: np.ndarray) -> None:
+    """Geometric Jacobian of tool0, out (6, dof): linear rows, then angular, world frame, from poses (dof + 1, 4, 4)."""
+    dof = axes.shape[0]
+    p = Ts_link[dof]
+    for i in range(dof):
+        T, a = Ts_link[i], axes[i]
+        wx = T[0, 0] * a[0] + T[0, 1] * a[1] + T[0, 2] * a[2]
+        wy = T[1, 0] * a[0] + T[1, 1] * a[1] + T[1, 2] * a[2]
+        wz = T[2, 0] * a[0] + T[2, 1] * a[1] + T[2, 2] * a[2]
+        dx, dy, dz = p[0, 3] - T[0, 3], p[1, 3] - T[1, 3], p[2, 3] - T[2, 3]
+        out[0, i] = wy * dz - wz * dy
+        out[1, i] = wz * dx - wx * dz
+        out[2, i] = wx * dy - wy * dx
+        out[3, i] = wx
+        out[4, i] = wy
+        out[5, i] = wz
+
+
+@njit(cache=True)
+def tcp_pose_kernel(
+    T_world_tool0: np.ndarray, width_m: float, widths_m: np.ndarray, Ts_tool0_tcp: np.ndarray, out: np.ndarray
+) -> None:
+    """out = TCP's world pose at an opening, by interpolation in the gripper's table (clamped to its ends)."""
+    n = widths_m.shape[0]
+    i = min(max(np.searchsorted(widths_m, width_m) - 1, 0), n - 2)
+    s = (width_m - widths_m[i]) / (widths_m[i + 1] - widths_m[i])
+    s = min(max(s, 0.0), 1.0)
+    T = (1.0 - s) * Ts_tool0_tcp[i] + s * Ts_tool0_tcp[i + 1]
+    multiply_affine(T_world_tool0, T, out)
+
+
+@njit(cache=True)
+def sphere_centers_kernel(
+    Ts_link: np.ndarray,
+    T_world_tcp: np.ndarray,
+    width_m: float,
+    link: np.ndarray,
+    centers: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """out (s, 3) = world centres of a SphereModel for one configuration, from its link poses (dof + 1, 4, 4)."""
+    dof = Ts_link.shape[0] - 1
+    for k in range(link.shape[0]):
+        x, y, z = centers[k, 0], centers[k, 1], centers[k, 2]
+        if link[k] <= dof:
+            T = Ts_link[link[k]]
+        else:
+            T = T_world_tcp
+            x += 0.5 * width_m if link[k] == dof + 2 else -0.5 * width_m
+        for i in range(3):
+            out[k, i] = T[i, 0] * x + T[i, 1] * y + T[i, 2] * z + T[i, 3]
+
+
+@njit(cache=True)
+def sphere_centers_batch_kernel(
+    Ts_link: np.ndarray,
+    width_m: np.ndarray,
+    widths_table_m: np.ndarray,
+    Ts_tool0_tcp: np.ndarray,
+    link: np.ndarray,
+    centers: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """out (n, s, 3) = world centres of a SphereModel for link poses (n, dof + 1, 4, 4) and openings (n,)."""
+    T_world_tcp = np.zeros((4, 4))
+    dof = Ts_link.shape[1] - 1
+    for k in range(Ts_link.shape[0]):
+        tcp_pose_kernel(Ts_link[k, dof], width_m[k], widths_table_m, Ts_tool0_tcp, T_world_tcp)
+        sphere_centers_kernel(Ts_link[k], T_world_tcp, width_m[k], link, centers, out[k])

@@ -1,0 +1,118 @@
+"""What a robot must be able to do. The simulator, drivers of real hardware and the tests' fakes implement it."""
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.records import Observation, PickOutcome, PickPlan, Trajectory
+from torc.robots.description import RobotDescription
+
+
+@dataclass(frozen=True)
+class ContactGuard:
+    """When a motion must stop because the robot touches something.
+
+    Attributes:
+        max_force_n: stop as soon as the contact force on the arm or gripper exceeds this. 40 N stops before a stiff
+            arm breaks a pile apart; below 15 N a light brush already stops it.
+        relief_m: after the stop, go back along the path by this much, so that nothing stays pressed.
+        ignore_gripped: what is held between the pads does not count.
+    """
+
+    max_force_n: float = 40.0
+    relief_m: float = 0.005
+    ignore_gripped: bool = True
+
+
+@dataclass(frozen=True)
+class FollowResult:
+    """How a motion ended.
+
+    Attributes:
+        reached: the end of the trajectory was reached.
+        stopped_by_contact: a ContactGuard ended it.
+        qpos: where the arm is now, radians.
+        detail: for people, e.g. what was touched.
+    """
+
+    reached: bool
+    stopped_by_contact: bool
+    qpos: Float[np.ndarray, "dof"]
+    detail: str = ""
+
+
+@dataclass(frozen=True)
+class GripperState:
+    """What the gripper feels.
+
+    Attributes:
+        width_m: distance between the pads.
+        holding: something is between the pads (they stopped on contact before they were closed).
+    """
+
+    width_m: float
+    holding: bool
+
+
+@runtime_checkable
+class Camera(Protocol):
+    """Takes RGB-D snapshots."""
+
+    def capture(self) -> Observation:
+        """One snapshot, now."""
+        ...
+
+
+@runtime_checkable
+class Arm(Protocol):
+    """Follows trajectories."""
+
+    @property
+    def qpos(self) -> Float[np.ndarray, "dof"]:
+        """Joint positions now, radians."""
+        ...
+
+    def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
+        """Move along the trajectory, which starts where the arm is; returns when the arm rests again.
+
+        With a guard, the motion stops on contact and backs off by guard.relief_m. Without one it does not.
+        """
+        ...
+
+
+@runtime_checkable
+class Gripper(Protocol):
+    """Opens and closes; reports what it holds."""
+
+    def open(self, width_m: float) -> GripperState:
+        """Open (or close) the pads to width_m without force; returns when they rest."""
+        ...
+
+    def close(self, force_n: float) -> GripperState:
+        """Close until contact or the end of travel, and keep pressing with force_n."""
+        ...
+
+    @property
+    def state(self) -> GripperState:
+        """What the gripper feels now."""
+        ...
+
+
+@runtime_checkable
+class Robot(Protocol):
+    """All of it: looks, and carries out picks."""
+
+    @property
+    def description(self) -> RobotDescription:
+        """Kinematics and shape."""
+        ...
+
+    def capture(self) -> Observation:
+        """One snapshot with the arm at rest."""
+        ...
+
+    def execute(self, plan: PickPlan) -> PickOutcome:
+        """Carry out one pick; the arm is at rest again afterwards. Raises PhysicsError or a driver's TorcError."""
+        ...

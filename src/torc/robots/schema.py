@@ -1,0 +1,95 @@
+"""The robot file: what an MJCF does not say. Checked by pydantic; errors name the file, the field and the remedy."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, model_validator
+
+from torc.errors import InputError
+
+Names = Annotated[list[str], Field(min_length=1)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ArmEntry(_Strict):
+    """The arm: which joints, how fast, and where it rests."""
+
+    joints: Names
+    actuators: Names
+    tool0_site: str
+    speed_deg_s: PositiveFloat
+    hardware_speed_deg_s: list[PositiveFloat]
+    acceleration_deg_s2: PositiveFloat
+    rest_qpos_rad: list[float]
+
+    @model_validator(mode="after")
+    def _same_lengths(self) -> "ArmEntry":
+        for name in ("actuators", "hardware_speed_deg_s", "rest_qpos_rad"):
+            if (n := len(getattr(self, name))) != len(self.joints):
+                raise ValueError(f"{name} has {n} entries for {len(self.joints)} joints")
+        return self
+
+
+class FingerEntry(_Strict):
+    """One finger: its body, the site at its distal end, and the geoms that are pad and blade."""
+
+    body: str
+    tip_site: str
+    pad_geoms: Names
+    blade_geoms: list[str] = []
+
+
+class GripperEntry(_Strict):
+    """The gripper: one actuated joint, which every other gripper joint follows by an equality of the MJCF."""
+
+    name: str
+    body: str
+    actuator: str
+    driver_joint: str
+    max_width_m: PositiveFloat
+    fingers: Annotated[list[FingerEntry], Field(min_length=2, max_length=2)]
+
+
+class SphereEntry(_Strict):
+    """How finely the collision spheres cover the collision geoms."""
+
+    tolerance_m: PositiveFloat = 0.005
+
+
+class SelfCollisionEntry(_Strict):
+    """What needs a check: pairs of moving bodies (None: all but neighbours), and what can touch the fixed parts."""
+
+    pairs: list[tuple[str, str]] | None = None
+    never_with_static: list[str] = []
+
+
+class RobotFile(_Strict):
+    """The whole file."""
+
+    format: Literal["torc-robot/1"]
+    name: str
+    mjcf: str
+    arm: ArmEntry
+    gripper: GripperEntry
+    spheres: SphereEntry = SphereEntry()
+    self_collision: SelfCollisionEntry = SelfCollisionEntry()
+
+
+def read_robot_file(path: Path) -> RobotFile:
+    """The parsed file. Raises InputError naming file and field."""
+    try:
+        content = yaml.safe_load(path.read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(f"Cannot read the robot file {path}: {error}") from error
+    try:
+        return RobotFile.model_validate(content)
+    except ValidationError as error:
+        lines = [f"  {'.'.join(map(str, e['loc'])) or 'file'}: {e['msg']}" for e in error.errors()]
+        text = "\n".join(lines)
+        raise InputError(
+            f"{path} is not a valid robot file:\n{text}\nCompare it with a shipped one, e.g. sda10f_2f85."
+        ) from error

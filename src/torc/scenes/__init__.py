@@ -1,0 +1,1 @@
+"""The world of a task: the workspace, the object library, problems and arrangements."""

@@ -1,0 +1,195 @@
+"""The simulated arm and gripper: servos that follow what they are told, and stop on contact."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from jaxtyping import Float
+
+from torc.errors import InputError
+from torc.records import Trajectory
+from torc.robots.description import RobotDescription
+from torc.robots.protocols import ContactGuard, FollowResult, GripperState
+from torc.sim.contacts import ContactReader
+from torc.sim.stepping import Stepper
+
+
+@dataclass(frozen=True)
+class ActuationConfig:
+    """How motions start and end.
+
+    Attributes:
+        start_tolerance_rad: a trajectory must start this close to where the arm is.
+        goal_tolerance_rad: this close to the last point counts as reached.
+        rest_speed_rad_s: slower than this is at rest.
+        rest_limit_s: how long to wait for rest after a motion.
+        relief_s: how long the arm takes to back off after a contact.
+        grip_limit_s: how long the gripper may take to open or close.
+        grip_rest_m_s: pads slower than this for grip_hold_s have found their place.
+        grip_hold_s: see above; also lets the grip force build up.
+        empty_width_m: closed further than this, there is nothing between the pads.
+    """
+
+    start_tolerance_rad: float = 0.1
+    goal_tolerance_rad: float = 0.02
+    rest_speed_rad_s: float = 0.02
+    rest_limit_s: float = 0.4
+    relief_s: float = 0.12
+    grip_limit_s: float = 2.0
+    grip_rest_m_s: float = 0.002
+    grip_hold_s: float = 0.1
+    empty_width_m: float = 0.0015
+
+
+class SimulatedGripper:
+    """The `Gripper` of torc.robots.protocols."""
+
+    def __init__(self, stepper: Stepper, robot: RobotDescription, config: ActuationConfig) -> None:
+        self._stepper, self._gripper, self._config = stepper, robot.gripper, config
+        world = stepper.world
+        self._actuator = world.model.actuator(robot.gripper_actuator_name).id
+        self._max_force = float(world.model.actuator_forcerange[self._actuator, 1])
+        self._tips = [world.model.site(name).id for name in robot.tip_site_names]
+        self._base = world.model.body(robot.gripper_body_name).id
+        self.closed = False
+        """Whether the latest command was to close: then whatever touches the fingers is gripped."""
+
+    @property
+    def width_m(self) -> float:
+        """Distance between the pads."""
+        world = self._stepper.world
+        mujoco.mj_kinematics(world.model, world.data)
+        low, high = world.data.site_xpos[self._tips]
+        closing = world.data.xmat[self._base].reshape(3, 3)[:, 0]
+        return float(max(0.0, (high - low) @ closing))
+
+    @property
+    def state(self) -> GripperState:
+        """What the gripper feels now."""
+        width = self.width_m
+        return GripperState(width, self.closed and width > self._config.empty_width_m)
+
+    def open(self, width_m: float) -> GripperState:
+        """Opens to width_m. Raises InputError outside the gripper's range."""
+        ctrl = self._gripper.ctrl(width_m)
+        self.closed = False
+        self._command(ctrl, self._max_force)
+        return self._wait()
+
+    def close(self, force_n: float) -> GripperState:
+        """Closes until contact and keeps pressing with force_n per pad, as far as the motor can."""
+        if force_n <= 0:
+            raise InputError(f"The grip force must be positive, not {force_n} N.")
+        self.closed = True
+        force = min(self._max_force, self._gripper.actuator_force(force_n, self.width_m))
+        model = self._stepper.world.model
+        self._command(float(model.actuator_ctrlrange[self._actuator, 1]), force)
+        return self._wait()
+
+    def _command(self, ctrl: float, force: float) -> None:
+        world = self._stepper.world
+        world.model.actuator_forcerange[self._actuator] = -force, force
+        world.data.ctrl[self._actuator] = ctrl
+
+    def _wait(self) -> GripperState:
+        """Runs until the pads rest."""
+        config, elapsed, still = self._config, 0.0, 0.0
+        chunk = 5 * self._stepper.period_s
+        before = self.width_m
+        while elapsed < config.grip_limit_s and still < config.grip_hold_s:
+            self._stepper.run(chunk)
+            elapsed, now = elapsed + chunk, self.width_m
+            still = still + chunk if abs(now - before) < config.grip_rest_m_s * chunk else 0.0
+            before = now
+        return self.state
+
+
+class SimulatedArm:
+    """The `Arm` of torc.robots.protocols."""
+
+    def __init__(
+        self, stepper: Stepper, robot: RobotDescription, gripper: SimulatedGripper, config: ActuationConfig
+    ) -> None:
+        self._stepper, self._gripper, self._config = stepper, gripper, config
+        model = stepper.world.model
+        joints = [model.joint(name) for name in robot.arm.joint_names]
+        self._qpos_at = np.array([j.qposadr[0] for j in joints])
+        self._qvel_at = np.array([j.dofadr[0] for j in joints])
+        self._actuators = np.array([model.actuator(name).id for name in robot.arm_actuator_names])
+        self._lower, self._upper = robot.arm.lower, robot.arm.upper
+        self._tool0 = model.site(robot.tool0_site_name).id
+        self._contacts = ContactReader(stepper.world, robot)
+        # A servo pulls with kp (command - q) - kd qd: leading the command by kd / kp x speed takes its lag away.
+        self._lead_s = (
+            -model.actuator_biasprm[self._actuators, 2] / model.actuator_gainprm[self._actuators, 0]
+        )
+
+    @property
+    def qpos(self) -> Float[np.ndarray, "dof"]:
+        """Joint positions now, radians."""
+        return self._stepper.world.data.qpos[self._qpos_at].copy()
+
+    def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
+        """Moves along the trajectory; with a guard, stops on contact and backs off.
+
+        Raises:
+            InputError: the trajectory does not start where the arm is.
+            PhysicsError: the simulation broke.
+        """
+        gap = float(np.abs(trajectory.qpos[0] - self.qpos).max())
+        if gap > self._config.start_tolerance_rad:
+            raise InputError(f"The trajectory starts {gap:.2f} rad away from where the arm is.")
+        commands = self._commands(trajectory)
+        path = np.empty((len(commands) + 1, 3 + len(self._actuators)))
+        path[0] = self._here()
+        for i, command in enumerate(commands):
+            self._stepper.world.data.ctrl[self._actuators] = command
+            self._stepper.step()
+            path[i + 1] = self._here()
+            if guard is not None:
+                force, words = self._contacts.hardest(guard.ignore_gripped and self._gripper.closed)
+                if force > guard.max_force_n:
+                    self._back_off(path[: i + 2], guard.relief_m)
+                    return FollowResult(False, True, self.qpos, f"{words}, {force:.0f} N")
+        return self._come_to_rest(trajectory.qpos[-1])
+
+    def _commands(self, trajectory: Trajectory) -> Float[np.ndarray, "k dof"]:
+        """Servo commands per control period: cubic between the samples, led by the servos' lag."""
+        from scipy.interpolate import CubicHermiteSpline
+
+        count = max(1, int(np.ceil(trajectory.duration_s / self._stepper.period_s - 1e-9)))
+        times = np.minimum(np.arange(1, count + 1) * self._stepper.period_s, trajectory.times_s[-1])
+        if len(trajectory.times_s) < 2:
+            return np.repeat(trajectory.qpos[-1:], count, axis=0)
+        spline = CubicHermiteSpline(trajectory.times_s, trajectory.qpos, trajectory.qvel)
+        commands = spline(times) + self._lead_s * spline(times, 1)
+        commands[-1] = trajectory.qpos[-1]
+        return np.clip(commands, self._lower, self._upper)
+
+    def _come_to_rest(self, goal: Float[np.ndarray, "dof"]) -> FollowResult:
+        config, data = self._config, self._stepper.world.data
+        data.ctrl[self._actuators] = np.clip(goal, self._lower, self._upper)
+        for _ in range(round(config.rest_limit_s / self._stepper.period_s)):
+            if np.abs(data.qvel[self._qvel_at]).max() < config.rest_speed_rad_s:
+                break
+            self._stepper.step()
+        error = float(np.abs(self.qpos - goal).max())
+        reached = error <= config.goal_tolerance_rad
+        detail = "" if reached else f"stopped {error:.3f} rad short of the goal"
+        return FollowResult(reached, False, self.qpos, detail)
+
+    def _back_off(self, path: Float[np.ndarray, "k 3+dof"], relief_m: float) -> None:
+        """Back along the path that was really taken, until the flange is relief_m away from where it stopped."""
+        distances = np.linalg.norm(path[:, :3] - path[-1, :3], axis=1)
+        far = np.flatnonzero(distances >= relief_m)
+        target = path[far[-1] if len(far) else 0, 3:]
+        start, steps = path[-1, 3:], max(1, round(self._config.relief_s / self._stepper.period_s))
+        for s in np.linspace(0.0, 1.0, steps + 1):
+            self._stepper.world.data.ctrl[self._actuators] = start + s * (target - start)
+            self._stepper.step()
+        self._come_to_rest(target)
+
+    def _here(self) -> Float[np.ndarray, "3+dof"]:
+        """Flange position (world, one step old) and joint positions."""
+        data = self._stepper.world.data
+        return np.concatenate([data.site_xpos[self._tool0], data.qpos[self._qpos_at]])

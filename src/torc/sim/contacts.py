@@ -1,0 +1,84 @@
+"""Who touches whom, and how hard."""
+
+import mujoco
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from torc.records import ROBOT
+from torc.robots.description import RobotDescription
+from torc.sim.world import World
+
+
+class ContactReader:
+    """Reads the contacts of the latest step. Vectorised: it runs hundreds of times per simulated second."""
+
+    def __init__(self, world: World, robot: RobotDescription) -> None:
+        self._world = world
+        model = world.model
+        self._is_robot: Bool[np.ndarray, g] = world.geom_labels == ROBOT
+        fingers = [model.body(name).id for name in robot.finger_body_names]
+        self._is_finger: Bool[np.ndarray, g] = np.isin(model.geom_bodyid, fingers)
+        gripper = _subtree(model, model.body(robot.gripper_body_name).id)
+        self._is_gripper: Bool[np.ndarray, g] = np.isin(model.geom_bodyid, gripper)
+
+    def hardest(self, ignore_gripped: bool) -> tuple[float, str]:
+        """Contact force on the robot from the one thing that presses hardest, newtons, and words for it.
+
+        Forces on several points of that thing add up. Contacts within the robot do not count.
+
+        Args:
+            ignore_gripped: contacts between the fingers and any object do not count either.
+        """
+        contact = self._world.data.contact
+        geoms: Int[np.ndarray, "c 2"] = contact.geom
+        if not len(geoms):
+            return 0.0, ""
+        robot = self._is_robot[geoms]
+        counted = (robot[:, 0] != robot[:, 1]) & (contact.efc_address >= 0)
+        if ignore_gripped:
+            finger = self._is_finger[geoms].any(axis=1)
+            counted &= ~(finger & (self._world.geom_labels[geoms] >= 0).any(axis=1))
+        if not counted.any():
+            return 0.0, ""
+        # With elliptic cones the first row of a contact is its normal force.
+        forces = self._world.data.efc_force[contact.efc_address[counted]]
+        pairs, on_robot = geoms[counted], robot[counted]
+        others = np.where(on_robot[:, 0], pairs[:, 1], pairs[:, 0])
+        bodies = self._world.model.geom_bodyid[others]
+        sums = np.bincount(bodies, forces)
+        worst = int(np.argmax(sums))
+        at = int(np.argmax(np.where(bodies == worst, forces, -1.0)))
+        part = int(pairs[at, 0] if on_robot[at, 0] else pairs[at, 1])
+        return float(sums[worst]), self._words(part, int(others[at]))
+
+    def _words(self, part: int, other: int) -> str:
+        return f"{self._world.body_name_of_geom(part)} on {self._world.body_name_of_geom(other)}"
+
+    def carried(self, heights_before: Float[np.ndarray, "n"], risen_m: float) -> dict[int, bool]:
+        """Objects that are up and touch the gripper, directly (True) or through others that do (False)."""
+        world = self._world
+        risen = (world.positions[:, 2] - heights_before > risen_m) & world.present
+        geoms = world.data.contact.geom
+        labels = world.geom_labels[geoms]
+        gripper = self._is_gripper[geoms]
+        directly = {int(b if g0 else a) for (a, b), (g0, g1) in zip(labels, gripper) if g0 != g1}
+        found = {i: True for i in sorted(directly) if i >= 0 and risen[i]}
+        pairs = [(int(a), int(b)) for a, b in labels if a >= 0 and b >= 0 and a != b]
+        grown = True
+        while grown:
+            more = {
+                b
+                for a, b in [*pairs, *((b, a) for a, b in pairs)]
+                if a in found and b not in found and risen[b]
+            }
+            found.update(dict.fromkeys(sorted(more), False))
+            grown = bool(more)
+        return found
+
+
+def _subtree(model: mujoco.MjModel, root: int) -> list[int]:
+    inside = [root]
+    for body in range(root + 1, model.nbody):  # parents come before children
+        if model.body_parentid[body] in inside:
+            inside.append(body)
+    return inside

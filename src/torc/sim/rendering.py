@@ -1,0 +1,194 @@
+"""Pictures of the simulated world: colour, depth and labels, by GL where there is one, else by rays.
+
+Two GL passes give all three: one for colour, one whose pixel values are geom numbers and whose depth buffer is read
+with them. Cameras are given in the OpenCV frame and become MuJoCo's here and nowhere else.
+"""
+
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import mujoco
+import numpy as np
+from jaxtyping import Float32, Int16, UInt8
+
+from torc.errors import InputError
+from torc.geometry.transforms import Pose, look_at
+from torc.records import BACKGROUND
+from torc.scenes.workspace import CameraMount
+from torc.sim.gl import BACKENDS, gl_backend, make_context
+from torc.sim.raycasting import cast, pixel_directions, shade
+from torc.sim.world import World
+
+_NEAR_M, _FAR_M = 0.02, 30.0
+_MAX_SCENE_GEOMS = 4000
+
+
+@dataclass(frozen=True)
+class View:
+    """What a camera sees.
+
+    Attributes:
+        rgb: colour image.
+        depth_m: distance along the optical axis, metres; 0 where there is nothing within range.
+        label_image: object id, BACKGROUND or ROBOT per pixel.
+    """
+
+    rgb: UInt8[np.ndarray, "h w 3"]
+    depth_m: Float32[np.ndarray, "h w"]
+    label_image: Int16[np.ndarray, "h w"]
+
+
+class CameraRenderer:
+    """Renders one camera of a world, again and again. Close it, or use it in a `with` statement.
+
+    Rendering reads the world and changes nothing that the physics reads.
+    """
+
+    def __init__(
+        self, world: World, mount: CameraMount, backend: str | None = None, max_depth_m: float = 10.0
+    ) -> None:
+        """A renderer with the process's backend (`gl_backend()`), or the one named.
+
+        Raises:
+            InputError: unknown backend.
+            MissingDependencyError: the backend named does not work here.
+        """
+        self.backend = gl_backend() if backend is None else backend
+        if self.backend not in BACKENDS:
+            raise InputError(f"Unknown rendering backend '{self.backend}'; known: {', '.join(BACKENDS)}.")
+        self._world, self._mount, self._max_depth_m = world, mount, max_depth_m
+        self._gl = None if self.backend == "rays" else _GlImages(world.model, mount, self.backend)
+
+    def render(self) -> View:
+        """Colour, depth and labels of the world as it is now."""
+        self._world.update_kinematics()
+        if self._gl is None:
+            return self._render_rays()
+        geoms, depth = self._gl.geoms_and_depth(self._world.data, self._mount.T_world_camera)
+        rgb = self._gl.color(self._world.data, self._mount.T_world_camera)
+        return View(rgb, self._cut(depth), self._labels(geoms))
+
+    def render_color(self, T_world_camera: Pose | None = None) -> UInt8[np.ndarray, "h w 3"]:
+        """Colour alone, for videos; from elsewhere if a camera pose is given."""
+        self._world.update_kinematics()
+        T = self._mount.T_world_camera if T_world_camera is None else T_world_camera
+        if self._gl is None:
+            return self._cast(T)[0]
+        return self._gl.color(self._world.data, T)
+
+    def close(self) -> None:
+        """Frees the GL context; the renderer cannot be used afterwards."""
+        if self._gl is not None:
+            self._gl.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _cut(self, depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
+        depth_m[depth_m > self._max_depth_m] = 0.0
+        return depth_m
+
+    def _labels(self, geoms: np.ndarray) -> Int16[np.ndarray, "h w"]:
+        # Geom -1 (nothing) reads the last entry.
+        return np.append(self._world.geom_labels, np.int16(BACKGROUND))[geoms]
+
+    def _cast(self, T_world_camera: Pose) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        w, h = self._mount.width, self._mount.height
+        directions = pixel_directions(self._mount.K, w, h)
+        model = self._world.model
+        depth, geoms, normals = cast(model, self._world.data, T_world_camera, directions, _FAR_M)
+        return shade(model, geoms, normals).reshape(h, w, 3), depth.reshape(h, w), geoms.reshape(h, w)
+
+    def _render_rays(self) -> View:
+        rgb, depth, geoms = self._cast(self._mount.T_world_camera)
+        return View(rgb, self._cut(depth), self._labels(geoms))
+
+
+def render_view(
+    world: World,
+    eye: tuple[float, float, float],
+    at: tuple[float, float, float],
+    width: int = 960,
+    height: int = 720,
+    vertical_fov_rad: float = 0.8,
+) -> UInt8[np.ndarray, "h w 3"]:
+    """A colour picture from anywhere, for people. For many, keep a CameraRenderer: this one sets up GL every time."""
+    mount = CameraMount(look_at(eye, at), width, height, vertical_fov_rad)
+    with CameraRenderer(world, mount) as renderer:
+        return renderer.render_color()
+
+
+class _GlImages:
+    """MuJoCo's scene and GL buffers for one image size."""
+
+    def __init__(self, model: mujoco.MjModel, mount: CameraMount, backend: str) -> None:
+        self._model, self._mount = model, mount
+        self._context = make_context(backend, mount.width, mount.height)
+        self._context.make_current()
+        self._scene = mujoco.MjvScene(model, maxgeom=_MAX_SCENE_GEOMS)
+        self._option, self._camera = mujoco.MjvOption(), mujoco.MjvCamera()
+        self._rect = mujoco.MjrRect(0, 0, mount.width, mount.height)
+        self._buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
+        mujoco.mjr_resizeOffscreen(mount.width, mount.height, self._buffers)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._buffers)
+        self._buffers.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
+
+    def color(self, data: mujoco.MjData, T_world_camera: Pose) -> UInt8[np.ndarray, "h w 3"]:
+        rgb = np.empty((self._mount.height, self._mount.width, 3), np.uint8)
+        self._draw(data, T_world_camera, numbers=False)
+        mujoco.mjr_readPixels(rgb, None, self._rect, self._buffers)
+        return np.ascontiguousarray(rgb[::-1])
+
+    def geoms_and_depth(
+        self, data: mujoco.MjData, T_world_camera: Pose
+    ) -> tuple[np.ndarray, Float32[np.ndarray, "h w"]]:
+        """Geom per pixel (-1 = none) and depth, metres."""
+        shape = (self._mount.height, self._mount.width)
+        rgb, z = np.empty((*shape, 3), np.uint8), np.empty(shape, np.float32)
+        self._draw(data, T_world_camera, numbers=True)
+        mujoco.mjr_readPixels(rgb, z, self._rect, self._buffers)
+        number = rgb[..., 0].astype(np.int32) + 256 * rgb[..., 1].astype(np.int32)
+        return self._geom_of_number()[number][::-1], _metric_depth(z)[::-1].copy()
+
+    def close(self) -> None:
+        if self._context is not None:
+            self._context.make_current()
+            self._buffers.free()
+            self._context.free()
+            self._context = None
+
+    def _draw(self, data: mujoco.MjData, T_world_camera: Pose, numbers: bool) -> None:
+        self._context.make_current()
+        mujoco.mjv_updateScene(
+            self._model, data, self._option, None, self._camera, mujoco.mjtCatBit.mjCAT_ALL.value, self._scene
+        )
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = numbers
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = numbers
+        half = _NEAR_M * np.tan(0.5 * self._mount.vertical_fov_rad)
+        for eye in self._scene.camera:  # MuJoCo averages the two eyes
+            eye.pos[:] = T_world_camera[:3, 3]
+            eye.forward[:], eye.up[:] = T_world_camera[:3, 2], -T_world_camera[:3, 1]
+            eye.frustum_center, eye.frustum_width = 0.0, 0.0
+            eye.frustum_bottom, eye.frustum_top = -half, half
+            eye.frustum_near, eye.frustum_far = _NEAR_M, _FAR_M
+        mujoco.mjr_render(self._rect, self._scene, self._buffers)
+
+    def _geom_of_number(self) -> np.ndarray:
+        table = np.full(self._scene.ngeom + 1, -1, np.int32)
+        for geom in self._scene.geoms[: self._scene.ngeom]:
+            if geom.segid >= 0 and geom.objtype == mujoco.mjtObj.mjOBJ_GEOM:
+                table[geom.segid + 1] = geom.objid
+        return table
+
+
+def _metric_depth(z: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
+    """Depth from a reversed depth buffer (1 = near plane, 0 = far plane)."""
+    depth = (_NEAR_M * _FAR_M) / (z.astype(np.float64) * (_FAR_M - _NEAR_M) + _NEAR_M)
+    depth[z <= 0] = 0.0
+    return depth.astype(np.float32)

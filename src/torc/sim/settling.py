@@ -1,0 +1,227 @@
+"""Letting objects come to rest, and piling them up."""
+
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+from jaxtyping import Float
+
+from torc.scenes.problem import Problem
+from torc.scenes.workspace import Box, Workspace
+from torc.sim.watchdog import Watchdog
+from torc.sim.world import Presence, World, WorldConfig, build_world
+
+
+@dataclass(frozen=True)
+class SettleConfig:
+    """When a scene counts as settled.
+
+    Attributes:
+        speed_m_s: every object's linear + radius x angular speed must stay below this ...
+        quiet_s: ... for this long. Longer finds slower topples; for the slowest see `drift`.
+        radius_m: the radius above: a typical object's half size.
+        limit_s: simulated time after which settling is given up.
+        check_s: time between checks.
+    """
+
+    speed_m_s: float = 0.005
+    quiet_s: float = 0.3
+    radius_m: float = 0.05
+    limit_s: float = 6.0
+    check_s: float = 0.05
+
+
+@dataclass(frozen=True)
+class SettleReport:
+    """How settling went.
+
+    Attributes:
+        settled: every object on the table came to rest within the limit.
+        duration_s: simulated time it took.
+        max_speed_m_s: the fastest object's speed at the end.
+        left: ids of the objects that are no longer on the table.
+    """
+
+    settled: bool
+    duration_s: float
+    max_speed_m_s: float
+    left: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class DriftReport:
+    """How much a settled scene still moved.
+
+    Attributes:
+        distances_m: how far each object moved.
+        angles_rad: how far each object turned.
+        left: ids of objects that are no longer on the table.
+    """
+
+    distances_m: Float[np.ndarray, "n"]
+    angles_rad: Float[np.ndarray, "n"]
+    left: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class DumpConfig:
+    """How an unstructured pile is made.
+
+    Attributes:
+        center_xy: of the pile, world, metres.
+        walls_size_m: inner lengths of the temporary walls along x and y; without walls, every third object is lost.
+        walls_height_m: their height above the table.
+        clearance_m: how far above everything else the next object is let go. More makes them bounce over the walls.
+        interval_s: simulated time between two objects.
+    """
+
+    center_xy: tuple[float, float] = (0.65, -0.12)
+    walls_size_m: tuple[float, float] = (0.42, 0.46)
+    walls_height_m: float = 0.6
+    clearance_m: float = 0.04
+    interval_s: float = 0.3
+
+
+def settle(world: World, config: SettleConfig | None = None) -> SettleReport:
+    """Runs the world until every object on the table is at rest, or the limit is reached.
+
+    Raises:
+        PhysicsError: the simulation broke.
+    """
+    config = config or SettleConfig()
+    steps = max(1, round(config.check_s / world.model.opt.timestep))
+    watchdog = Watchdog(world)
+    elapsed = quiet = 0.0
+    speed = np.inf
+    while elapsed < config.limit_s and quiet < config.quiet_s:
+        mujoco.mj_step(world.model, world.data, nstep=steps)
+        watchdog.check()
+        elapsed += config.check_s
+        speed = _fastest(world, config.radius_m)
+        quiet = quiet + config.check_s if speed < config.speed_m_s else 0.0
+    world.update_position_stage()
+    return SettleReport(quiet >= config.quiet_s, elapsed, speed, _off_table(world))
+
+
+def drift(world: World, seconds: float = 10.0) -> DriftReport:
+    """Runs a settled world on and tells how far each object moved: slow topples show here, after `settle` was content.
+
+    Raises:
+        PhysicsError: the simulation broke.
+    """
+    before, turned_before = world.positions, world.wxyz
+    run(world, seconds)
+    world.update_position_stage()
+    cosine = np.abs(np.sum(world.wxyz * turned_before, axis=1))
+    angles = 2.0 * np.arccos(np.clip(cosine, 0.0, 1.0))
+    return DriftReport(np.linalg.norm(world.positions - before, axis=1), angles, _off_table(world))
+
+
+def settle_problem(
+    problem: Problem,
+    workspace: Workspace,
+    config: SettleConfig | None = None,
+    world_config: WorldConfig | None = None,
+) -> tuple[Problem, SettleReport]:
+    """The problem with its objects where they come to rest, and how settling went (objects may have left the table).
+
+    Raises:
+        PhysicsError: the simulation broke, e.g. because objects were placed inside each other.
+    """
+    world = build_world(problem, None, workspace, world_config)
+    report = settle(world, config)
+    return with_poses_of(world), report
+
+
+def with_poses_of(world: World) -> Problem:
+    """The world's problem with the objects' present poses."""
+    index = {placement.name: i for i, placement in enumerate(world.problem.ordered())}
+    positions, rotations = world.positions.tolist(), world.wxyz.tolist()
+    moved = tuple(
+        replace(o, position=tuple(positions[index[o.name]]), wxyz=tuple(rotations[index[o.name]]))
+        for o in world.problem.objects
+    )
+    return replace(world.problem, objects=moved)
+
+
+def dump(
+    problem: Problem,
+    workspace: Workspace,
+    rng: np.random.Generator,
+    config: DumpConfig | None = None,
+    settle_config: SettleConfig | None = None,
+) -> tuple[Problem, SettleReport]:
+    """An unstructured pile of the problem's objects, whatever their poses were: let go in a random order and
+    orientation between temporary walls, which are then taken away.
+
+    Args:
+        problem: which objects.
+        workspace: the table.
+        rng: decides order, orientations and positions.
+
+    Returns:
+        The problem with settled poses, and the report of settling after the walls were gone.
+
+    Raises:
+        PhysicsError: the simulation broke.
+    """
+    config = config or DumpConfig()
+    world = build_world(problem, None, workspace, extra=_walls(workspace, config))
+    for object_id in range(world.object_count):
+        world.park(object_id, Presence.DROPPED)
+    for object_id in rng.permutation(world.object_count):
+        world.unpark(int(object_id), *_pose_above(world, int(object_id), rng, config))
+        run(world, config.interval_s)
+    settle(world, settle_config)
+    return settle_problem(with_poses_of(world), workspace, settle_config)
+
+
+def run(world: World, seconds: float, check_s: float = 0.05) -> None:
+    """Runs the world on, looking for broken physics every check_s.
+
+    Raises:
+        PhysicsError: the simulation broke.
+    """
+    left = round(seconds / world.model.opt.timestep)
+    chunk = max(1, round(check_s / world.model.opt.timestep))
+    watchdog = Watchdog(world)
+    while left > 0:
+        mujoco.mj_step(world.model, world.data, nstep=min(chunk, left))
+        watchdog.check()
+        left -= chunk
+
+
+def _pose_above(
+    world: World, object_id: int, rng: np.random.Generator, config: DumpConfig
+) -> tuple[np.ndarray, np.ndarray]:
+    """A random orientation, and a random place between the walls above everything else in the scene."""
+    radii = np.array([0.5 * float(np.linalg.norm(model.size_m)) for model in world.models])
+    tops = (world.positions[:, 2] + radii)[world.present]
+    top = tops.max(initial=world.workspace.support_z_m)
+    half = np.maximum(0.5 * np.array(config.walls_size_m) - radii[object_id], 0.0)
+    xy = config.center_xy + rng.uniform(-1, 1, 2) * half
+    q = rng.standard_normal(4)
+    return np.array([*xy, top + radii[object_id] + config.clearance_m]), q / np.linalg.norm(q)
+
+
+def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:
+    """Four thick walls around the pile."""
+    (x, y), (lx, ly), h, t = config.center_xy, config.walls_size_m, config.walls_height_m, 0.1
+    z = workspace.support_z_m + h / 2
+    return (
+        Box("pen_front", (x - lx / 2 - t / 2, y, z), (t, ly + 2 * t, h)),
+        Box("pen_back", (x + lx / 2 + t / 2, y, z), (t, ly + 2 * t, h)),
+        Box("pen_left", (x, y + ly / 2 + t / 2, z), (lx, t, h)),
+        Box("pen_right", (x, y - ly / 2 - t / 2, z), (lx, t, h)),
+    )
+
+
+def _fastest(world: World, radius_m: float) -> float:
+    """Speed of the fastest object on the table; what fell off does not hold up the others."""
+    on_table = list(world.on_table())
+    return float(world.speeds(radius_m)[on_table].max(initial=0.0))
+
+
+def _off_table(world: World) -> tuple[int, ...]:
+    on_table = set(world.on_table())
+    return tuple(i for i in range(world.object_count) if world.present[i] and i not in on_table)

@@ -1,0 +1,58 @@
+"""Running the world on in control periods, with the watchdog and an observer beside it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import mujoco
+
+from torc.sim.watchdog import Watchdog, WatchdogConfig
+from torc.sim.world import World
+
+Observer = Callable[[World], None]
+"""Looks at the world now and then, e.g. to record a video; must change nothing."""
+
+
+@dataclass(frozen=True)
+class StepperConfig:
+    """How often what happens.
+
+    Attributes:
+        control_s: time between two commands to the servos, and between two looks at contact forces.
+        watchdog_s: time between two looks for broken physics.
+        observer_s: time between two calls of the observer.
+        watchdog: what counts as broken.
+    """
+
+    control_s: float = 0.004
+    watchdog_s: float = 0.02
+    observer_s: float = 1.0 / 25.0
+    watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
+
+
+class Stepper:
+    """Steps a world. The only thing that advances time while a robot works."""
+
+    def __init__(self, world: World, config: StepperConfig, observer: Observer | None = None) -> None:
+        self.world, self.config, self._observer = world, config, observer
+        self._watchdog = Watchdog(world, config.watchdog)
+        timestep = world.model.opt.timestep
+        self._steps = max(1, round(config.control_s / timestep))
+        self.period_s: float = self._steps * timestep
+        """Time that one call of `step` takes."""
+        self._watch_every = max(1, round(config.watchdog_s / self.period_s))
+        self._observe_every = max(1, round(config.observer_s / self.period_s))
+        self._count = 0
+
+    def step(self) -> None:
+        """One control period. Raises PhysicsError if the simulation broke."""
+        mujoco.mj_step(self.world.model, self.world.data, nstep=self._steps)
+        self._count += 1
+        if self._count % self._watch_every == 0:
+            self._watchdog.check()
+        if self._observer is not None and self._count % self._observe_every == 0:
+            self._observer(self.world)
+
+    def run(self, seconds: float) -> None:
+        """Several control periods with the servos' commands as they are."""
+        for _ in range(max(1, round(seconds / self.period_s))):
+            self.step()

@@ -1,0 +1,107 @@
+"""Noticing that a simulation broke: a trial on broken physics is errored, never scored."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from jaxtyping import Bool
+
+from torc.errors import PhysicsError
+from torc.sim.world import World
+
+_BAD_NUMBERS = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+)
+_BELOW_M = 0.10
+_REMEDY = (
+    "Bodies were pressed together too hard or placed inside each other; the trial does not count. If problems of one "
+    "kind often end so, check that their objects do not overlap and that the contact guard is on."
+)
+
+
+@dataclass(frozen=True)
+class WatchdogConfig:
+    """Signs of broken physics.
+
+    Attributes:
+        max_speed_m_s: of an object on or above the table. An arm moves it at about 1 m/s, a fall of 50 cm at 3.
+        max_falling_speed_m_s: of an object below the table top, or above the bin.
+        max_joint_speed_rad_s: of the robot's joints.
+        max_penetration_m: of two bodies into each other, above the table, if it lasts; a few millimetres are normal.
+        penetration_s: how long it must last. What falls 20 cm onto the table sinks in by 15 mm for an instant.
+        max_impact_penetration_m: too deep even for an instant.
+    """
+
+    max_speed_m_s: float = 5.0
+    max_falling_speed_m_s: float = 8.0
+    max_joint_speed_rad_s: float = 60.0
+    max_penetration_m: float = 0.015
+    penetration_s: float = 0.1
+    max_impact_penetration_m: float = 0.04
+
+
+class Watchdog:
+    """Looks at a world now and then; a few dozen times per simulated second is enough."""
+
+    def __init__(self, world: World, config: WatchdogConfig | None = None) -> None:
+        self._world, self._config = world, config or WatchdogConfig()
+        self._deep_since_s: float | None = None
+
+    def check(self) -> None:
+        """One look.
+
+        Raises:
+            PhysicsError: NaN, a body too fast, or two bodies too deep in each other; says which and how much.
+        """
+        data = self._world.data
+        if any(data.warning[int(w)].number for w in _BAD_NUMBERS) or not np.isfinite(data.qpos).all():
+            raise PhysicsError(f"The simulation diverged at t = {data.time:.3f} s (NaN or huge numbers). {_REMEDY}")
+        self._check_speeds()
+        self._check_penetration()
+
+    def _check_penetration(self) -> None:
+        world, config, contact = self._world, self._config, self._world.data.contact
+        if not world.data.ncon or contact.dist.min() > -config.max_penetration_m:
+            self._deep_since_s = None
+            return
+        # Below the table things land hard, in the bin and on the floor, and sink in; that hurts nobody.
+        below = contact.pos[:, 2] < world.workspace.support_z_m - _BELOW_M
+        depths = np.where(below, 0.0, -contact.dist)
+        deepest = int(np.argmax(depths))
+        if depths[deepest] <= config.max_penetration_m:
+            self._deep_since_s = None
+            return
+        # A restored state may take time back.
+        since = world.time_s if self._deep_since_s is None else min(self._deep_since_s, world.time_s)
+        self._deep_since_s = since
+        if depths[deepest] > config.max_impact_penetration_m or world.time_s - since >= config.penetration_s:
+            a, b = (world.body_name_of_geom(g) for g in contact.geom[deepest])
+            raise PhysicsError(
+                f"{a} and {b} are {1000 * depths[deepest]:.0f} mm inside each other at t = {world.time_s:.3f} s. "
+                f"{_REMEDY}"
+            )
+
+    def _check_speeds(self) -> None:
+        world, config = self._world, self._config
+        speeds = np.where(world.present, np.linalg.norm(world.velocities[:, :3], axis=1), 0.0)
+        if speeds.max(initial=0.0) > config.max_speed_m_s:
+            limits = np.where(_may_fall(world), config.max_falling_speed_m_s, config.max_speed_m_s)
+            worst = int(np.argmax(speeds - limits))
+            if speeds[worst] > limits[worst]:
+                raise PhysicsError(
+                    f"Object {worst} moves at {speeds[worst]:.1f} m/s at t = {world.time_s:.3f} s. {_REMEDY}"
+                )
+        joints = np.abs(world.data.qvel[world.robot_dofs])
+        if joints.max(initial=0.0) > config.max_joint_speed_rad_s:
+            raise PhysicsError(
+                f"A robot joint turns at {joints.max():.0f} rad/s at t = {world.time_s:.3f} s. {_REMEDY}"
+            )
+
+
+def _may_fall(world: World) -> Bool[np.ndarray, "n"]:
+    """Which objects are where falling is normal: below the table top, or above the bin."""
+    p, bin_ = world.positions, world.workspace.bin
+    over_bin = np.abs(p[:, :2] - bin_.center[:2]) <= 0.5 * np.array(bin_.inner_size[:2]) + bin_.wall_m
+    return np.asarray((p[:, 2] < world.workspace.support_z_m - 0.02) | over_bin.all(axis=1))

@@ -1,0 +1,247 @@
+"""The simulated world: a MuJoCo model and its state, with the objects' ids on top."""
+
+import logging
+from collections.abc import Callable
+from enum import IntEnum
+
+import mujoco
+import numpy as np
+from jaxtyping import Bool, Float, Int, Int16, UInt8
+
+from torc.errors import InputError
+from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT
+from torc.robots.description import RobotDescription
+from torc.scenes.library import load_object
+from torc.scenes.models import ObjectModel
+from torc.scenes.problem import Problem
+from torc.scenes.workspace import Box, Workspace
+from torc.sim.spec import WorldConfig, build_spec, object_body_name
+
+__all__ = ["Presence", "World", "WorldConfig", "build_world"]
+
+_LOG = logging.getLogger(__name__)
+_PARKING_M = np.array([-60.0, -60.0, 40.0])
+_PARKING_STEP_M = 2.0
+_OVERHANG_M = 0.03
+_BELOW_M = 0.05
+
+
+class Presence(IntEnum):
+    """Where an object is, for the task."""
+
+    PRESENT = 0
+    """In the scene."""
+    DELIVERED = 1
+    """Put into the bin by the robot; parked far away."""
+    DROPPED = 2
+    """Left the table otherwise; parked far away."""
+
+
+class World:
+    """A compiled world and its present state.
+
+    Attributes:
+        model, data: MuJoCo's.
+        problem, models, robot, workspace: what it was built from; robot is None in a world for settling.
+        object_bodies: body of each object id.
+        robot_dofs: velocity indices of the robot's joints.
+        geom_labels: per geom its object id, BACKGROUND or ROBOT.
+        presence: a Presence per object id.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        problem: Problem,
+        models: tuple[ObjectModel, ...],
+        robot: RobotDescription | None,
+        workspace: Workspace,
+        extra: tuple[Box, ...] = (),
+    ) -> None:
+        self.model, self.data = model, mujoco.MjData(model)
+        self.problem, self.models, self.robot, self.workspace = problem, models, robot, workspace
+        names = [object_body_name(i) for i in range(len(problem.ordered()))]
+        self.object_bodies: Int[np.ndarray, n] = np.array([model.body(n).id for n in names], dtype=np.int64)
+        joints = model.body_jntadr[self.object_bodies]
+        self._qpos_at = model.jnt_qposadr[joints][:, None] + np.arange(7)
+        self._qvel_at = model.jnt_dofadr[joints][:, None] + np.arange(6)
+        robot_dofs = np.ones(model.nv, dtype=bool)
+        robot_dofs[self._qvel_at.ravel()] = False
+        self.robot_dofs: Int[np.ndarray, d] = np.flatnonzero(robot_dofs)
+        self.geom_labels: Int16[np.ndarray, g] = _label_geoms(
+            model, (*workspace.static_boxes(), *extra), self.object_bodies
+        )
+        self.presence: UInt8[np.ndarray, n] = np.zeros(len(names), np.uint8)
+        if robot is not None:
+            _rest_robot(model, self.data, robot)
+        self.update_position_stage()
+
+    @property
+    def object_count(self) -> int:
+        """How many objects the problem has."""
+        return len(self.object_bodies)
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time."""
+        return float(self.data.time)
+
+    @property
+    def present(self) -> Bool[np.ndarray, "n"]:
+        """Which objects are still in the scene."""
+        return self.presence == Presence.PRESENT
+
+    @property
+    def positions(self) -> Float[np.ndarray, "n 3"]:
+        """Positions of the objects' frames, world."""
+        return self.data.qpos[self._qpos_at[:, :3]]
+
+    @property
+    def wxyz(self) -> Float[np.ndarray, "n 4"]:
+        """Orientations of the objects' frames, world."""
+        return self.data.qpos[self._qpos_at[:, 3:]]
+
+    @property
+    def velocities(self) -> Float[np.ndarray, "n 6"]:
+        """Linear (world) and angular (object frame) velocities of the objects, m/s and rad/s."""
+        return self.data.qvel[self._qvel_at]
+
+    def speeds(self, radius_m: float = 0.05) -> Float[np.ndarray, "n"]:
+        """Linear speed + radius x angular speed per object, m/s; 0 for objects that left the scene."""
+        v = self.velocities
+        speed = np.linalg.norm(v[:, :3], axis=1) + radius_m * np.linalg.norm(v[:, 3:], axis=1)
+        return np.where(self.present, speed, 0.0)
+
+    def set_object_pose(self, object_id: int, position: np.ndarray, wxyz: np.ndarray) -> None:
+        """Puts an object somewhere, at rest. Call `update_kinematics` before reading body poses.
+
+        Raises:
+            InputError: there is no such object, or its quaternion is zero.
+        """
+        self._check_id(object_id)
+        norm = float(np.linalg.norm(wxyz))
+        if norm < 1e-9:
+            raise InputError(f"The orientation of object {object_id} is a zero quaternion.")
+        self.data.qpos[self._qpos_at[object_id]] = np.concatenate([position, np.asarray(wxyz) / norm])
+        self.data.qvel[self._qvel_at[object_id]] = 0.0
+
+    def on_table(self) -> tuple[int, ...]:
+        """Ids of the objects in the scene that did not leave the table, rising: centre above it, or 3 cm beyond."""
+        board, p = self.workspace.table, self.positions
+        inside = np.abs(p[:, :2] - board.center[:2]) <= 0.5 * np.array(board.size[:2]) + _OVERHANG_M
+        above = p[:, 2] > self.workspace.support_z_m - _BELOW_M
+        return tuple(int(i) for i in np.flatnonzero(inside.all(axis=1) & above & self.present))
+
+    def in_bin(self) -> tuple[int, ...]:
+        """Ids of the objects in the scene whose centre is within the bin, up to 5 cm above its rim."""
+        bin_, p = self.workspace.bin, self.positions
+        inside = np.abs(p[:, :2] - bin_.center[:2]) <= 0.5 * np.array(bin_.inner_size[:2])
+        height = p[:, 2] - bin_.center[2]
+        within = (height > -bin_.wall_m) & (height < bin_.inner_size[2] + _BELOW_M)
+        return tuple(int(i) for i in np.flatnonzero(inside.all(axis=1) & within & self.present))
+
+    def park(self, object_id: int, presence: Presence) -> None:
+        """Takes an object out of the scene: far away, weightless, touching nothing; all of it is saved state.
+
+        A weight-cancelling force stands in for switching gravity and contacts off, which would edit the model and
+        so escape the saved state.
+        """
+        self._check_id(object_id)
+        spot = _PARKING_M - np.array([0.0, _PARKING_STEP_M * object_id, 0.0])
+        self.set_object_pose(object_id, spot, np.array([1.0, 0, 0, 0]))
+        body = self.object_bodies[object_id]
+        self.data.xfrc_applied[body, :3] = -self.model.body_mass[body] * self.model.opt.gravity
+        self.presence[object_id] = presence
+
+    def unpark(self, object_id: int, position: np.ndarray, wxyz: np.ndarray) -> None:
+        """Puts a parked object back into the scene."""
+        self.set_object_pose(object_id, position, wxyz)
+        self.data.xfrc_applied[self.object_bodies[object_id]] = 0.0
+        self.presence[object_id] = Presence.PRESENT
+
+    def body_name_of_geom(self, geom: int) -> str:
+        """For messages: the name of what a geom belongs to: an object's own name, a robot body, "table" ..."""
+        label = int(self.geom_labels[geom])
+        if label >= 0:
+            return f"object {label} ({self.problem.ordered()[label].name})"
+        if label == BACKGROUND:
+            return str(self.model.geom(geom).name)
+        return str(self.model.body(self.model.geom_bodyid[geom]).name)
+
+    def update_kinematics(self) -> None:
+        """Brings body poses up to date with the joint positions; the physics is not touched."""
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+
+    def update_position_stage(self) -> None:
+        """Brings everything that depends on positions alone up to date, contacts included.
+
+        Not mj_forward: that would replace the solver's warm start, and the future would differ in its last bits.
+        """
+        mujoco.mj_fwdPosition(self.model, self.data)
+
+    def _check_id(self, object_id: int) -> None:
+        if not 0 <= object_id < self.object_count:
+            raise InputError(f"There is no object {object_id}; the problem has 0..{self.object_count - 1}.")
+
+
+def build_world(
+    problem: Problem,
+    robot: RobotDescription | None,
+    workspace: Workspace,
+    config: WorldConfig | None = None,
+    extra: tuple[Box, ...] = (),
+    load_model: Callable[[str], ObjectModel] = load_object,
+) -> World:
+    """The world of a problem, at its first state: objects where the problem puts them, the arm at rest.
+
+    Args:
+        problem: objects and their poses; the target becomes object 0.
+        robot: None for a world without one, e.g. to settle objects faster.
+        workspace: table, bin and camera.
+        config: physics and looks.
+        extra: further fixed boxes, e.g. walls.
+        load_model: finds the model of a name; the object library by default.
+
+    Raises:
+        InputError: too many objects, or a model that MuJoCo does not accept.
+    """
+    if len(problem.ordered()) > MAX_OBJECTS:
+        raise InputError(
+            f"{problem.name}: {len(problem.ordered())} objects; at most {MAX_OBJECTS} are possible."
+        )
+    models = tuple(load_model(placement.model) for placement in problem.ordered())
+    # MuJoCo writes warnings into a file in the current directory unless somebody takes them.
+    mujoco.set_mju_user_warning(_LOG.warning)
+    spec = build_spec(problem, models, robot, workspace, config or WorldConfig(), extra)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise InputError(f"{problem.name}: MuJoCo does not accept the world: {error}") from error
+    return World(model, problem, models, robot, workspace, extra)
+
+
+def _rest_robot(model: mujoco.MjModel, data: mujoco.MjData, robot: RobotDescription) -> None:
+    """Arm at rest, gripper open, servos commanded to stay so."""
+    arm, gripper = robot.arm, robot.gripper
+    for name, actuator, q in zip(arm.joint_names, robot.arm_actuator_names, arm.rest_qpos):
+        data.joint(name).qpos[:] = q
+        data.actuator(actuator).ctrl[:] = q
+    for name, q in zip(gripper.joint_names, gripper.qpos(gripper.max_width_m)):
+        data.joint(name).qpos[:] = q
+    data.actuator(robot.gripper_actuator_name).ctrl[:] = gripper.ctrl(gripper.max_width_m)
+
+
+def _label_geoms(
+    model: mujoco.MjModel, boxes: tuple[Box, ...], object_bodies: Int[np.ndarray, "n"]
+) -> Int16[np.ndarray, "g"]:
+    labels = np.full(model.ngeom, ROBOT, np.int16)
+    background = {"floor", "bin_stand", *(b.name for b in boxes)}
+    for geom in range(model.ngeom):
+        name = model.geom(geom).name
+        if name in background or name.startswith(("leg_", "room_")):
+            labels[geom] = BACKGROUND
+    for object_id, body in enumerate(object_bodies):
+        labels[model.geom_bodyid == body] = object_id
+    return labels

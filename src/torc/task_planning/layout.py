@@ -1,0 +1,140 @@
+"""Where the nodes of a dependency graph go on paper: layers from the target downwards, few crossings.
+
+The usual layered scheme: break cycles, layer by longest path, put invisible waypoints where an edge skips layers,
+order each layer by the mean place of its neighbours, and spread the columns.
+"""
+
+from dataclasses import dataclass
+
+from torc.task_planning.graph import DependencyGraph
+
+_SWEEPS = 12
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Places in units of columns and rows, row 0 at the top.
+
+    Attributes:
+        places: (column, row) per node id.
+        routes: per edge (source, target) the (column, row) waypoints from source to target, ends included.
+        columns, rows: extent.
+    """
+
+    places: dict[int, tuple[float, int]]
+    routes: dict[tuple[int, int], tuple[tuple[float, int], ...]]
+    columns: float
+    rows: int
+
+
+def lay_out(graph: DependencyGraph) -> Layout:
+    """Layout of a graph: the target on top, every other node below those that wait for it."""
+    edges = [(e.source, e.target) for e in graph.edges]
+    backward = _backward_edges(graph, edges)
+    forward = [(b, a) if (a, b) in backward else (a, b) for a, b in edges]
+    layer = _layers(graph, forward)
+    chains = {(a, b): _chain(a, b, layer) for a, b in sorted(set(forward))}
+    rows: list[list] = [[] for _ in range(max(layer.values()) + 1)]
+    for node in sorted(graph.ids, key=lambda k: (k != graph.target, k)):
+        rows[layer[node]].append(node)
+    for chain in chains.values():
+        for row, way in enumerate(chain[1:-1], start=layer[chain[0]] + 1):
+            rows[row].append(way)
+    links: dict = {}
+    for chain in chains.values():
+        for above, below in zip(chain, chain[1:]):
+            links.setdefault(above, ([], []))[1].append(below)
+            links.setdefault(below, ([], []))[0].append(above)
+    column = _columns(rows, links)
+    place = {item: (column[item], row) for row, items in enumerate(rows) for item in items}
+    routes = {}
+    for a, b in edges:
+        chain = chains[(a, b)] if (a, b) not in backward else chains[(b, a)][::-1]
+        routes[(a, b)] = tuple(place[item] for item in chain)
+    widest = max((c for c, _ in place.values()), default=0.0) + 1
+    return Layout({k: place[k] for k in graph.ids}, routes, widest, len(rows))
+
+
+def _backward_edges(graph: DependencyGraph, edges: list[tuple[int, int]]) -> set[tuple[int, int]]:
+    """Edges into the target, and those that close a cycle on a depth-first walk from it, then from other nodes."""
+    backward = {(a, b) for a, b in edges if b == graph.target}
+    following: dict[int, list[int]] = {
+        k: sorted(b for a, b in edges if a == k and b != graph.target) for k in graph.ids
+    }
+    state = dict.fromkeys(graph.ids, "new")
+    for root in (graph.target, *graph.ids):
+        stack = [(root, 0)] if state[root] == "new" else []
+        while stack:
+            node, i = stack.pop()
+            state[node] = "open"
+            if i == len(following[node]):
+                state[node] = "done"
+                continue
+            stack.append((node, i + 1))
+            onward = following[node][i]
+            if state[onward] == "open":
+                backward.add((node, onward))
+            elif state[onward] == "new":
+                stack.append((onward, 0))
+    return backward
+
+
+def _layers(graph: DependencyGraph, forward: list[tuple[int, int]]) -> dict[int, int]:
+    """Longest path from any node without a predecessor; the target alone is held on top."""
+    layer = dict.fromkeys(graph.ids, 0)
+    for _ in graph.ids:
+        for a, b in forward:
+            layer[b] = max(layer[b], layer[a] + 1)
+    for k in graph.ids:
+        below = [layer[b] for a, b in forward if a == k]
+        if k != graph.target and layer[k] == 0:
+            layer[k] = max(1, min(below) - 1) if below else 1
+    for _ in graph.ids:
+        for a, b in forward:
+            layer[b] = max(layer[b], layer[a] + 1)
+    return layer
+
+
+def _chain(a: int, b: int, layer: dict[int, int]) -> list:
+    """The edge's items from layer to layer: its ends and a waypoint (a, b, row) on each layer between."""
+    return [a, *((a, b, row) for row in range(layer[a] + 1, layer[b])), b]
+
+
+def _columns(rows: list[list], links: dict) -> dict:
+    """Column per item: orders by the mean column of the neighbours above or below, alternately, kept apart."""
+    column = {item: float(i) for row in rows for i, item in enumerate(row)}
+    for sweep in range(_SWEEPS):
+        down = sweep % 2 == 0
+        for row in rows if down else rows[::-1]:
+            wish = {item: _mean([column[n] for n in links.get(item, ([], []))[0 if down else 1]]) for item in row}
+            wish = {item: column[item] if w is None else w for item, w in wish.items()}
+            row.sort(key=lambda item: (wish[item], str(item)))
+            column.update(_spread([wish[item] for item in row], row))
+    least = min(column.values(), default=0.0)
+    return {item: c - least for item, c in column.items()}
+
+
+def _mean(values: list[float]) -> float | None:
+    return sum(values) / len(values) if values else None
+
+
+def _gap(left: object, right: object) -> float:
+    """Least distance of neighbours in a row; waypoints take less room than nodes."""
+    return 1.0 if isinstance(left, int) and isinstance(right, int) else 0.6
+
+
+def _spread(wishes: list[float], items: list) -> dict:
+    """Columns as close to the wishes as the gaps allow, in the given order: pool adjacent violators."""
+    offsets, total = [], 0.0
+    for i, item in enumerate(items):
+        total += _gap(items[i - 1], item) if i else 0.0
+        offsets.append(total)
+    blocks: list[tuple[float, int]] = []  # mean of (wish - offset), count
+    for wish, offset in zip(wishes, offsets):
+        mean, count = wish - offset, 1
+        while blocks and blocks[-1][0] > mean:
+            m, c = blocks.pop()
+            mean, count = (mean * count + m * c) / (count + c), count + c
+        blocks.append((mean, count))
+    placed = [mean for mean, count in blocks for _ in range(count)]
+    return {item: base + offset for item, base, offset in zip(items, placed, offsets)}

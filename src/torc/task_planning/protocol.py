@@ -1,0 +1,33 @@
+"""What a task planner is: one method that names the next object to pick."""
+
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from torc.records import Decision, PlanningContext
+
+
+@runtime_checkable
+class TaskPlanner(Protocol):
+    """Decides which object to pick next.
+
+    `torc.testing.planner_conformance` checks an implementation against these rules:
+
+    - `decide` names an object that is visible and has a valid grasp, or None when it found no such choice;
+    - it asks its chooser (a model, a person) at most MAX_ATTEMPTS times, and says how often in `attempts`;
+    - all its randomness comes from `rng`; the context is read only;
+    - `evidence` is plain data that `json.dumps` accepts.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name in reports and on the command line."""
+        ...
+
+    def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
+        """The next object to pick, and why."""
+        ...
+
+
+MAX_ATTEMPTS = 3
+"""How often a chooser may be asked per pick; then the pick is lost (the authors' rule)."""

@@ -1,0 +1,1 @@
+"""What tests, benchmarks and third parties need: synthetic scenes and fakes."""

@@ -1,0 +1,209 @@
+"""Planning contexts for tests: small scenes whose grasps are stated by hand, and random clutter of any size."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from torc.errors import InputError
+from torc.occlusion.volume import empty_volume, update_volume
+from torc.perception.privileged import LabelPerception
+from torc.records import (
+    TARGET_ID,
+    GraspReport,
+    GraspSet,
+    GraspStatus,
+    PickOutcome,
+    PlanningContext,
+    SegmentedScene,
+    VoxelGrid,
+)
+from torc.scenes.workspace import CameraMount
+from torc.testing.synthetic import Shape, SyntheticBox, random_clutter, synthetic_observation
+
+_DOF = 7
+_TABLE_Z_M = 1.05
+
+
+def small_mount() -> CameraMount:
+    """The torso camera at 320x240: fast, and still sharp enough for objects of household size."""
+    return CameraMount(width=320, height=240)
+
+
+def coarse_grid() -> VoxelGrid:
+    """The workspace's region at 2 cm."""
+    return VoxelGrid(np.array([0.42, -0.62, _TABLE_Z_M]), 0.02, (30, 51, 21))
+
+
+def box(object_id: int, x: float, y: float, size: tuple[float, float, float], on: float = 0.0) -> SyntheticBox:
+    """A box of these edge lengths that stands at (x, y) on the table, or `on` metres above it."""
+    return SyntheticBox(object_id, (x, y, _TABLE_Z_M + on + size[2] / 2), size)
+
+
+def perceive(shapes: Sequence[Shape], mount: CameraMount | None = None) -> SegmentedScene:
+    """The scene that the camera perceives of these shapes, labels given."""
+    mount = small_mount() if mount is None else mount
+    return LabelPerception().perceive(synthetic_observation(shapes, mount))
+
+
+def make_grasps(
+    scene: SegmentedScene,
+    valid: Mapping[int, int] | None = None,
+    blocked: Mapping[int, Sequence[Sequence[int]]] | None = None,
+    unreachable: Mapping[int, int] | None = None,
+) -> tuple[GraspSet, GraspReport]:
+    """Grasps at the objects' centres with a stated fate, and the report that agrees with them.
+
+    Args:
+        scene: the scene; all ids must be visible in it.
+        valid: how many valid grasps each object has.
+        blocked: per object the blockers of each of its blocked grasps, e.g. {2: [(3,), (3, 4)]}.
+        unreachable: how many grasps without inverse kinematics each object has.
+    """
+    fates = [(k, GraspStatus.VALID, ()) for k, n in (valid or {}).items() for _ in range(n)]
+    fates += [(k, GraspStatus.BLOCKED, tuple(by)) for k, grasps in (blocked or {}).items() for by in grasps]
+    fates += [(k, GraspStatus.UNREACHABLE, ()) for k, n in (unreachable or {}).items() for _ in range(n)]
+    named = {k for k, _, by in fates for k in (k, *by)}
+    if not named <= set(scene.ids):
+        raise InputError(f"Grasps name {sorted(named)}, but only {scene.ids} are visible.")
+    fates.sort(key=lambda fate: fate[0])
+    return _grasp_set(scene, fates), _report(scene, fates)
+
+
+def make_context(
+    shapes: Sequence[Shape],
+    valid: Mapping[int, int] | None = None,
+    blocked: Mapping[int, Sequence[Sequence[int]]] | None = None,
+    *,
+    unreachable: Mapping[int, int] | None = None,
+    mount: CameraMount | None = None,
+    grid: VoxelGrid | None = None,
+    target_description: str = "the blue tuna can",
+    history: tuple[PickOutcome, ...] = (),
+    picks_left: int = 15,
+) -> PlanningContext:
+    """What a planner sees of these shapes, with grasps as in `make_grasps`. The target is the shape with id 0; it
+    is hidden if there is none, or nothing of it in sight."""
+    scene = perceive(shapes, mount)
+    grasps, report = make_grasps(scene, valid, blocked, unreachable)
+    volume = update_volume(empty_volume(coarse_grid() if grid is None else grid), scene)
+    return PlanningContext(scene, volume, grasps, report, target_description, history, picks_left)
+
+
+def open_context() -> PlanningContext:
+    """The target stands free and is graspable, beside another object."""
+    shapes = (box(0, 0.62, 0.0, (0.05, 0.05, 0.10)), box(1, 0.62, -0.2, (0.05, 0.05, 0.12)))
+    return make_context(shapes, valid={0: 3, 1: 2})
+
+
+def behind_context() -> PlanningContext:
+    """The target 0 peeks out behind 1, which blocks its grasps; 2 stands apart. 1 and 2 are graspable."""
+    shapes = (
+        box(0, 0.72, -0.1, (0.06, 0.06, 0.20)),
+        box(1, 0.60, -0.1, (0.06, 0.08, 0.12)),
+        box(2, 0.60, 0.1, (0.05, 0.05, 0.10)),
+    )
+    return make_context(shapes, valid={1: 2, 2: 4}, blocked={0: [(1,), (1,), (1,)]})
+
+
+def stacked_context() -> PlanningContext:
+    """1 lies on the target 0; both are graspable."""
+    shapes = (box(0, 0.65, -0.1, (0.14, 0.14, 0.06)), box(1, 0.66, -0.1, (0.06, 0.06, 0.06), on=0.06))
+    return make_context(shapes, valid={0: 1, 1: 2})
+
+
+def hidden_context() -> PlanningContext:
+    """No target in sight; a large box 1 and a small one 2, both graspable."""
+    shapes = (box(1, 0.60, -0.2, (0.06, 0.20, 0.20)), box(2, 0.60, 0.1, (0.04, 0.04, 0.05)))
+    return make_context(shapes, valid={1: 1, 2: 3})
+
+
+def single_context() -> PlanningContext:
+    """One object, graspable, not the target."""
+    return make_context((box(1, 0.62, -0.1, (0.06, 0.06, 0.12)),), valid={1: 2})
+
+
+def nothing_graspable_context() -> PlanningContext:
+    """Two objects in sight, the target among them, and no valid grasp."""
+    shapes = (box(0, 0.72, -0.1, (0.06, 0.06, 0.20)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12)))
+    return make_context(shapes, blocked={0: [(1,)]}, unreachable={1: 2})
+
+
+def empty_context() -> PlanningContext:
+    """Nothing in sight at all."""
+    return make_context(())
+
+
+def cluttered_context(
+    objects: int, seed: int, mount: CameraMount | None = None, hidden_target: bool = False
+) -> PlanningContext:
+    """Random clutter with plausible grasps: an object with others between it and the camera has mostly blocked
+    ones, the more of them the nearer they are. With `hidden_target` the target's shape is taken out."""
+    rng = np.random.default_rng(seed)
+    shapes = random_clutter(rng, objects)
+    if hidden_target:
+        shapes = tuple(s for s in shapes if s.id != TARGET_ID)
+    scene = perceive(shapes, mount)
+    valid: dict[int, int] = {}
+    blocked: dict[int, list[tuple[int, ...]]] = {}
+    centers = {o.id: np.median(o.points, axis=0).astype(float) for o in scene.objects}
+    camera = scene.observation.T_world_camera[:3, 3]
+    for k, center in centers.items():
+        nearer = [j for j, c in centers.items() if j != k and _in_the_way(c, center, camera)]
+        total = int(rng.integers(0, 8))
+        free = total if not nearer else int(rng.integers(0, 2)) * int(rng.random() < 0.3)
+        valid[k] = free
+        blocked[k] = [tuple(rng.permutation(nearer)[: rng.integers(1, 3)].tolist()) for _ in range(total) if nearer]
+    context = make_context((), target_description="the blue tuna can")
+    grasps, report = make_grasps(scene, valid, blocked)
+    volume = update_volume(empty_volume(context.volume.grid), scene)
+    return replace(context, scene=scene, volume=volume, grasps=grasps, report=report)
+
+
+def _in_the_way(other: np.ndarray, center: np.ndarray, camera: np.ndarray) -> bool:
+    """Whether the other one is nearer to the camera, and within 8 cm of the line of sight seen from above."""
+    sight = (center - camera)[:2] / np.linalg.norm((center - camera)[:2])
+    offset = (other - center)[:2]
+    along, across = offset @ sight, abs(offset[0] * sight[1] - offset[1] * sight[0])
+    return bool(-0.20 < along < 0 and across < 0.08)
+
+
+def _grasp_set(scene: SegmentedScene, fates: list) -> GraspSet:
+    n = len(fates)
+    Ts = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (n, 1, 1))  # approach straight down
+    for T, (k, _, _) in zip(Ts, fates):
+        T[:3, 3] = np.median(scene.object(k).points, axis=0)
+    reach = np.array([[-0.02, 0, 0], [0.02, 0, 0]])
+    return GraspSet(
+        Ts_world_tcp=Ts,
+        widths_m=np.full(n, 0.04),
+        scores=np.linspace(0.9, 0.5, n),
+        object_ids=np.array([k for k, _, _ in fates], dtype=np.int16),
+        contacts=Ts[:, None, :3, 3] + reach,
+        generators=np.zeros(n, dtype=np.uint8),
+        generator_names=("stated by hand",),
+    )
+
+
+def _report(scene: SegmentedScene, fates: list) -> GraspReport:
+    ids = scene.ids
+    place = {k: i for i, k in enumerate(ids)}
+    blocking = np.zeros((len(ids), len(ids)), dtype=np.int32)
+    blocked_total = np.zeros(len(ids), dtype=np.int32)
+    valid_total = np.zeros(len(ids), dtype=np.int32)
+    for k, status, by in fates:
+        valid_total[place[k]] += status == GraspStatus.VALID
+        blocked_total[place[k]] += status == GraspStatus.BLOCKED
+        for j in by:
+            blocking[place[k], place[j]] += 1
+    qpos = np.zeros((len(fates), _DOF))
+    qpos[[status == GraspStatus.UNREACHABLE for _, status, _ in fates]] = np.nan
+    return GraspReport(
+        status=np.array([status for _, status, _ in fates], dtype=np.uint8),
+        qpos=qpos,
+        blockers=np.array([sum(1 << j for j in by) for _, _, by in fates], dtype=np.uint64),
+        object_ids=ids,
+        blocking=blocking,
+        blocked_total=blocked_total,
+        valid_total=valid_total,
+    )

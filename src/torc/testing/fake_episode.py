@@ -1,0 +1,85 @@
+"""Fakes for the episode loop: a table of analytic shapes, a robot that always succeeds (or fails as told), and
+planners that do as they are told. Nothing here simulates physics."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from torc.motion.protocol import PickRequest
+from torc.records import (
+    TARGET_ID,
+    Decision,
+    Observation,
+    PickOutcome,
+    PickPlan,
+    PickResult,
+    PlanFailure,
+    PlanningContext,
+    PlanStage,
+    Trajectory,
+)
+from torc.robots.description import RobotDescription
+from torc.testing.synthetic import Shape, synthetic_observation
+
+
+class FakeRobot:
+    """Sees ray-cast shapes; a pick makes the shape vanish. Results can be scripted by pick.
+
+    Args:
+        description: of the robot that it stands for.
+        shapes: the objects; ids as in the label image.
+        results: result per executed pick; SUCCESS (retrieved or removed) where the list ends.
+    """
+
+    def __init__(
+        self, description: RobotDescription, shapes: Sequence[Shape], results: Sequence[PickOutcome] = ()
+    ) -> None:
+        self.description = description
+        self.shapes = list(shapes)
+        self.results = list(results)
+        self.executed: list[PickPlan] = []
+
+    def capture(self) -> Observation:
+        """Ray-cast what is left."""
+        return synthetic_observation(self.shapes, stamp_s=float(len(self.executed)))
+
+    def execute(self, plan: PickPlan) -> PickOutcome:
+        """Take the object away, or what the script says."""
+        self.executed.append(plan)
+        if len(self.executed) <= len(self.results):
+            return self.results[len(self.executed) - 1]
+        self.shapes = [s for s in self.shapes if s.id != plan.object_id]
+        result = PickResult.RETRIEVED if plan.object_id == TARGET_ID else PickResult.REMOVED
+        return PickOutcome(result, plan.object_id, plan.object_id, True, True, duration_s=5.0)
+
+
+class FakeMotionPlanner:
+    """Plans nothing: returns motions that stand still, or a failure for the objects in `impossible`."""
+
+    def __init__(self, impossible: Sequence[int] = ()) -> None:
+        self.impossible = set(impossible)
+
+    def plan_pick(self, request: PickRequest, rng: np.random.Generator) -> PickPlan | PlanFailure:
+        """The object's best valid grasp, with motions of one second that stand still."""
+        if request.object_id in self.impossible:
+            return PlanFailure(PlanStage.FREE, "told to fail", 1)
+        valid = [g for g in request.grasps.of(request.object_id) if request.report.status[g] == 0]
+        g = int(valid[0])
+        still = Trajectory(np.array([0.0, 1.0]), np.zeros((2, 7)), np.zeros((2, 7)))
+        pose, width = request.grasps.Ts_world_tcp[g], float(request.grasps.widths_m[g])
+        return PickPlan(request.object_id, g, pose, width, still, still, still, still, still, 1)
+
+
+class ScriptedPlanner:
+    """Names the objects of a list in turn, then nothing."""
+
+    name = "scripted"
+
+    def __init__(self, choices: Sequence[int | None]) -> None:
+        self.choices = list(choices)
+
+    def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
+        """The choice for this pick."""
+        pick = len(context.history)
+        choice = self.choices[pick] if pick < len(self.choices) else None
+        return Decision(choice, f"told to pick {choice}")

@@ -1,0 +1,126 @@
+"""The robot's collision primitives, as its MJCF has them, against voxels and boxes: exact, by coal, and slow.
+
+Shares nothing with `torc.collision`: no spheres, no distance field, no forward kinematics of ours.
+"""
+
+from collections.abc import Sequence
+
+import coal
+import mujoco
+import numpy as np
+from jaxtyping import Float
+
+from torc.robots.description import RobotDescription
+from torc.scenes.workspace import Box
+
+_IDENTITY = coal.Transform3s.Identity()
+
+
+class FullGeometry:
+    """Shapes of a robot at any configuration.
+
+    Attributes:
+        links: per shape the link it belongs to, counted as in SphereModel.link, the fingers as part of the gripper;
+            -1 for parts that do not move.
+    """
+
+    def __init__(self, robot: RobotDescription, shrink_gripper_m: float = 0.0) -> None:
+        """shrink_gripper_m: by how much the gripper's shapes are made smaller on all sides."""
+        self._robot = robot
+        self._model = mujoco.MjModel.from_xml_path(str(robot.mjcf_path))
+        self._data = mujoco.MjData(self._model)
+        self._arm = [self._model.joint(name).qposadr[0] for name in robot.arm.joint_names]
+        self._gripper = [self._model.joint(name).qposadr[0] for name in robot.gripper.joint_names]
+        self._geoms = [g for g in range(self._model.ngeom) if self._model.geom_contype[g] != 0]
+        self.links = np.array([self._link(g) for g in self._geoms])
+        dof = robot.arm.dof
+        shrink = np.where(self.links == dof, shrink_gripper_m, 0.0)
+        self._shapes = [_shape(self._model, g, float(s)) for g, s in zip(self._geoms, shrink)]
+
+    def name(self, i: int) -> str:
+        """What the MJCF calls shape i."""
+        return self._model.geom(self._geoms[i]).name
+
+    def place(self, qpos: Float[np.ndarray, "dof"], width_m: float) -> list["coal.Transform3s"]:
+        """World poses of all shapes."""
+        self._data.qpos[self._arm] = qpos
+        self._data.qpos[self._gripper] = self._robot.gripper.qpos(width_m)
+        mujoco.mj_kinematics(self._model, self._data)
+        return [
+            coal.Transform3s(self._data.geom_xmat[g].reshape(3, 3), self._data.geom_xpos[g]) for g in self._geoms
+        ]
+
+    def touching(
+        self, poses: Sequence["coal.Transform3s"], obstacles: Sequence["coal.CollisionGeometry"], moving: np.ndarray
+    ) -> list[int]:
+        """Which of the given shapes touch one of the obstacles (given in the world frame)."""
+        return [
+            int(i) for i in moving if any(_touch(self._shapes[i], poses[i], o, _IDENTITY) for o in obstacles)
+        ]
+
+    def self_contacts(self, poses: Sequence["coal.Transform3s"]) -> list[tuple[int, int]]:
+        """Pairs of shapes that touch, among the links that can."""
+        gripper = self._robot.arm.dof
+        pairs = {(min(int(a), gripper), min(int(b), gripper)) for a, b in self._robot.self_pairs}
+        pairs |= {(min(int(a), gripper), -1) for a in self._robot.static_links}
+        out = []
+        for i, a in enumerate(self.links):
+            for j, b in enumerate(self.links):
+                if (a, b) in pairs and _touch(self._shapes[i], poses[i], self._shapes[j], poses[j]):
+                    out.append((i, j))
+        return out
+
+    def _link(self, geom: int) -> int:
+        body = self._model.geom_bodyid[geom]
+        joints = {int(self._model.joint(n).bodyid[0]): i for i, n in enumerate(self._robot.arm.joint_names)}
+        while body != 0:
+            if self._model.body(body).name == self._robot.gripper_body_name:
+                return self._robot.arm.dof
+            if int(body) in joints:
+                return joints[int(body)]
+            body = self._model.body_parentid[body]
+        return -1
+
+
+def voxel_octree(centers: Float[np.ndarray, "n 3"], voxel_size_m: float) -> "coal.CollisionGeometry | None":
+    """Voxels as solid cubes; None if there are none.
+
+    An octree's cubes sit at multiples of the voxel size: the grid's origin must be such a multiple.
+    """
+    if len(centers) == 0:
+        return None
+    return coal.makeOctree(np.ascontiguousarray(centers, dtype=float), voxel_size_m)
+
+
+def solid_boxes(boxes: Sequence[Box]) -> list["coal.CollisionGeometry"]:
+    """Fixed boxes in the world frame, as convex meshes."""
+    out = []
+    for box in boxes:
+        center, half = np.asarray(box.center), np.asarray(box.size) / 2
+        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half + center
+        out.append(coal.Convex.convexHull(_points(corners), True, ""))
+    return out
+
+
+def _points(corners: Float[np.ndarray, "n 3"]) -> "coal.StdVec_Vec3s":
+    points = coal.StdVec_Vec3s()
+    for c in corners:
+        points.append(c)
+    return points
+
+
+def _touch(a, pose_a, b, pose_b) -> bool:  # type: ignore[no-untyped-def]
+    return coal.collide(a, pose_a, b, pose_b, coal.CollisionRequest(), coal.CollisionResult()) > 0
+
+
+def _shape(model: mujoco.MjModel, geom: int, shrink_m: float) -> "coal.CollisionGeometry":
+    size, kind = model.geom_size[geom], model.geom_type[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        return coal.Sphere(size[0] - shrink_m)
+    if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        return coal.Capsule(size[0] - shrink_m, 2 * size[1])
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return coal.Cylinder(size[0] - shrink_m, 2 * (size[1] - shrink_m))
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        return coal.Box(*(2 * np.maximum(size - shrink_m, 1e-4)))
+    raise NotImplementedError(f"Geom '{model.geom(geom).name}' is no sphere, capsule, cylinder or box.")

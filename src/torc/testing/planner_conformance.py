@@ -1,0 +1,124 @@
+"""What every task planner must do, as checks that the author of a planner runs on it.
+
+In a test of your own package:
+
+    import pytest
+    from torc.testing.planner_conformance import CASES, check_case
+
+    @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+    def test_my_planner_conforms(case):
+        check_case(MyPlanner, case)
+
+or all at once: `check_planner(MyPlanner)`. Both raise NonConformanceError, which lists what was broken.
+"""
+
+import json
+import pickle
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from torc.errors import TorcError
+from torc.records import Decision, PlanningContext
+from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
+from torc.task_planning.random_choice import graspable_ids
+from torc.testing import contexts
+
+PlannerFactory = Callable[[], TaskPlanner]
+
+
+class NonConformanceError(TorcError, AssertionError):
+    """A planner broke the protocol's rules; the text lists case and rule."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One situation a planner must cope with.
+
+    Attributes:
+        name: for reports.
+        build: makes the context.
+    """
+
+    name: str
+    build: Callable[[], PlanningContext]
+
+
+CASES: tuple[Case, ...] = (
+    Case("target in the open", contexts.open_context),
+    Case("target behind another object", contexts.behind_context),
+    Case("object on the target", contexts.stacked_context),
+    Case("target hidden", contexts.hidden_context),
+    Case("single object", contexts.single_context),
+    Case("nothing graspable", contexts.nothing_graspable_context),
+    Case("nothing in sight", contexts.empty_context),
+    Case("clutter", lambda: contexts.cluttered_context(10, seed=5)),
+    Case("clutter, target hidden", lambda: contexts.cluttered_context(10, seed=6, hidden_target=True)),
+)
+
+
+def check_planner(make: PlannerFactory, cases: tuple[Case, ...] = CASES, seeds: tuple[int, ...] = (0, 1)) -> None:
+    """Runs all cases with fresh planners. Raises NonConformanceError with everything that was broken."""
+    broken = [text for case in cases for seed in seeds for text in violations(make, case, seed)]
+    if broken:
+        raise NonConformanceError("This planner does not conform:\n- " + "\n- ".join(dict.fromkeys(broken)))
+
+
+def check_case(make: PlannerFactory, case: Case, seed: int = 0) -> None:
+    """Runs one case. Raises NonConformanceError with everything that was broken."""
+    check_planner(make, (case,), (seed,))
+
+
+def violations(make: PlannerFactory, case: Case, seed: int = 0) -> list[str]:
+    """The rules that a planner breaks in one case; empty if none."""
+    context = case.build()
+    before = pickle.dumps(context)
+    planner = make()
+    if not isinstance(getattr(planner, "name", None), str) or not planner.name:
+        return ["it has no name (a non-empty string attribute `name`)"]
+    np.random.seed(seed)  # noqa: NPY002  only to notice planners that draw from the global generator
+    state = np.random.get_state()[1].tobytes()  # type: ignore[index, union-attr]  # noqa: NPY002
+    try:
+        decision = planner.decide(context, np.random.default_rng(seed))
+    except Exception as error:  # whatever a stranger's planner raises is the finding
+        return [f"{case.name}: it raised {type(error).__name__}: {error}"]
+    found = _decision_faults(decision, context)
+    if pickle.dumps(context) != before:
+        found.append("it changed the context")
+    if np.random.get_state()[1].tobytes() != state:  # type: ignore[index, union-attr]  # noqa: NPY002
+        found.append("it drew from numpy's global random generator instead of rng")
+    if not found:
+        again = make().decide(case.build(), np.random.default_rng(seed))
+        if _essence(again) != _essence(decision):
+            found.append(f"the same rng gave two decisions: {_essence(decision)} and {_essence(again)}")
+    return [f"{case.name}: {text}" for text in found]
+
+
+def _decision_faults(decision: Decision, context: PlanningContext) -> list[str]:
+    if not isinstance(decision, Decision):
+        return [f"it returned a {type(decision).__name__}, not a torc.records.Decision"]
+    found = []
+    offered = graspable_ids(context)
+    chosen = decision.object_id
+    if chosen is not None and (isinstance(chosen, bool) or not isinstance(chosen, int)):
+        found.append(f"object_id is a {type(chosen).__name__}; it must be an int or None (convert numpy's integers)")
+    elif chosen is not None and chosen not in offered:
+        found.append(f"it named {chosen}, but the visible objects with a valid grasp are {offered}; else name None")
+    if not isinstance(decision.attempts, int) or not 1 <= decision.attempts <= MAX_ATTEMPTS:
+        found.append(f"attempts is {decision.attempts!r}; it must be 1..{MAX_ATTEMPTS}")
+    if not isinstance(decision.reason, str) or not decision.reason.strip():
+        found.append("it gave no reason; say in a sentence why")
+    if not isinstance(decision.give_up, bool):
+        found.append(f"give_up is {decision.give_up!r}; it must be True or False")
+    if decision.give_up and chosen is not None:
+        found.append("it named an object and gave up at once")
+    try:
+        json.dumps(dict(decision.evidence), allow_nan=False)
+    except (TypeError, ValueError) as error:
+        found.append(f"evidence is not plain data: {error}")
+    return found
+
+
+def _essence(decision: Decision) -> tuple[int | None, int, bool, str]:
+    return decision.object_id, decision.attempts, decision.give_up, decision.reason

@@ -1,0 +1,243 @@
+"""Analytic scenes on the table, ray-cast: exact depth, labels and normals without a physics engine."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int16, UInt8
+
+from torc.errors import InputError
+from torc.geometry.transforms import make_pose, rotation_from_wxyz
+from torc.records import BACKGROUND, Observation
+from torc.scenes.workspace import CameraMount, Workspace
+from torc.testing.raycast import BOX, CYLINDER, SPHERE, cast_rays
+
+_UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class SyntheticBox:
+    """A box: full edge lengths, pose in the world frame, id in the label image (BACKGROUND for furniture)."""
+
+    id: int
+    center: tuple[float, float, float]
+    size: tuple[float, float, float]
+    wxyz: tuple[float, float, float, float] = _UPRIGHT
+
+
+@dataclass(frozen=True)
+class SyntheticCylinder:
+    """A solid cylinder, its axis along its own z."""
+
+    id: int
+    center: tuple[float, float, float]
+    radius_m: float
+    height_m: float
+    wxyz: tuple[float, float, float, float] = _UPRIGHT
+
+
+@dataclass(frozen=True)
+class SyntheticSphere:
+    """A ball."""
+
+    id: int
+    center: tuple[float, float, float]
+    radius_m: float
+
+
+Shape = SyntheticBox | SyntheticCylinder | SyntheticSphere
+
+
+@dataclass(frozen=True)
+class Raycast:
+    """Exact image of a scene. Where a ray meets nothing, depth and normal are 0.
+
+    Attributes:
+        depth_m: along the optical axis.
+        label_image: id of the shape; BACKGROUND for table, floor and nothing.
+        normals: outward unit normals, world frame.
+    """
+
+    depth_m: Float32[np.ndarray, "h w"]
+    label_image: Int16[np.ndarray, "h w"]
+    normals: Float32[np.ndarray, "h w 3"]
+
+
+def shape_pose(shape: Shape) -> Float[np.ndarray, "4 4"]:
+    """Pose of the shape's own frame (origin at its centre)."""
+    R = np.eye(3) if isinstance(shape, SyntheticSphere) else rotation_from_wxyz(shape.wxyz)
+    return make_pose(R, shape.center)
+
+
+def half_sizes(shape: Shape) -> tuple[float, float, float]:
+    """Half extents along the shape's own axes."""
+    if isinstance(shape, SyntheticBox):
+        return (shape.size[0] / 2, shape.size[1] / 2, shape.size[2] / 2)
+    if isinstance(shape, SyntheticCylinder):
+        return (shape.radius_m, shape.radius_m, shape.height_m / 2)
+    return (shape.radius_m, shape.radius_m, shape.radius_m)
+
+
+def inside(shape: Shape, points: Float[np.ndarray, "*n 3"], margin_m: float = 0.0) -> Bool[np.ndarray, "*n"]:
+    """Whether world points lie in the shape, grown by a margin (shrunk where it is negative)."""
+    T = shape_pose(shape)
+    p = (points - T[:3, 3]) @ T[:3, :3]
+    half = np.asarray(half_sizes(shape)) + margin_m
+    if isinstance(shape, SyntheticBox):
+        return np.all(np.abs(p) <= half, axis=-1)
+    if isinstance(shape, SyntheticCylinder):
+        return (np.hypot(p[..., 0], p[..., 1]) <= half[0]) & (np.abs(p[..., 2]) <= half[2])
+    return np.linalg.norm(p, axis=-1) <= half[0]
+
+
+def raycast(
+    shapes: Sequence[Shape], mount: CameraMount | None = None, support_z_m: float | None = None
+) -> Raycast:
+    """Image of the shapes on the workspace's table, its top at `support_z_m`, in a room.
+
+    The room's floor is z = 0; its far wall, at x = 6 m, gives every pixel a reading.
+
+    Raises InputError for a shape without volume.
+    """
+    mount = CameraMount() if mount is None else mount
+    floor = SyntheticBox(BACKGROUND, (0, 0, -0.5), (40, 40, 1))
+    wall = SyntheticBox(BACKGROUND, (6.5, 0, 0), (1, 40, 40))
+    scene = [_table(support_z_m), floor, wall, *shapes]
+    for shape in shapes:
+        if min(half_sizes(shape)) <= 0:
+            raise InputError(f"{shape} has no volume; give it positive sizes.")
+    kinds = {SyntheticBox: BOX, SyntheticCylinder: CYLINDER, SyntheticSphere: SPHERE}
+    depth_m, hit, normals = cast_rays(
+        mount.width,
+        mount.height,
+        mount.K,
+        mount.T_world_camera,
+        np.array([kinds[type(s)] for s in scene]),
+        np.stack([shape_pose(s) for s in scene]),
+        np.array([half_sizes(s) for s in scene], dtype=float),
+    )
+    ids = np.array([*(s.id for s in scene), BACKGROUND], dtype=np.int16)
+    return Raycast(depth_m, ids[hit], normals)
+
+
+def synthetic_observation(
+    shapes: Sequence[Shape],
+    mount: CameraMount | None = None,
+    support_z_m: float | None = None,
+    stamp_s: float = 0.0,
+) -> Observation:
+    """What the torso camera sees of the shapes: exact depth and labels, shaded colours.
+
+    Args:
+        shapes: objects in the world frame; each carries its id.
+        mount: the camera; the workspace's own by default.
+        support_z_m: height of the table top; the workspace's own by default.
+        stamp_s: time of the snapshot.
+    """
+    mount = CameraMount() if mount is None else mount
+    image = raycast(shapes, mount, support_z_m)
+    return Observation(
+        rgb=_shade(image, mount.T_world_camera),
+        depth_m=image.depth_m,
+        K=mount.K,
+        T_world_camera=mount.T_world_camera,
+        qpos=np.zeros(0),
+        stamp_s=stamp_s,
+        label_image=image.label_image,
+    )
+
+
+def random_clutter(rng: np.random.Generator, n: int, support_z_m: float | None = None) -> tuple[Shape, ...]:
+    """n shapes with ids 0..n-1 standing in the clutter region, some on top of others; none overlap.
+
+    Upright boxes (any yaw), upright cylinders and balls of household size. When the region
+    (x .50-.80, y -.35-.12) is full, further shapes are stacked on flat tops, then the region grows.
+    """
+    z = Workspace().support_z_m if support_z_m is None else support_z_m
+    shapes: list[Shape] = []
+    free_tops: list[Shape] = []
+    while len(shapes) < n:
+        shape = _random_shape(rng, len(shapes))
+        stacked = _stacked(shape, free_tops, shapes, rng) if rng.random() < 0.25 else None
+        shape = _placed(shape, shapes, z, rng) if stacked is None else stacked
+        shapes.append(shape)
+        if not isinstance(shape, SyntheticSphere) and min(half_sizes(shape)[:2]) > 0.025:
+            free_tops.append(shape)
+    return tuple(shapes)
+
+
+def _table(support_z_m: float | None) -> SyntheticBox:
+    table = Workspace().table
+    (x, y, z), size = table.center, table.size
+    top = z + size[2] / 2 if support_z_m is None else support_z_m
+    return SyntheticBox(BACKGROUND, (x, y, top - size[2] / 2), size)
+
+
+def _shade(image: Raycast, T_world_camera: Float[np.ndarray, "4 4"]) -> UInt8[np.ndarray, "h w 3"]:
+    """Lambert's shading under a light at the camera; hue by the golden angle of the id."""
+    light = np.abs(image.normals @ (-T_world_camera[:3, 2]))
+    hue = (image.label_image.astype(float) * 0.381966) % 1.0
+    k = np.array([0.0, 2 / 3, 1 / 3])
+    color = 0.55 + 0.35 * np.cos(2 * np.pi * (hue[..., None] + k))
+    color[image.label_image < 0] = (0.62, 0.58, 0.52)
+    color[image.depth_m == 0] = (0.75, 0.8, 0.85)
+    light[image.depth_m == 0] = 1.0
+    return np.clip(255 * color * (0.35 + 0.65 * light[..., None]), 0, 255).astype(np.uint8)
+
+
+def _random_shape(rng: np.random.Generator, object_id: int) -> Shape:
+    """A shape at the origin."""
+    kind = rng.choice(3, p=[0.5, 0.4, 0.1])
+    if kind == 0:
+        yaw = rng.uniform(-np.pi, np.pi)
+        x, y = rng.uniform(0.03, 0.09, 2)
+        size = (float(x), float(y), float(rng.uniform(0.03, 0.18)))
+        return SyntheticBox(object_id, (0, 0, 0), size, (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)))
+    if kind == 1:
+        radius, height = float(rng.uniform(0.02, 0.045)), float(rng.uniform(0.04, 0.18))
+        return SyntheticCylinder(object_id, (0, 0, 0), radius, height)
+    return SyntheticSphere(object_id, (0, 0, 0), float(rng.uniform(0.025, 0.045)))
+
+
+def _moved(shape: Shape, x: float, y: float, bottom_z: float) -> Shape:
+    """The shape with its centre over (x, y) and its bottom at a height."""
+    center = (float(x), float(y), float(bottom_z + half_sizes(shape)[2]))
+    if isinstance(shape, SyntheticBox):
+        return SyntheticBox(shape.id, center, shape.size, shape.wxyz)
+    if isinstance(shape, SyntheticCylinder):
+        return SyntheticCylinder(shape.id, center, shape.radius_m, shape.height_m, shape.wxyz)
+    return SyntheticSphere(shape.id, center, shape.radius_m)
+
+
+def _stacked(
+    shape: Shape, free_tops: list[Shape], others: Sequence[Shape], rng: np.random.Generator
+) -> Shape | None:
+    """The shape on a flat top (which is then taken), or None if it would reach into the base's neighbours."""
+    if not free_tops:
+        return None
+    base = free_tops.pop(int(rng.integers(len(free_tops))))
+    x, y, z = base.center
+    column = [o for o in others if (o.center[0], o.center[1]) == (x, y)]
+    for o in others:
+        if o not in column and np.hypot(x - o.center[0], y - o.center[1]) <= _footprint(shape) + _footprint(o):
+            return None
+    return _moved(shape, x, y, z + half_sizes(base)[2])
+
+
+def _placed(shape: Shape, others: Sequence[Shape], support_z_m: float, rng: np.random.Generator) -> Shape:
+    """The shape on the table at a free place; the region grows a little with every failed draw."""
+    radius = _footprint(shape)
+    draws = 0
+    while True:
+        grow = 0.0005 * max(0, draws - 200)
+        x = rng.uniform(0.50 - grow / 4, 0.80 + grow / 2)
+        y = rng.uniform(-0.35 - grow, 0.12 + grow)
+        draws += 1
+        if all(np.hypot(x - o.center[0], y - o.center[1]) > radius + _footprint(o) for o in others):
+            return _moved(shape, x, y, support_z_m)
+
+
+def _footprint(shape: Shape) -> float:
+    """Radius of the circle around the shape seen from above."""
+    half = half_sizes(shape)
+    return float(np.hypot(half[0], half[1])) if isinstance(shape, SyntheticBox) else half[0]

@@ -1,0 +1,117 @@
+"""The loop's bookkeeping, with real perception, grasps and occlusion on analytic shapes, and a fake robot."""
+
+import json
+
+import pytest
+
+from torc.episode.event_log import event_line, without_seconds
+from torc.episode.events import Ended, EndReason, Started
+from torc.episode.loop import EpisodeConfig, EpisodeParts, run_episode
+from torc.episode.recorder import TrialRecorder
+from torc.errors import InputError
+from torc.grasping.planner import GeometricGraspPlanner
+from torc.perception.privileged import LabelPerception
+from torc.pipeline.look import Pipeline
+from torc.records import PickOutcome, PickResult
+from torc.robots.description import load_robot
+from torc.scenes.workspace import Workspace
+from torc.task_planning.registry import make_planner
+from torc.testing.fake_episode import FakeMotionPlanner, FakeRobot, ScriptedPlanner
+from torc.testing.synthetic import SyntheticBox
+
+TALL = SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20))
+SIDE = SyntheticBox(2, (0.62, -0.30, 1.10), (0.05, 0.05, 0.10))
+TARGET = SyntheticBox(0, (0.66, -0.12, 1.08), (0.05, 0.05, 0.06))
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot()
+
+
+@pytest.fixture
+def play(robot):
+    def run(planner, shapes=(TARGET, TALL, SIDE), results=(), impossible=(), max_picks=5, listeners=()):
+        workspace = Workspace()
+        grasps = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
+        pipeline = Pipeline(LabelPerception(), grasps, robot.gripper, workspace)
+        parts = EpisodeParts(
+            FakeRobot(robot, shapes, results), pipeline, planner, FakeMotionPlanner(impossible)
+        )
+        started = Started("test", planner.name, 0, "the box", max_picks)
+        return run_episode(parts, started, EpisodeConfig(max_picks=max_picks), listeners)
+
+    return run
+
+
+def test_hidden_target_is_found_and_retrieved(play):
+    result = play(make_planner("dg-select"))
+    assert result.retrieved
+    assert result.end is EndReason.RETRIEVED
+    assert [o.object_id for o in result.outcomes] == [1, 0]
+    assert result.outcomes[0].result is PickResult.REMOVED
+
+
+def test_failed_attempts_use_up_picks(play):
+    missed = PickOutcome(PickResult.MISSED, 1, duration_s=4.0)
+    result = play(ScriptedPlanner([1] * 9), results=[missed] * 9, max_picks=3)
+    assert result.end is EndReason.BUDGET_SPENT
+    assert result.picks == 3
+    assert not result.retrieved
+
+
+def test_lost_picks_have_their_own_names(play):
+    result = play(ScriptedPlanner([7, None, 1]), impossible=[1], max_picks=3)
+    assert [o.result for o in result.outcomes] == [
+        PickResult.NO_VALID_CHOICE,
+        PickResult.NO_VALID_CHOICE,
+        PickResult.NO_PLAN,
+    ]
+
+
+def test_episode_ends_when_the_target_falls_or_nothing_is_left(play):
+    lost = PickOutcome(PickResult.MISSED, 1, target_lost=True, duration_s=4.0)
+    assert play(ScriptedPlanner([1]), results=[lost]).end is EndReason.TARGET_LOST
+    assert play(ScriptedPlanner([2]), shapes=(SIDE,)).end is EndReason.NOTHING_LEFT
+
+
+def test_log_is_json_and_the_same_again(play):
+    logs = []
+    for _ in range(2):
+        events = []
+        play(make_planner("random"), listeners=[events.append])
+        assert isinstance(events[0], Started)
+        assert isinstance(events[-1], Ended)
+        logs.append([json.dumps(without_seconds(event_line(e))) for e in events])
+    assert logs[0] == logs[1]
+
+
+def test_recorder_writes_a_whole_directory(play, tmp_path):
+    recorder = TrialRecorder(tmp_path / "trial", {"planner": "dg-select"}, records=True)
+    result = play(make_planner("dg-select"), listeners=[recorder])
+    assert (tmp_path / "trial.partial").exists()
+    assert not (tmp_path / "trial").exists()
+    recorder.complete({"retrieved": result.retrieved})
+    names = {
+        p.relative_to(tmp_path / "trial").as_posix() for p in (tmp_path / "trial").rglob("*") if p.is_file()
+    }
+    assert {"spec.json", "result.json", "events.jsonl", "strip.png", "picks/00_seen.png"} <= names
+    assert {"picks/00_graph.png", "picks/00_observation.npz", "picks/01_seen.png"} <= names
+    assert not (tmp_path / "trial.partial").exists()
+    with pytest.raises(InputError, match="--overwrite"):
+        TrialRecorder(tmp_path / "trial", {})
+
+
+def test_recorder_replaces_when_told(play, tmp_path):
+    for planner in ("dg-select", "random"):
+        recorder = TrialRecorder(tmp_path / "trial", {"planner": planner}, overwrite=True)
+        play(make_planner(planner), listeners=[recorder])
+        recorder.complete({"planner": planner})
+    assert json.loads((tmp_path / "trial" / "result.json").read_text())["planner"] == "random"
+    assert [p.name for p in tmp_path.iterdir()] == ["trial"]
+
+
+def test_unwritable_directory_is_a_clear_error(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="Choose another --out"):
+        TrialRecorder(tmp_path / "file" / "trial", {})

@@ -1,0 +1,328 @@
+"""Laws of the occlusion volume."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from occlusion_reference import reference_update
+
+from torc.errors import InputError
+from torc.geometry.projection import project
+from torc.occlusion.volume import OcclusionConfig, empty_volume, surface_labels, update_volume
+from torc.perception.noise import NoiseConfig, add_sensor_noise
+from torc.perception.privileged import LabelPerception
+from torc.records import BACKGROUND, EMPTY, ROBOT, VoxelGrid
+from torc.scenes.workspace import CameraMount, Workspace
+from torc.testing.synthetic import SyntheticBox, SyntheticCylinder, inside, random_clutter, synthetic_observation
+
+GRID = Workspace().grid
+SUPPORT_Z_M = Workspace().support_z_m
+BOX = SyntheticBox(1, (0.6, 0.0, SUPPORT_Z_M + 0.08), (0.08, 0.16, 0.16))
+
+
+def perceive(shapes, **observation):
+    return LabelPerception().perceive(replace(synthetic_observation(shapes), **observation))
+
+
+def look(shapes, volume=None, config=None):
+    return update_volume(empty_volume(GRID) if volume is None else volume, perceive(shapes), config)
+
+
+def in_view(grid=GRID):
+    mount = CameraMount()
+    u, v, z = project(grid.centers().reshape(-1, 3), mount.K, mount.T_world_camera)
+    ok = (z > 0) & (u > -0.5) & (v > -0.5) & (u < mount.width - 0.5) & (v < mount.height - 0.5)
+    return ok.reshape(grid.shape)
+
+
+def unknown(volume):
+    return ~volume.seen
+
+
+def has_bit(volume, object_id):
+    return (volume.hidden_by & (np.uint64(1) << np.uint64(object_id))) != 0
+
+
+def behind_box(box, points):
+    """Independent: whether the segment from the eye to a point meets an axis-aligned box (slabs)."""
+    eye = CameraMount().T_world_camera[:3, 3]
+    low, high = np.array(box.center) - np.array(box.size) / 2, np.array(box.center) + np.array(box.size) / 2
+    with np.errstate(divide="ignore"):
+        a, b = (low - eye) / (points - eye), (high - eye) / (points - eye)
+    near, far = np.minimum(a, b).max(axis=-1), np.maximum(a, b).min(axis=-1)
+    return (near < far) & (near < 1) & (far > 0)
+
+
+def coarse_grid():
+    return VoxelGrid(GRID.origin, 0.03, (20, 34, 14))
+
+
+def test_before_any_snapshot_all_is_unknown_and_hidden_by_nothing():
+    volume = empty_volume(GRID)
+    assert volume.snapshots == 0
+    assert not volume.seen.any()
+    assert not volume.hidden_by.any()
+    assert np.all(volume.surface_label == EMPTY)
+    with pytest.raises(InputError, match="holds no volume"):
+        empty_volume(VoxelGrid(np.zeros(3), 0.0, (1, 1, 1)))
+
+
+@pytest.mark.parametrize("voxel_size_m", [0.005, 0.01, 0.03])
+def test_an_empty_table_hides_nothing_and_is_no_surface(voxel_size_m):
+    shape = tuple(int(n * 0.01 / voxel_size_m) for n in GRID.shape)
+    grid = VoxelGrid(GRID.origin, voxel_size_m, shape)
+    volume = update_volume(empty_volume(grid), perceive([]))
+    assert np.all(volume.seen[in_view(grid)])
+    assert np.all(volume.surface_label == EMPTY)
+    assert not volume.hidden_by.any()
+
+
+def test_an_empty_table_seen_with_noise_hides_almost_nothing(rng):
+    noisy = add_sensor_noise(synthetic_observation([]), NoiseConfig(0.002, grain_px=2), rng)
+    volume = update_volume(empty_volume(GRID), LabelPerception().perceive(noisy))
+    assert np.mean(unknown(volume)[in_view()]) < 1e-3
+    assert np.all(volume.surface_label == EMPTY)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_equals_the_definition_voxel_by_voxel(seed):
+    """Two snapshots with moved objects, robot pixels, holes and mad readings."""
+    rng = np.random.default_rng(seed)
+    shapes = list(random_clutter(rng, 12))
+    config = OcclusionConfig(min_moved_points=4)
+    fast = slow = empty_volume(coarse_grid())
+    for snapshot in range(3):
+        view = synthetic_observation(shapes)
+        depth, label = view.depth_m.copy(), view.label_image.copy()
+        for value in (0.0, np.nan, np.inf, 0.05, 50.0):
+            r, c = rng.integers(120, 280), rng.integers(180, 400)
+            depth[r : r + 25, c : c + 25] = value
+        r, c = rng.integers(100, 300), rng.integers(150, 450)
+        label[r : r + 60, c : c + 40] = ROBOT
+        scene = LabelPerception().perceive(replace(view, depth_m=depth, label_image=label))
+        fast, slow = update_volume(fast, scene, config), reference_update(slow, scene, config)
+        assert np.array_equal(fast.seen, slow.seen)
+        assert np.array_equal(fast.hidden_by, slow.hidden_by)
+        # Where two ids have equally many points the definition leaves open which one wins.
+        assert np.mean(fast.surface_label != slow.surface_label) < 2e-3
+        assert np.array_equal(fast.surface_label == EMPTY, slow.surface_label == EMPTY)
+        assert fast.snapshots == snapshot + 1
+        if snapshot == 0:
+            shapes[3] = replace(shapes[3], center=(0.7, 0.3, shapes[3].center[2]))
+            del shapes[0]
+
+
+@pytest.mark.parametrize("flag", ["empty_pixels_are_free", "out_of_view_is_free"])
+def test_the_options_equal_the_definition_too(flag):
+    view = synthetic_observation([BOX])
+    depth = np.where(view.depth_m > 1.5, 0, view.depth_m).astype(np.float32)
+    scene = LabelPerception().perceive(replace(view, depth_m=depth))
+    config = OcclusionConfig(**{flag: True})
+    fast = update_volume(empty_volume(coarse_grid()), scene, config)
+    slow = reference_update(empty_volume(coarse_grid()), scene, config)
+    plain = update_volume(empty_volume(coarse_grid()), scene)
+    assert np.array_equal(fast.seen, slow.seen)
+    assert np.array_equal(fast.hidden_by, slow.hidden_by)
+    assert fast.seen.sum() > plain.seen.sum()
+
+
+def test_inputs_stay_as_they_are():
+    before = look([BOX])
+    copies = before.seen.copy(), before.hidden_by.copy(), before.surface_label.copy()
+    look([replace(BOX, center=(0.6, 0.2, 1.15))], before)
+    assert np.array_equal(before.seen, copies[0])
+    assert np.array_equal(before.hidden_by, copies[1])
+    assert np.array_equal(before.surface_label, copies[2])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_unknown_never_grows_while_objects_are_only_taken_away(seed):
+    rng = np.random.default_rng(seed)
+    shapes = [s for s in random_clutter(rng, 14)]
+    volume = look(shapes)
+    while shapes:
+        # Only what nothing stands on is taken.
+        tops = [s for s in shapes if not any(o is not s and o.center[:2] == s.center[:2] and o.center[2] > s.center[2] for o in shapes)]
+        shapes.remove(tops[int(rng.integers(len(tops)))])
+        after = look(shapes, volume)
+        assert not np.any(unknown(after) & volume.seen)
+        volume = after
+    assert np.all(volume.seen[in_view()])
+
+
+def test_noise_alone_never_makes_the_seen_unknown_again(rng):
+    view = synthetic_observation(random_clutter(rng, 14))
+    volume = empty_volume(GRID)
+    for _ in range(4):
+        noisy = add_sensor_noise(view, NoiseConfig(0.002, grain_px=2, dropout=0.01, mask_erosion_px=1), rng)
+        after = update_volume(volume, LabelPerception().perceive(noisy))
+        assert np.count_nonzero(unknown(after) & volume.seen) == 0
+        volume = after
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_bit_is_a_visible_object_and_only_the_unknown_is_hidden(seed):
+    shapes = random_clutter(np.random.default_rng(seed), 25)
+    scene = perceive(shapes)
+    volume = update_volume(empty_volume(GRID), scene)
+    every = np.bitwise_or.reduce(volume.hidden_by.ravel())
+    assert every == sum(1 << i for i in scene.ids if has_bit(volume, i).any())
+    assert int(every) & ~sum(1 << i for i in scene.ids) == 0
+    assert not np.any(volume.hidden_by[volume.seen])
+    assert set(np.unique(volume.surface_label)) <= {EMPTY, BACKGROUND, *scene.ids}
+
+
+def test_the_shadow_of_a_box_has_its_analytic_volume():
+    volume = look([BOX])
+    points = np.random.default_rng(0).uniform(GRID.origin, GRID.upper, (1_000_000, 3))
+    share = np.mean(behind_box(BOX, points))
+    truth_m3 = share * np.prod(GRID.upper - GRID.origin)
+    assert volume.hidden_volume_m3(1) == pytest.approx(truth_m3, rel=0.05)
+    # And it is in the right place.
+    shadow = behind_box(BOX, GRID.centers()) & in_view()
+    assert np.mean(has_bit(volume, 1)[shadow]) > 0.95
+    assert np.mean(shadow[has_bit(volume, 1)]) > 0.98
+    assert np.array_equal(unknown(volume) & in_view(), has_bit(volume, 1))
+
+
+def test_the_inside_of_objects_is_unknown_or_surface():
+    shapes = random_clutter(np.random.default_rng(4), 15)
+    volume = look(shapes)
+    for shape in shapes:
+        deep = inside(shape, GRID.centers(), -GRID.voxel_size_m * np.sqrt(3) / 2)
+        assert np.all(unknown(volume)[deep])
+
+
+def test_a_target_wholly_behind_a_box_lies_in_the_unknown():
+    target = SyntheticCylinder(0, (0.72, 0.0, SUPPORT_Z_M + 0.03), 0.03, 0.06)
+    scene = perceive([target, BOX])
+    assert scene.ids == (1,)
+    volume = update_volume(empty_volume(GRID), scene)
+    body = inside(target, GRID.centers())
+    assert body.sum() > 100
+    assert np.all(unknown(volume)[body])
+    assert np.all(has_bit(volume, 1)[body])
+    revealed = look([target], volume)
+    assert has_bit(revealed, 0).any()
+    assert np.any(revealed.surface_label == 0)
+
+
+def test_taking_the_hider_away_frees_what_it_hid():
+    other = SyntheticBox(2, (0.6, 0.25, SUPPORT_Z_M + 0.05), (0.08, 0.08, 0.1))
+    before = look([BOX, other])
+    after = look([other], before)
+    hidden = has_bit(before, 1)
+    assert hidden.any()
+    assert np.all(after.seen[hidden])
+    assert np.array_equal(has_bit(after, 2), has_bit(before, 2))
+    assert np.all(after.surface_label[before.surface_label == 1] == EMPTY)
+
+
+def test_the_hider_nearest_to_the_camera_is_the_one_named():
+    back = SyntheticBox(2, (0.8, 0.0, SUPPORT_Z_M + 0.16), (0.08, 0.1, 0.32))
+    volume = look([BOX, back])
+    both = behind_box(BOX, GRID.centers()) & behind_box(back, GRID.centers()) & unknown(volume) & in_view()
+    assert both.sum() > 500
+    assert np.mean(has_bit(volume, 1)[both]) > 0.98
+    only_back = behind_box(back, GRID.centers()) & ~behind_box(BOX, GRID.centers()) & unknown(volume) & in_view()
+    assert np.mean(has_bit(volume, 2)[only_back]) > 0.95
+
+
+def test_an_object_that_moved_into_seen_space_is_unknown_inside():
+    before = look([BOX])
+    moved = replace(BOX, center=(0.6, -0.3, BOX.center[2]))
+    after = look([moved], before)
+    deep = inside(moved, GRID.centers(), -0.01)
+    assert np.all(before.seen[deep & in_view()])
+    assert np.all(has_bit(after, 1)[deep])
+    # Farther behind it than an object reaches, what was seen stays seen; its old place is free.
+    eye = CameraMount().T_world_camera[:3, 3]
+    far = np.linalg.norm(GRID.centers() - eye, axis=-1) > np.linalg.norm(np.array(moved.center) - eye) + 0.25
+    assert not np.any(unknown(after)[far & before.seen])
+    assert np.all(after.seen[inside(BOX, GRID.centers()) & in_view()])
+
+
+def test_a_nudge_of_less_than_a_voxel_is_no_disturbance():
+    before = look([BOX])
+    nudged = replace(BOX, center=(BOX.center[0], BOX.center[1] + 0.006, BOX.center[2]))
+    after = look([nudged], before)
+    assert not np.any(unknown(after) & before.seen)
+
+
+def test_a_few_points_astray_are_no_disturbance():
+    before, scene = look([BOX]), perceive([BOX])
+    o = scene.objects[0]
+    points = o.points.copy()
+    points[:300:30] = (0.6, -0.3, SUPPORT_Z_M + 0.2)
+    after = update_volume(before, replace(scene, objects=(replace(o, points=points),)))
+    assert not np.any(unknown(after) & before.seen)
+    points[:300:10] = (0.6, -0.3, SUPPORT_Z_M + 0.2)
+    after = update_volume(before, replace(scene, objects=(replace(o, points=points),)))
+    # 30 points are a disturbance, but only behind themselves.
+    assert np.count_nonzero(unknown(after) & before.seen) < 400
+
+
+def test_robot_pixels_hide_without_a_bit():
+    view = synthetic_observation([BOX])
+    label = np.where(view.label_image == 1, np.int16(ROBOT), view.label_image)
+    volume = update_volume(empty_volume(GRID), LabelPerception().perceive(replace(view, label_image=label)))
+    assert not volume.hidden_by.any()
+    assert np.mean(unknown(volume)[behind_box(BOX, GRID.centers()) & in_view()]) > 0.98
+    assert not np.any(volume.surface_label == ROBOT)
+
+
+def test_where_there_is_no_reading_the_unknown_stays():
+    view = synthetic_observation([BOX])
+    rows, cols = np.nonzero(view.label_image == 1)
+    depth = view.depth_m.copy()
+    depth[rows.min() : rows.min() + 20] = 0
+    scene = LabelPerception().perceive(replace(view, depth_m=depth))
+    volume = update_volume(empty_volume(GRID), scene)
+    mount = CameraMount()
+    u, v, _ = project(GRID.centers().reshape(-1, 3), mount.K, mount.T_world_camera)
+    row, col = np.round(v).astype(int).reshape(GRID.shape), np.round(u).astype(int).reshape(GRID.shape)
+    hole = in_view() & (row >= rows.min() + 1) & (row < rows.min() + 19)
+    assert np.all(unknown(volume)[hole])
+    label = scene.label_image[np.clip(row, 0, 479), np.clip(col, 0, 639)]
+    assert np.all(has_bit(volume, 1)[hole & (label == 1)])
+    assert not np.any(volume.hidden_by[hole & (label == BACKGROUND)])
+
+
+def test_far_readings_are_free_space():
+    view = synthetic_observation([])
+    assert view.depth_m.max() > 4
+    far = replace(view, depth_m=np.full_like(view.depth_m, 20.0))
+    volume = update_volume(empty_volume(GRID), LabelPerception().perceive(far))
+    assert np.all(volume.seen[in_view()])
+
+
+def test_most_points_win_a_voxel_and_objects_win_over_the_background():
+    scene = perceive([BOX])
+    o = scene.objects[0]
+    corner = GRID.origin + 0.1
+    clouds = {3: 5, 4: 9, 6: 3}
+    rng = np.random.default_rng(0)
+    objects = tuple(
+        replace(o, id=i, points=(corner + rng.uniform(0.001, 0.009, (n, 3))).astype(np.float32))
+        for i, n in clouds.items()
+    )
+    table = np.array([[0.6, 0.0, GRID.origin[2] + 0.011], [0.6, 0.0, GRID.origin[2] + 0.025]])
+    points = np.concatenate([corner + rng.uniform(0.001, 0.009, (50, 3)), table]).astype(np.float32)
+    label = surface_labels(GRID, replace(scene, objects=objects, background_points=points))
+    assert label[10, 10, 10] == 4
+    assert label[tuple(GRID.index_of(table[0]))] == EMPTY
+    assert label[tuple(GRID.index_of(table[1]))] == BACKGROUND
+    assert np.count_nonzero(label != EMPTY) == 2
+
+
+def test_surface_labels_hold_the_points_of_this_snapshot():
+    shapes = random_clutter(np.random.default_rng(2), 12)
+    scene = perceive(shapes)
+    volume = update_volume(look([BOX]), scene)
+    for o in scene.objects:
+        index = GRID.index_of(o.points.astype(float))
+        index = index[GRID.contains(index)]
+        labels = volume.surface_label[tuple(index.T)]
+        assert np.all(labels >= 0)
+        assert np.mean(labels == o.id) > 0.9
+        assert np.all(volume.seen[tuple(index.T)])

@@ -1,0 +1,158 @@
+"""Laws of the marked image."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from torc.errors import InputError
+from torc.perception.digits import number_image
+from torc.perception.label_places import mask_anchor, place_labels
+from torc.perception.marking import mark_image
+from torc.perception.palette import object_color
+from torc.perception.privileged import LabelPerception
+from torc.records import MAX_OBJECTS
+from torc.testing.synthetic import SyntheticBox, random_clutter, synthetic_observation
+
+SIZES = ((19, 19), (15, 15))
+
+
+def scene_of(shapes):
+    return LabelPerception().perceive(synthetic_observation(shapes))
+
+
+def box_slices(place):
+    return slice(place.row, place.row + place.size[0]), slice(place.col, place.col + place.size[1])
+
+
+def overlap(a, b):
+    rows = min(a.row + a.size[0], b.row + b.size[0]) > max(a.row, b.row)
+    return rows and min(a.col + a.size[1], b.col + b.size[1]) > max(a.col, b.col)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_every_mask_gets_a_place_and_no_two_overlap(seed):
+    scene = scene_of(random_clutter(np.random.default_rng(seed), 30))
+    places = place_labels(scene.label_image, dict.fromkeys(scene.ids, SIZES))
+    assert tuple(places) == scene.ids
+    assert not any(overlap(a, b) for a, b in combinations(places.values(), 2))
+    for i, place in places.items():
+        rows, cols = box_slices(place)
+        assert place.row >= 0
+        assert place.col >= 0
+        assert rows.stop <= scene.label_image.shape[0]
+        assert cols.stop <= scene.label_image.shape[1]
+        assert scene.label_image[place.anchor] == i
+        center = scene.label_image[place.row + place.size[0] // 2, place.col + place.size[1] // 2]
+        assert place.leader or center == i
+
+
+def test_a_large_mask_carries_its_number_at_its_centre():
+    label = np.full((100, 120), -1, dtype=np.int16)
+    label[20:80, 30:90] = 4
+    place = place_labels(label, {4: SIZES})[4]
+    assert place.size == SIZES[0]
+    assert not place.leader
+    assert abs(place.row + 9 - 49.5) <= 1
+    assert abs(place.col + 9 - 59.5) <= 1
+
+
+def test_rings_and_crescents_are_named_on_themselves():
+    y, x = np.mgrid[:100, :100] - 50
+    radius = np.hypot(x, y)
+    for mask in ((radius < 45) & (radius > 25), (radius < 45) & (np.hypot(x - 15, y) > 35)):
+        row, col = mask_anchor(mask)
+        assert np.all(mask[row - 4 : row + 5, col - 4 : col + 5])
+
+
+def test_a_mask_too_small_is_named_beside_itself():
+    label = np.full((100, 120), -1, dtype=np.int16)
+    label[50:55, 50:55] = 2
+    place = place_labels(label, {2: SIZES})[2]
+    assert place.leader
+    assert np.all(label[box_slices(place)] == -1)
+    assert abs(place.row - 50) < 40
+
+
+def test_numbers_crowded_in_one_spot_part():
+    """Nested masks share a centre; their numbers must not."""
+    label = np.full((200, 200), -1, dtype=np.int16)
+    for i in range(5):
+        label[20 * i : 200 - 20 * i, 20 * i : 200 - 20 * i] = i
+    places = place_labels(label, dict.fromkeys(range(5), SIZES))
+    assert len(places) == 5
+    assert not any(overlap(a, b) for a, b in combinations(places.values(), 2))
+
+
+def test_empty_masks_are_skipped():
+    label = np.full((60, 60), -1, dtype=np.int16)
+    label[10:50, 10:50] = 1
+    assert list(place_labels(label, dict.fromkeys((0, 1, 60), SIZES))) == [1]
+    with pytest.raises(ValueError, match="empty"):
+        mask_anchor(label == 5)
+    scene = scene_of([SyntheticBox(3, (0.6, 0, 1.11), (0.1, 0.1, 0.12))])
+    ghost = replace(scene.objects[0], id=5)
+    assert np.array_equal(mark_image(replace(scene, objects=(*scene.objects, ghost))), mark_image(scene))
+
+
+def test_the_picture_is_untouched_but_for_the_marks_and_repeats(rng):
+    scene = scene_of(random_clutter(rng, 12))
+    before = scene.observation.rgb.copy()
+    image = mark_image(scene)
+    assert image.dtype == np.uint8
+    assert np.array_equal(image, mark_image(scene))
+    assert np.array_equal(scene.observation.rgb, before)
+    ids = np.isin(scene.label_image, scene.ids)
+    far_from_objects = np.ones_like(ids)
+    rows, cols = np.nonzero(ids)
+    far_from_objects[max(rows.min() - 60, 0) : rows.max() + 60, max(cols.min() - 60, 0) : cols.max() + 60] = False
+    assert np.array_equal(image[far_from_objects], before[far_from_objects])
+    assert np.mean(np.any(image != before, axis=2)[~ids]) < 0.02
+
+
+def test_outlines_have_the_object_colour_and_boxes_are_black_with_white():
+    scene = scene_of([SyntheticBox(0, (0.55, 0, 1.13), (0.15, 0.15, 0.16)), SyntheticBox(5, (0.6, 0.25, 1.1), (0.1,) * 3)])
+    image = mark_image(scene)
+    for i in (0, 5):
+        mask = scene.label_image == i
+        assert np.all(image == object_color(i), axis=2)[mask].sum() > 100
+        assert np.all(image == 0, axis=2)[mask].sum() > 100
+        assert np.all(image == 255, axis=2)[mask].sum() > 10
+
+
+def test_highlighting_brings_out_one_object(rng):
+    scene = scene_of(random_clutter(rng, 8))
+    chosen = scene.ids[2]
+    image, plain = mark_image(scene, highlight=chosen), mark_image(scene)
+    color = object_color(chosen)
+    assert np.sum(np.all(image == color, axis=2)) > 1.3 * np.sum(np.all(plain == color, axis=2))
+    with pytest.raises(InputError, match="highlight"):
+        mark_image(scene, highlight=63)
+
+
+def test_marks_grow_with_the_image():
+    label = np.zeros((960, 1280), dtype=np.int16)
+    scene = scene_of([SyntheticBox(0, (0.6, 0, 1.11), (0.1, 0.1, 0.12))])
+    view = replace(scene.observation, rgb=np.zeros((960, 1280, 3), dtype=np.uint8))
+    image = mark_image(replace(scene, observation=view, label_image=label))
+    white = np.argwhere(np.all(image == 255, axis=2))
+    assert np.ptp(white[:, 0]) + 1 >= 24
+
+
+def test_all_numbers_look_different():
+    pictures = {number_image(n, 13).tobytes() for n in range(MAX_OBJECTS)}
+    assert len(pictures) == MAX_OBJECTS
+    assert all(number_image(n, 13).shape[0] == 13 for n in range(MAX_OBJECTS))
+
+
+def test_colours_differ_and_red_is_the_target():
+    colors = np.array([object_color(i) for i in range(MAX_OBJECTS)], dtype=float)
+    distance = np.linalg.norm(colors[:, None] - colors[None], axis=2)
+    assert np.all(distance[~np.eye(MAX_OBJECTS, dtype=bool)] > 15)
+    r, g, b = colors[0]
+    assert r > 200
+    assert max(g, b) < 60
+    assert np.all(distance[0, 1:] > 80)
+    with pytest.raises(InputError, match="no colour"):
+        object_color(64)

@@ -1,0 +1,227 @@
+"""Laws of clouds, normals and of what counts as visible."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from torc.errors import InputError
+from torc.geometry.projection import project
+from torc.perception.privileged import LabelPerception, PerceptionConfig
+from torc.records import BACKGROUND, ROBOT
+from torc.scenes.workspace import CameraMount, Workspace
+from torc.testing.synthetic import (
+    SyntheticBox,
+    SyntheticCylinder,
+    SyntheticSphere,
+    inside,
+    random_clutter,
+    raycast,
+    synthetic_observation,
+)
+
+BOX = SyntheticBox(1, (0.6, 0.0, 1.11), (0.1, 0.12, 0.12), (0.95, 0.0, 0.0, 0.31))
+CAN = SyntheticCylinder(2, (0.6, 0.2, 1.11), 0.035, 0.12)
+BALL = SyntheticSphere(3, (0.6, -0.2, 1.10), 0.05)
+SHAPES = (BOX, CAN, BALL)
+
+
+def perceive(observation, **config):
+    return LabelPerception(PerceptionConfig(**config)).perceive(observation)
+
+
+def angles_deg(a, b):
+    return np.rad2deg(np.arccos(np.clip(np.sum(a * b, axis=1), -1, 1)))
+
+
+def test_points_are_the_pixels_of_the_mask_on_the_surface(rng):
+    shapes = random_clutter(rng, 15)
+    scene = perceive(synthetic_observation(shapes))
+    view = scene.observation
+    assert len(scene.objects) > 8
+    for o in scene.objects:
+        assert np.all(scene.label_image[o.pixels[:, 0], o.pixels[:, 1]] == o.id)
+        assert o.pixel_count == np.count_nonzero(scene.label_image == o.id)
+        assert 0.9 * o.pixel_count <= len(o.points) <= o.pixel_count
+        assert len(np.unique(o.pixels, axis=0)) == len(o.pixels)
+        cols, rows, depths = project(o.points.astype(float), view.K, view.T_world_camera)
+        assert np.allclose(np.stack([rows, cols], axis=1), o.pixels, atol=1e-2)
+        assert np.allclose(depths, view.depth_m[o.pixels[:, 0], o.pixels[:, 1]], atol=1e-5)
+        assert np.all(inside(shapes[o.id], o.points, 1e-5))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_normals_are_unit_and_right_to_a_few_degrees(shape):
+    scene = perceive(synthetic_observation(SHAPES))
+    o = scene.object(shape.id)
+    truth = raycast(SHAPES).normals[o.pixels[:, 0], o.pixels[:, 1]]
+    errors = angles_deg(o.normals, truth)
+    assert np.allclose(np.linalg.norm(o.normals, axis=1), 1, atol=1e-5)
+    assert np.median(errors) < 2.0
+    assert np.quantile(errors, 0.9) < 10.0
+    # Towards the camera, without exception.
+    eye = scene.observation.T_world_camera[:3, 3]
+    assert np.all(np.sum(o.normals * (eye - o.points), axis=1) > 0)
+
+
+def test_normals_next_to_the_ridges_of_a_box_belong_to_one_of_its_faces():
+    scene = perceive(synthetic_observation([BOX]))
+    o = scene.object(1)
+    truth = raycast([BOX]).normals[o.pixels[:, 0], o.pixels[:, 1]]
+    assert np.mean(angles_deg(o.normals, truth) > 10) < 0.02
+
+
+def test_normals_survive_stereo_noise():
+    clean = synthetic_observation(SHAPES)
+    rng = np.random.default_rng(0)
+    noise = (1 + 0.001 * rng.standard_normal(clean.depth_m.shape)).astype(np.float32)
+    scene = perceive(replace(clean, depth_m=clean.depth_m * noise), normal_radius_px=4)
+    truth = raycast(SHAPES).normals
+    for o in scene.objects:
+        errors = angles_deg(o.normals, truth[o.pixels[:, 0], o.pixels[:, 1]])
+        assert np.median(errors) < 12.0
+
+
+def test_a_turned_world_turns_the_cloud_with_it(rng):
+    """Invariance: the same picture from another camera pose is the same cloud, moved."""
+    view = synthetic_observation(SHAPES)
+    T = np.eye(4)
+    T[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    T[:3, 3] = rng.uniform(-1, 1, 3)
+    a = perceive(view)
+    b = perceive(replace(view, T_world_camera=T @ view.T_world_camera))
+    for p, q in zip(a.objects, b.objects):
+        assert np.allclose(p.points @ T[:3, :3].T + T[:3, 3], q.points, atol=1e-5)
+        assert np.allclose(p.normals @ T[:3, :3].T, q.normals, atol=1e-5)
+
+
+def test_points_between_two_surfaces_are_dropped():
+    view = synthetic_observation([BOX])
+    depth = view.depth_m.copy()
+    rows, cols = np.nonzero(view.label_image == 1)
+    # The mask's pixels right of the box's left rim, smeared half way to what lies behind.
+    left = {r: cols[rows == r].min() for r in np.unique(rows)[5:-40]}
+    smeared = [(r, c) for r, c in left.items() if depth[r, c - 1] - depth[r, c + 1] > 0.08]
+    assert len(smeared) > 10
+    for r, c in smeared:
+        depth[r, c] = (depth[r, c - 1] + depth[r, c + 1]) / 2
+    scene = perceive(replace(view, depth_m=depth))
+    kept = {tuple(p) for p in scene.object(1).pixels}
+    assert not kept & set(smeared)
+    assert np.all(inside(BOX, scene.object(1).points, 1e-4))
+
+
+def test_a_mask_that_bleeds_over_the_background_keeps_to_its_surface():
+    view = synthetic_observation([BALL, CAN])
+    label = view.label_image.copy()
+    for object_id in (2, 3):
+        mask = view.label_image == object_id
+        label[np.roll(mask, 1, axis=1) & (label == BACKGROUND)] = object_id
+    scene = perceive(replace(view, label_image=label))
+    clean = perceive(view)
+    for shape in (BALL, CAN):
+        o = scene.object(shape.id)
+        outside = ~inside(shape, o.points, 1e-4)
+        # Where the ball touches the ground there is no jump: a few points of the table beside it stay.
+        assert outside.mean() < 0.02
+        assert len(o.points) > 0.95 * len(clean.object(shape.id).points)
+
+
+def test_readings_out_of_range_are_none():
+    view = synthetic_observation([BOX])
+    depth = view.depth_m.copy()
+    bad = np.zeros(depth.shape, dtype=bool)
+    bad[200:260, 300:340] = True
+    for value in (np.nan, np.inf, -np.inf, 0.0, 0.05, 3.5, -1.0):
+        depth[bad] = value
+        scene = perceive(replace(view, depth_m=depth))
+        o = scene.object(1)
+        assert not np.any(bad[o.pixels[:, 0], o.pixels[:, 1]])
+        assert o.pixel_count == np.count_nonzero(view.label_image == 1)
+        assert np.all(np.isfinite(scene.background_points))
+
+
+def test_slivers_are_not_reported_but_stay_obstacles():
+    view = synthetic_observation([BOX])
+    label = np.full_like(view.label_image, BACKGROUND)
+    rows, cols = np.nonzero(view.label_image == 1)
+    label[rows, cols] = 1
+    label[rows[500:512], cols[500:512]] = 9
+    scene = perceive(replace(view, label_image=label), min_pixels=15)
+    assert scene.ids == (1,)
+    assert np.count_nonzero(scene.label_image == 9) == 12
+    sliver = inside(BOX, scene.background_points, 1e-4)
+    assert 8 <= sliver.sum() <= 12
+    assert perceive(replace(view, label_image=label), min_pixels=12).ids == (1, 9)
+
+
+def test_the_target_is_known_from_its_own_threshold_on():
+    target = replace(BOX, id=0)
+    view = synthetic_observation([target, CAN])
+    n = int(np.count_nonzero(view.label_image == 0))
+    assert perceive(view, min_target_pixels=n).target_id == 0
+    hidden = perceive(view, min_target_pixels=n + 1)
+    assert hidden.target_id is None
+    assert hidden.ids == (2,)
+    assert perceive(synthetic_observation([CAN])).target_id is None
+
+
+def test_background_is_the_table_without_the_robot():
+    view = synthetic_observation([CAN])
+    label = view.label_image.copy()
+    label[:, 320:] = np.where(label[:, 320:] == BACKGROUND, np.int16(ROBOT), label[:, 320:])
+    mount = CameraMount()
+    scene = perceive(replace(view, label_image=label))
+    cols, _, _ = project(scene.background_points.astype(float), mount.K, mount.T_world_camera)
+    assert cols.max() < 320
+    near = scene.background_points[scene.background_points[:, 2] > 1.0]
+    assert len(near) > 1000
+    assert np.all(near[:, 2] < Workspace().support_z_m + 1e-4)
+
+
+def test_what_touches_an_object_does_not_bend_its_normals(rng):
+    """A wall carries one label on its left half; the right half, of another label, is crumpled."""
+    mount = CameraMount()
+    view = synthetic_observation([SyntheticBox(1, (0.6, 0.0, 1.3), (0.02, 3.0, 1.0))])
+    cols = np.indices(view.depth_m.shape)[1]
+    label = np.where((view.label_image == 1) & (cols >= 320), np.int16(2), view.label_image)
+    crumple = np.where(label == 2, 0.004 * rng.standard_normal(label.shape), 0).astype(np.float32)
+    scene = perceive(replace(view, depth_m=view.depth_m + crumple, label_image=label))
+    front = scene.object(1).pixels[:, 0] > mount.height // 2
+    normals = scene.object(1).normals[front].astype(float)
+    assert np.max(angles_deg(normals, np.array([[-1.0, 0, 0]]))) < 0.5
+
+
+def test_stride_thins_the_cloud_and_changes_nothing_else():
+    view = synthetic_observation(SHAPES)
+    full, thin = perceive(view), perceive(view, stride=2)
+    assert full.ids == thin.ids
+    for a, b in zip(full.objects, thin.objects):
+        index = {tuple(p): i for i, p in enumerate(a.pixels)}
+        same = [index[tuple(p)] for p in b.pixels]
+        assert 0.2 < len(b.points) / len(a.points) < 0.3
+        assert np.array_equal(a.points[same], b.points)
+        assert np.median(angles_deg(a.normals[same], b.normals)) < 0.1
+        assert a.pixel_count == b.pixel_count
+
+
+def test_an_image_without_objects_gives_an_empty_scene():
+    scene = perceive(synthetic_observation([]))
+    assert scene.objects == ()
+    assert scene.target_id is None
+    dark = perceive(replace(scene.observation, depth_m=np.zeros_like(scene.observation.depth_m)))
+    assert dark.background_points.shape == (0, 3)
+
+
+def test_unusable_input_is_named():
+    view = synthetic_observation([BOX])
+    with pytest.raises(InputError, match="no label image"):
+        perceive(replace(view, label_image=None))
+    with pytest.raises(InputError, match="sizes differ"):
+        perceive(replace(view, label_image=view.label_image[:-1]))
+    with pytest.raises(InputError, match="outside"):
+        perceive(replace(view, label_image=np.full_like(view.label_image, 64)))
+    with pytest.raises(InputError, match="stride"):
+        PerceptionConfig(stride=0)
+    with pytest.raises(InputError, match="range"):
+        PerceptionConfig(min_depth_m=3.0, max_depth_m=1.0)

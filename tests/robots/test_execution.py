@@ -1,0 +1,187 @@
+"""The course of a pick on an arm and a gripper that obey at once, and whatever may go wrong."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from torc.records import TARGET_ID, PickPlan, PickResult, Trajectory
+from torc.robots.execution import ExecutionConfig, ExecutionTrace, Phase, execute_pick, reverse, starting_from
+from torc.robots.protocols import Arm, ContactGuard, Gripper
+from torc.testing.fake_robot import FakeArm, FakeGripper
+
+REST, PRE, GRASP, UP, BIN = (
+    np.array(q) for q in ([0.0, 0, 0], [1, 0, 0], [1.1, 0, 0.1], [1.1, 0, 0], [0, 1, 0])
+)
+
+
+def motion(a: np.ndarray, b: np.ndarray, duration_s: float = 1.0, n: int = 101) -> Trajectory:
+    """Smooth from rest to rest."""
+    t = np.linspace(0, duration_s, n)
+    s = t / duration_s
+    path = 3 * s**2 - 2 * s**3
+    rate = 6 * s * (1 - s) / duration_s
+    return Trajectory(t, a + path[:, None] * (b - a), rate[:, None] * (b - a))
+
+
+def plan(object_id: int = 3) -> PickPlan:
+    motions = [motion(a, b) for a, b in pairwise([REST, PRE, GRASP, UP, BIN, REST])]
+    return PickPlan(object_id, 0, np.eye(4), 0.04, *motions, grasps_tried=1)
+
+
+def run(
+    arm: FakeArm, gripper: FakeGripper, object_id: int = 3, config: ExecutionConfig | None = None
+) -> ExecutionTrace:
+    return execute_pick(arm, gripper, plan(object_id), config)
+
+
+def phases(trace: ExecutionTrace) -> list[Phase]:
+    return [p.phase for p in trace.phases]
+
+
+def test_fakes_are_what_they_stand_for() -> None:
+    assert isinstance(FakeArm(REST), Arm)
+    assert isinstance(FakeGripper(), Gripper)
+
+
+@pytest.mark.parametrize(
+    ("object_id", "result"), [(TARGET_ID, PickResult.RETRIEVED), (3, PickResult.REMOVED)]
+)
+def test_all_goes_well(object_id: int, result: PickResult) -> None:
+    arm, gripper = FakeArm(REST), FakeGripper()
+    trace = run(arm, gripper, object_id)
+    assert trace.result is result
+    assert phases(trace) == [
+        Phase.OPEN, Phase.FREE, Phase.APPROACH, Phase.CLOSE, Phase.LIFT, Phase.TRANSFER, Phase.RELEASE, Phase.HOME
+    ]  # fmt: skip
+    assert trace.held_after_lift
+    assert trace.delivered
+    assert trace.at_home
+    assert gripper.commands == [("open", 0.085), ("close", 50.0), ("open", 0.085)]
+    np.testing.assert_allclose(arm.qpos, REST)
+
+
+def test_what_is_planned_is_what_is_commanded() -> None:
+    arm, wanted = FakeArm(REST), plan()
+    execute_pick(arm, FakeGripper(), wanted)
+    assert arm.followed == [wanted.free, wanted.approach, wanted.lift, wanted.transfer, wanted.home]
+
+
+def test_guards() -> None:
+    arm = FakeArm(REST)
+    guard = ContactGuard(max_force_n=7.0)
+    run(arm, FakeGripper(), config=ExecutionConfig(free_guard=None, approach_guard=guard))
+    assert arm.guards == [None, guard, None, None, None]
+
+
+def test_fitted_opening() -> None:
+    gripper = FakeGripper()
+    run(FakeArm(REST), gripper, config=ExecutionConfig(clearance_m=0.015))
+    assert gripper.commands[0] == ("open", pytest.approx(0.055))
+
+
+def test_each_step_is_reported_as_it_ends() -> None:
+    seen: list[Phase] = []
+    trace = execute_pick(FakeArm(REST), FakeGripper(), plan(), on_phase=lambda p: seen.append(p.phase))
+    assert seen == phases(trace)
+
+
+def test_nothing_between_the_fingers() -> None:
+    arm, gripper = FakeArm(REST), FakeGripper(object_width_m=None)
+    trace = run(arm, gripper)
+    assert trace.result is PickResult.MISSED
+    assert phases(trace)[-4:] == [Phase.RELEASE, Phase.RETREAT, Phase.RETREAT, Phase.RETREAT]
+    assert not trace.held_after_lift
+    assert trace.at_home
+    np.testing.assert_allclose(arm.qpos, REST)
+
+
+def test_slips_on_the_way_to_the_bin() -> None:
+    # Looks at the state: after closing, after the lift twice, after the transfer.
+    trace = run(FakeArm(REST), FakeGripper(loses_after=3))
+    assert trace.result is PickResult.SLIPPED
+    assert trace.held_after_lift
+    assert not trace.delivered
+    assert phases(trace)[-2:] == [Phase.RELEASE, Phase.HOME]
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_stopped_before_the_grasp(number: int) -> None:
+    """The arm goes back the way it came, in reverse order, never closing the gripper."""
+    arm, gripper = FakeArm(REST, stop_at={number: 0.5}), FakeGripper()
+    trace = run(arm, gripper)
+    assert trace.result is PickResult.STOPPED
+    assert "touched a box" in trace.detail
+    assert phases(trace).count(Phase.RETREAT) == number + 1
+    assert [c for c, _ in gripper.commands] == ["open"]
+    assert trace.at_home
+    np.testing.assert_allclose(arm.qpos, REST)
+
+
+def test_stopped_just_before_the_grasp_closes_all_the_same() -> None:
+    arm = FakeArm(REST, stop_at={1: 0.75})
+    trace = run(arm, FakeGripper())
+    assert trace.result is PickResult.REMOVED
+    lift = arm.followed[2]
+    np.testing.assert_allclose(lift.qpos[0], plan().approach.qpos[75])
+    np.testing.assert_allclose(lift.qpos[-1], UP)
+
+
+def test_stopped_on_the_way_to_the_bin_puts_it_back() -> None:
+    config = ExecutionConfig(transfer_guard=ContactGuard())
+    arm, gripper = FakeArm(REST, stop_at={3: 0.3}), FakeGripper()
+    trace = run(arm, gripper, config=config)
+    assert trace.result is PickResult.STOPPED
+    assert trace.held_after_lift
+    release = phases(trace).index(Phase.RELEASE)
+    np.testing.assert_allclose(trace.phases[release].qpos, GRASP, atol=1e-9)
+    np.testing.assert_allclose(arm.qpos, REST)
+
+
+def test_stopped_without_contact_during_the_lift() -> None:
+    arm, gripper = FakeArm(REST, stop_at={2: 0.4}), FakeGripper()
+    trace = run(arm, gripper)
+    assert trace.result is PickResult.STOPPED
+    assert "did not arrive" in trace.detail
+    assert gripper.commands[-1][0] == "open"
+    np.testing.assert_allclose(arm.qpos, REST)
+
+
+def test_stuck_on_the_way_back() -> None:
+    trace = run(FakeArm(REST, stop_at={0: 0.5, 1: 0.2}), FakeGripper())
+    assert trace.result is PickResult.STOPPED
+    assert not trace.at_home
+    assert "did not get home" in trace.detail
+
+
+class TestReverse:
+    def test_from_the_end_to_the_start(self) -> None:
+        back = reverse(motion(REST, PRE), PRE, slowdown=2.0, ramp_s=0.2)
+        assert back is not None
+        np.testing.assert_allclose(back.qpos[0], PRE)
+        np.testing.assert_allclose(back.qpos[-1], REST)
+        np.testing.assert_allclose(back.qvel[[0, -1]], 0.0, atol=1e-12)
+        assert back.duration_s == pytest.approx(2.1)
+        assert np.all(np.diff(back.times_s) > 0)
+
+    @pytest.mark.parametrize("stop", [0.2, 0.5, 0.97])
+    def test_velocities_are_those_of_the_path(self, stop: float) -> None:
+        there = motion(REST, PRE, n=2001)
+        back = reverse(there, there.qpos[int(stop * 2000)], slowdown=1.5, ramp_s=0.2)
+        assert back is not None
+        rates = np.gradient(back.qpos, back.times_s, axis=0)
+        np.testing.assert_allclose(rates[5:-5], back.qvel[5:-5], atol=0.03)
+        assert np.abs(back.qvel[0]).max() == 0.0
+        assert np.abs(back.qvel).max() <= np.abs(there.qvel).max() / 1.5 + 1e-9
+
+    def test_already_there(self) -> None:
+        assert reverse(motion(REST, PRE), REST) is None
+
+
+def test_a_bent_motion_starts_where_the_arm_is_and_ends_where_planned() -> None:
+    there, here = motion(REST, PRE, n=2001), REST + 0.05
+    bent = starting_from(there, here)
+    np.testing.assert_allclose(bent.qpos[0], here)
+    np.testing.assert_allclose(bent.qpos[-1], PRE)
+    np.testing.assert_allclose(bent.qvel[[0, -1]], 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.gradient(bent.qpos, bent.times_s, axis=0), bent.qvel, atol=5e-3)

@@ -1,0 +1,184 @@
+"""The laws every object of the library obeys."""
+
+import hashlib
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from torc.errors import UnknownNameError
+from torc.scenes.library import held_out_kinds, kind_names, load_object, object_description, object_names
+from torc.scenes.library.catalogue import all_kinds
+from torc.scenes.library.labels import MAX_TEXTURE_PX
+from torc.scenes.models import ObjectModel, pieces_bounds
+
+NAMES = object_names()
+HOLLOW = ("mug", "bowl", "tumbler", "flower_pot")
+LYING = {"toothpaste_tube", "marker", "banana", "lemon"}
+"""Kinds that lie; their textures run along them."""
+
+
+def _names(*kinds: str) -> list[str]:
+    return [v.name for kind in all_kinds() if kind.name in kinds for v in kind.variants]
+
+
+def test_the_library_is_large_and_varied() -> None:
+    assert len(kind_names()) >= 26
+    assert len(NAMES) >= 60
+    assert len(held_out_kinds()) == 6
+    assert {load_object(n).kind for n in NAMES} == set(kind_names())
+
+
+def test_names_and_descriptions_are_unique() -> None:
+    assert len(set(NAMES)) == len(NAMES)
+    descriptions = [object_description(n) for n in NAMES]
+    assert len(set(descriptions)) == len(descriptions)
+    assert all(len(d.split()) <= 7 for d in descriptions)
+
+
+def test_names_need_neither_pillow_nor_numpy() -> None:
+    code = (
+        "import sys; from torc.scenes.library.catalogue import all_kinds; all_kinds();"
+        "sys.exit(int(bool({'numpy', 'PIL', 'scipy'} & set(sys.modules))))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_unknown_name_suggests_a_near_one() -> None:
+    with pytest.raises(UnknownNameError, match="Did you mean 'mug_red'"):
+        load_object("mug_rad")
+
+
+def test_most_objects_fit_the_gripper() -> None:
+    graspable = [min(load_object(n).size_m) <= 0.075 for n in NAMES]
+    assert np.mean(graspable) >= 0.85
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_frame_size_and_mass(name: str) -> None:
+    model = load_object(name)
+    lower, upper = pieces_bounds(model.pieces)
+    np.testing.assert_allclose(lower + upper, 0.0, atol=1e-9)
+    np.testing.assert_allclose(upper - lower, model.size_m, atol=1e-9)
+    volume = sum(p.volume_m3 for p in model.pieces)
+    assert 30 < model.mass_kg / volume < 3000
+    assert sum(model.piece_masses_kg) == pytest.approx(model.mass_kg)
+    assert min(model.size_m) > 0.015
+    assert max(model.size_m) < 0.30
+    assert model.held_out == (model.kind in held_out_kinds())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_meshes_of_contact_pieces_are_convex_and_solid(name: str) -> None:
+    from scipy.spatial import ConvexHull
+
+    for piece in load_object(name).pieces:
+        if piece.kind == "mesh":
+            hull = ConvexHull(piece.mesh_vertices)
+            to_planes = piece.mesh_vertices @ hull.equations[:, :3].T + hull.equations[:, 3]
+            # a vertex deep inside the hull would mean that the shape was not convex
+            assert to_planes.max(axis=1).min() > -0.0012
+            assert hull.volume > 1e-8
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_visual_meshes_are_well_formed(name: str) -> None:
+    model = load_object(name)
+    for mesh in model.visuals:
+        assert np.isfinite(mesh.vertices).all()
+        assert mesh.faces.min() >= 0
+        assert mesh.faces.max() < len(mesh.vertices)
+        assert (mesh.uv is None) == (mesh.texture is None)
+        assert mesh.normals is not None
+        np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-6)
+        if mesh.texture is not None and mesh.uv is not None:
+            assert max(mesh.texture.shape) <= MAX_TEXTURE_PX
+            assert mesh.uv.min() >= 0
+            assert mesh.uv.max() <= 1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_triangles_face_outwards_and_normals_agree(name: str) -> None:
+    for mesh in load_object(name).visuals:
+        a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+        face_normals = np.cross(b - a, c - a)
+        assert mesh.normals is not None
+        vertex_normals = mesh.normals[mesh.faces].mean(axis=1)
+        large = np.linalg.norm(face_normals, axis=1) > 1e-9
+        assert large.mean() > 0.9
+        assert ((face_normals * vertex_normals).sum(axis=1)[large] > 0).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_textures_are_not_mirrored(name: str) -> None:
+    """Seen from outside, u runs to the right and v down: a triangle turns the other way round in the texture."""
+    for mesh in load_object(name).visuals:
+        if mesh.uv is None:
+            continue
+        p, q, r = (mesh.uv[mesh.faces[:, k]] for k in range(3))
+        doubled = (q - p)[:, 0] * (r - p)[:, 1] - (q - p)[:, 1] * (r - p)[:, 0]
+        # caps of lofted shapes carry one colour: their texture triangles are degenerate
+        assert (doubled <= 1e-9).all()
+        assert doubled.sum() < -0.4
+
+
+@pytest.mark.parametrize("name", _names(*sorted(set(kind_names()) - LYING)))
+def test_upright_labels_have_their_top_at_the_top(name: str) -> None:
+    for mesh in load_object(name).visuals:
+        if mesh.uv is None or mesh.normals is None:
+            continue
+        a, b, c = (mesh.faces[:, k] for k in range(3))
+        upright = np.abs(mesh.normals[mesh.faces].mean(axis=1)[:, 2]) < 0.3
+        for i, j in ((a, b), (b, c), (c, a)):
+            dv, dz = (mesh.uv[j] - mesh.uv[i])[:, 1], (mesh.vertices[j] - mesh.vertices[i])[:, 2]
+            assert (dv * dz)[upright].max(initial=0.0) < 1e-9
+
+
+@pytest.mark.parametrize("name", _names(*HOLLOW))
+def test_vessels_are_hollow_with_a_floor(name: str) -> None:
+    model = load_object(name)
+    z = model.size_m[2] * np.linspace(-0.36, 0.6, 21)
+    on_axis = np.stack([0 * z, 0 * z + _axis_y(model), z], axis=1)
+    assert not _inside(model, on_axis).any()
+    floor = on_axis[:1] * [1, 1, 0] - [0, 0, model.size_m[2] / 2 - 0.002]
+    assert _inside(model, floor).all()
+
+
+@pytest.mark.parametrize("name", _names("tape_roll"))
+def test_tape_rolls_have_a_hole(name: str) -> None:
+    model = load_object(name)
+    z = model.size_m[2] * np.linspace(-0.6, 0.6, 21)
+    assert not _inside(model, np.stack([0 * z, 0 * z, z], axis=1)).any()
+    assert _inside(model, np.array([[model.size_m[0] / 2 - 0.004, 0.0, 0.0]])).all()
+
+
+def _axis_y(model: ObjectModel) -> float:
+    """y of the vessel's axis: a mug's frame is shifted by its handle."""
+    return (model.size_m[1] - model.size_m[0]) / 2
+
+
+def _inside(model: ObjectModel, points: np.ndarray) -> np.ndarray:
+    return np.any([p.contains(points) for p in model.pieces], axis=0)
+
+
+def test_two_processes_build_identical_bytes() -> None:
+    code = "import sys; sys.path.insert(0, sys.argv[1]); import test_object_library as t; print(t.library_hash())"
+    folder = str(Path(__file__).parent)
+    run = subprocess.run([sys.executable, "-c", code, folder], check=True, capture_output=True, text=True)
+    assert run.stdout.strip() == library_hash()
+
+
+def library_hash() -> str:
+    """A digest of every array of every model."""
+    digest = hashlib.sha256()
+    for name in NAMES:
+        model = load_object(name)
+        for piece in model.pieces:
+            digest.update(repr((piece.kind, piece.size, piece.position, piece.wxyz)).encode())
+            digest.update(b"" if piece.vertices is None else piece.vertices.tobytes())
+        for mesh in model.visuals:
+            for array in (mesh.vertices, mesh.faces, mesh.uv, mesh.texture, mesh.normals):
+                digest.update(b"" if array is None else array.tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,62 @@
+"""What is carried, directly and through others; how hard the robot presses."""
+
+import numpy as np
+import pytest
+from sim_scenes import TABLE_Z, UPRIGHT, standing, world_of
+
+from torc.robots.description import load_robot
+from torc.sim.contacts import ContactReader
+from torc.sim.robot import _choose_held
+
+ROBOT = load_robot()
+
+
+@pytest.fixture
+def stacked():
+    """A carton between the open fingers' place, another on top of it, a third on the table far away."""
+    world = world_of(
+        standing("low", "carton", 0.6, -0.1),
+        standing("high", "carton", 0.6, -0.1),
+        standing("far", "carton", 0.75, 0.2),
+        robot=ROBOT,
+    )
+    tip = np.mean([world.data.site(n).xpos for n in ROBOT.tip_site_names], axis=0)
+    half = world.models[0].size_m[2] / 2
+    # The lower one's side sinks 1 mm into a fingertip; both hang in the air.
+    finger = world.data.site(ROBOT.tip_site_names[1]).xpos
+    offset = (finger - tip) / np.linalg.norm(finger - tip)
+    center = finger - offset * (world.models[0].size_m[0] / 2 - 0.001)
+    world.set_object_pose(0, center, np.array(UPRIGHT))
+    world.set_object_pose(1, center + np.array([0, 0, 2 * half - 0.001]), np.array(UPRIGHT))
+    world.update_position_stage()
+    return world
+
+
+def test_carried_directly_and_through_another(stacked):
+    before = np.full(3, TABLE_Z)
+    before[2] = stacked.positions[2, 2]
+    assert ContactReader(stacked, ROBOT).carried(before, 0.02) == {0: True, 1: False}
+
+
+def test_what_did_not_rise_is_not_carried(stacked):
+    assert ContactReader(stacked, ROBOT).carried(stacked.positions[:, 2], 0.02) == {}
+
+
+def test_force_on_the_robot_names_the_thing(stacked):
+    import mujoco
+
+    reader = ContactReader(stacked, ROBOT)
+    mujoco.mj_step(stacked.model, stacked.data)
+    force, words = reader.hardest(ignore_gripped=False)
+    assert force > 0
+    assert "object 0 (low)" in words
+    assert "gripper" in words
+    assert reader.hardest(ignore_gripped=True) == (0.0, "")
+
+
+@pytest.mark.parametrize(
+    ("carried", "wanted", "held"),
+    [({3: True, 5: False}, 5, 5), ({3: True, 0: False}, 5, 0), ({5: False, 7: True}, 1, 7), ({}, 0, None)],
+)
+def test_which_of_several_counts(carried, wanted, held):
+    assert _choose_held(carried, wanted) == held

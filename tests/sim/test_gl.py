@@ -1,0 +1,52 @@
+"""The way of rendering is found without breaking, and the user's wish counts."""
+
+import subprocess
+import sys
+
+import pytest
+
+from torc.errors import InputError, MissingDependencyError
+from torc.sim import gl
+
+
+@pytest.fixture(autouse=True)
+def fresh():
+    gl.gl_backend.cache_clear()
+    yield
+    gl.gl_backend.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("wish", "found"), [("osmesa", "osmesa"), ("EGL ", "egl"), ("off", "rays"), ("rays", "rays")]
+)
+def test_the_environment_decides(monkeypatch, wish, found):
+    monkeypatch.setenv("MUJOCO_GL", wish)
+    assert gl.gl_backend() == found
+
+
+def test_a_wrong_wish_is_named(monkeypatch):
+    monkeypatch.setenv("MUJOCO_GL", "vulkan")
+    with pytest.raises(InputError, match="vulkan"):
+        gl.gl_backend()
+
+
+def test_without_libraries_rays_remain(monkeypatch):
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    monkeypatch.setattr(gl, "_loads", lambda *names: None)
+    assert gl.gl_backend() == "rays"
+
+
+def test_a_backend_that_is_none_is_refused():
+    with pytest.raises(InputError, match="no GL library"):
+        gl.make_context("rays", 10, 10)
+
+
+def test_a_missing_library_has_a_remedy(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco.osmesa", None)
+    with pytest.raises(MissingDependencyError, match="apt-get install"):
+        gl.make_context("osmesa", 10, 10)
+
+
+def test_importing_the_simulation_starts_no_gl():
+    code = "import sys, torc.sim.robot; sys.exit('OpenGL' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False, env={"PATH": ""}).returncode == 0

@@ -1,0 +1,200 @@
+"""The simulated robot carries out picks, stops on contact, and tells the truth about what came of it."""
+
+import numpy as np
+import pytest
+from sim_scenes import (
+    TABLE_Z,
+    grasp_pose,
+    move,
+    reach,
+    retract,
+    row,
+    shift_up,
+    standing,
+    world_of,
+)
+
+from torc.errors import InputError
+from torc.records import PickPlan, PickResult
+from torc.robots.description import load_robot
+from torc.robots.protocols import Arm, Camera, ContactGuard, Gripper, Robot
+from torc.scenes.workspace import Workspace
+from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
+from torc.sim.state import save_state
+from torc.sim.world import Presence, World
+
+ROBOT = load_robot()
+REST = ROBOT.arm.rest_qpos
+WIDTH_M = 0.05
+DROP_AT = Workspace().drop_position
+
+
+def plan_pick(object_id: int, T_world_tcp: np.ndarray, drop_at: tuple[float, float, float]) -> PickPlan:
+    """A pick by straight joint motions, for scenes so empty that nothing is in the way."""
+    q_pre = reach(ROBOT, retract(T_world_tcp, 0.1), WIDTH_M, REST)
+    q_grasp = reach(ROBOT, T_world_tcp, WIDTH_M, q_pre)
+    q_lift = reach(ROBOT, shift_up(T_world_tcp, 0.2), WIDTH_M, q_grasp)
+    q_drop = reach(ROBOT, grasp_pose(drop_at, 0.9, -1.3), WIDTH_M, q_lift)
+    return PickPlan(
+        object_id=object_id,
+        grasp_index=0,
+        T_world_tcp=T_world_tcp,
+        width_m=WIDTH_M,
+        free=move(REST, q_pre, 2.0),
+        approach=move(q_pre, q_grasp, 1.0),
+        lift=move(q_grasp, q_lift, 1.0),
+        transfer=move(q_lift, q_drop, 2.0),
+        home=move(q_drop, REST, 1.5),
+        grasps_tried=1,
+    )
+
+
+def plan_for(world: World, object_id: int, drop_at=DROP_AT, offset=(0.0, 0.0, 0.04)) -> PickPlan:
+    grasp = grasp_pose(tuple(world.positions[object_id] + offset), 0.8)
+    return plan_pick(object_id, grasp, drop_at)
+
+
+@pytest.fixture
+def world():
+    return world_of(
+        standing("target", "carton", 0.62, -0.15), standing("other", "carton", 0.60, 0.15), robot=ROBOT
+    )
+
+
+def test_it_implements_the_protocols(world):
+    robot = SimulatedRobot(world)
+    assert isinstance(robot, Robot)
+    assert isinstance(robot.arm, Arm)
+    assert isinstance(robot.gripper, Gripper)
+    assert isinstance(robot.camera, Camera)
+
+
+def test_a_box_is_retrieved(world):
+    robot = SimulatedRobot(world)
+    outcome = robot.execute(plan_for(world, 0))
+    assert outcome.result is PickResult.RETRIEVED
+    assert outcome.held_after_lift
+    assert outcome.held_id == 0
+    assert outcome.delivered
+    assert outcome.dropped == ()
+    assert not outcome.target_lost
+    assert world.presence.tolist() == [Presence.DELIVERED, Presence.PRESENT]
+    assert np.allclose(robot.arm.qpos, REST, atol=0.01)
+    assert 5.0 < outcome.duration_s < 15.0
+
+
+def test_another_object_is_removed(world):
+    outcome = SimulatedRobot(world).execute(plan_for(world, 1))
+    assert outcome.result is PickResult.REMOVED
+    assert outcome.held_id == 1
+
+
+def test_the_same_pick_twice_is_identical_and_watching_changes_nothing():
+    states, frames = [], []
+    for observer in (None, lambda w: frames.append(w.update_kinematics())):
+        world = world_of(*row("carton", "soup_can_red"), robot=ROBOT)
+        SimulatedRobot(world, observer=observer).execute(plan_for(world, 0))
+        states.append(save_state(world))
+    assert np.array_equal(*states)
+    assert len(frames) > 100
+
+
+def test_grasping_air_misses(world):
+    outcome = SimulatedRobot(world).execute(plan_for(world, 0, offset=(0.0, 0.0, 0.16)))
+    assert outcome.result is PickResult.MISSED
+    assert outcome.held_id is None
+    assert not outcome.held_after_lift
+    assert world.present.all()
+
+
+def test_a_target_let_go_beside_the_bin_is_lost(world):
+    outcome = SimulatedRobot(world).execute(plan_for(world, 0, drop_at=(0.24, -0.60, 1.20)))
+    assert outcome.result is PickResult.SLIPPED
+    assert outcome.held_after_lift
+    assert outcome.target_lost
+    assert outcome.dropped == ()
+    assert world.presence[0] == Presence.DROPPED
+
+
+def test_an_object_pushed_off_the_table_is_a_drop(world):
+    robot = SimulatedRobot(world)
+    world.set_object_pose(1, np.array([0.6, 0.8, TABLE_Z - 0.2]), np.array([1.0, 0, 0, 0]))
+    outcome = robot.execute(plan_for(world, 0))
+    assert outcome.result is PickResult.RETRIEVED
+    assert outcome.dropped == (1,)
+    assert world.presence[1] == Presence.DROPPED
+
+
+def test_the_guard_stops_at_a_heavy_block_and_backs_off():
+    world = world_of(standing("anvil", "anvil", 0.78, -0.15), robot=ROBOT)
+    robot = SimulatedRobot(world)
+    before = world.positions[0].copy()
+    start = reach(ROBOT, grasp_pose((0.62, -0.15, TABLE_Z + 0.15), 0.6), 0.085, REST)
+    inside = reach(ROBOT, grasp_pose((0.77, -0.15, TABLE_Z + 0.15), 0.6), 0.085, start)
+    robot.arm.follow(move(REST, start, 2.0))
+    result = robot.arm.follow(move(start, inside, 1.0), ContactGuard(max_force_n=40.0, relief_m=0.005))
+    assert result.stopped_by_contact
+    assert not result.reached
+    assert "anvil" in result.detail
+    assert "gripper" in result.detail
+    assert np.linalg.norm(world.positions[0] - before) < 0.005
+    robot.wait_for_rest()
+    force, _ = robot.arm._contacts.hardest(ignore_gripped=False)
+    assert force < 5.0
+
+
+def test_without_a_guard_the_arm_pushes_on():
+    world = world_of(standing("anvil", "anvil", 0.78, -0.15), robot=ROBOT)
+    robot = SimulatedRobot(world)
+    start = reach(ROBOT, grasp_pose((0.62, -0.15, TABLE_Z + 0.15), 0.6), 0.085, REST)
+    inside = reach(ROBOT, grasp_pose((0.77, -0.15, TABLE_Z + 0.15), 0.6), 0.085, start)
+    robot.arm.follow(move(REST, start, 2.0))
+    before = world.positions[0].copy()
+    result = robot.arm.follow(move(start, inside, 1.0))
+    assert not result.stopped_by_contact
+    assert np.linalg.norm(world.positions[0] - before) > 0.01 or not result.reached
+
+
+def test_a_free_motion_is_tracked_closely(world):
+    robot = SimulatedRobot(world)
+    goal = reach(ROBOT, grasp_pose((0.55, -0.15, 1.4), 0.5), 0.085, REST)
+    errors = []
+    trajectory = move(REST, goal, 1.0)
+
+    def watch(w: World) -> None:
+        planned = [np.interp(w.time_s, trajectory.times_s, q) for q in trajectory.qpos.T]
+        errors.append(np.abs(robot.arm.qpos - planned).max())
+
+    robot._stepper._observer = watch
+    assert robot.arm.follow(trajectory).reached
+    assert max(errors) < 0.02
+
+
+def test_the_gripper_holds_what_is_between_its_pads(world):
+    robot = SimulatedRobot(world)
+    assert robot.gripper.open(0.03).width_m == pytest.approx(0.03, abs=0.002)
+    closed = robot.gripper.close(40.0)
+    assert not closed.holding
+    assert closed.width_m < 0.0015
+    opened = robot.gripper.open(ROBOT.gripper.max_width_m)
+    assert opened.width_m == pytest.approx(ROBOT.gripper.max_width_m, abs=0.001)
+    assert not opened.holding
+
+
+def test_a_trajectory_must_start_where_the_arm_is(world):
+    with pytest.raises(InputError, match="starts"):
+        SimulatedRobot(world).arm.follow(move(REST + 0.5, REST, 1.0))
+
+
+def test_a_world_without_a_robot_is_refused():
+    with pytest.raises(ValueError, match="without a robot"):
+        SimulatedRobot(world_of(standing("target", "carton", 0.62, -0.15)))
+
+
+def test_capture_after_delivery_no_longer_shows_the_object(world):
+    with SimulatedRobot(world, SimulatedRobotConfig()) as robot:
+        assert (robot.capture().label_image == 0).any()
+        robot.execute(plan_for(world, 0))
+        labels = robot.capture().label_image
+    assert not (labels == 0).any()
+    assert (labels == 1).any()

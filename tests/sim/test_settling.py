@@ -1,0 +1,115 @@
+"""Objects come to rest, piles stay on the table, and broken physics is noticed."""
+
+import numpy as np
+import pytest
+from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
+
+from torc.errors import PhysicsError
+from torc.scenes.problem import ObjectPlacement
+from torc.scenes.workspace import Workspace
+from torc.sim.settling import SettleConfig, drift, dump, run, settle, settle_problem
+from torc.sim.watchdog import Watchdog
+
+KINDS = ("soup_can_red", "mug_red", "apple_red", "bowl_blue", "cracker_box_red", "tuna_can_blue")
+
+
+def test_standing_objects_settle_where_they_stand():
+    world = world_of(*row(*KINDS))
+    before = world.positions
+    report = settle(world)
+    assert report.settled
+    assert report.left == ()
+    assert report.max_speed_m_s < SettleConfig().speed_m_s
+    assert np.abs(world.positions - before).max() < 0.005
+
+
+def test_a_settled_scene_hardly_drifts():
+    world = world_of(*row(*KINDS))
+    settle(world)
+    report = drift(world, 2.0)
+    assert report.distances_m.max() < 0.002
+    assert report.angles_rad.max() < 0.02
+    assert report.left == ()
+
+
+def test_a_ball_at_the_edge_rolls_off_and_is_reported():
+    edge = Workspace().table.center[0] + Workspace().table.size[0] / 2
+    ball = standing("ball", "apple_red", edge + 0.01, 0.0)
+    world = world_of(standing("can", "soup_can_red", 0.6, 0.0), ball)
+    report = settle(world)
+    assert report.settled
+    assert report.left == (1,)
+
+
+def test_settling_again_changes_little():
+    settled, first = settle_problem(problem(*row("mug_red", "apple_red")), Workspace())
+    again, second = settle_problem(settled, Workspace())
+    assert first.settled
+    assert second.settled
+    for a, b in zip(settled.objects, again.objects):
+        assert np.allclose(a.position, b.position, atol=1e-3)
+        assert (a.name, a.model) == (b.name, b.model)
+
+
+def test_settled_poses_keep_the_order_of_the_file():
+    objects = row("mug_red", "apple_red", "bowl_blue")
+    reordered = problem(objects[1], objects[0], objects[2])
+    settled, _ = settle_problem(reordered, Workspace())
+    assert [o.name for o in settled.objects] == [o.name for o in reordered.objects]
+    for before, after in zip(reordered.objects, settled.objects):
+        assert np.allclose(before.position, after.position, atol=5e-3)
+
+
+def test_a_pile_stays_on_the_table_and_repeats(rng):
+    pile = problem(*row(*KINDS, *KINDS))
+    first, report = dump(pile, Workspace(), np.random.default_rng(3))
+    second, _ = dump(pile, Workspace(), np.random.default_rng(3))
+    other, _ = dump(pile, Workspace(), rng)
+    assert len(report.left) <= 1
+    assert first == second
+    assert first != other
+
+
+def test_objects_placed_inside_each_other_are_noticed():
+    world = world_of(
+        ObjectPlacement("a", "anvil", (0.65, -0.1, TABLE_Z + 0.1), UPRIGHT),
+        ObjectPlacement("b", "anvil", (0.67, -0.1, TABLE_Z + 0.1), UPRIGHT),
+    )
+    with pytest.raises(PhysicsError, match="inside each other"):
+        run(world, 0.5)
+
+
+def test_landing_hard_is_not_an_explosion():
+    world = world_of(standing("carton", "carton", 0.6, 0.0))
+    world.set_object_pose(0, world.positions[0] + np.array([0, 0, 0.5]), np.array(UPRIGHT))
+    run(world, 0.5, check_s=0.01)
+
+
+def test_being_pressed_together_is_noticed():
+    world = world_of(standing("carton", "carton", 0.6, 0.0))
+    body = world.object_bodies[0]
+    world.data.xfrc_applied[body, 2] = -0.4 * 9.81 / 0.002  # sinks in and stays there
+    with pytest.raises(PhysicsError, match="carton.* and table are"):
+        run(world, 0.5, check_s=0.01)
+
+
+def test_an_explosion_is_noticed():
+    world = world_of(standing("can", "soup_can_red", 0.6, 0.0))
+    world.data.qvel[:3] = [0.0, 0.0, 9.0]
+    with pytest.raises(PhysicsError, match=r"Object 0 moves at 9\.\d m/s"):
+        Watchdog(world).check()
+
+
+def test_nan_is_noticed():
+    world = world_of(standing("can", "soup_can_red", 0.6, 0.0))
+    world.data.qvel[0] = np.nan
+    with pytest.raises(PhysicsError, match="diverged"):
+        run(world, 0.1)
+
+
+def test_falling_off_the_table_is_not_an_explosion():
+    world = world_of(standing("can", "soup_can_red", 0.6, 0.0))
+    world.set_object_pose(0, np.array([0.6, 1.2, 1.9]), np.array(UPRIGHT))
+    run(world, 0.75)  # 5.9 m/s at the floor
+    assert world.positions[0, 2] < 0.2
+    assert world.on_table() == ()
