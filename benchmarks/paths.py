@@ -4,9 +4,9 @@ Run: python benchmarks/paths.py. Ratios are of two measurements in the same run,
 are this machine's.
 """
 
-import itertools
 import time
 from collections.abc import Callable
+from itertools import islice, pairwise
 
 import networkx as nx
 import numpy as np
@@ -50,15 +50,24 @@ def enumerate_paths(w: np.ndarray) -> int:
     graph.add_edges_from((int(i), int(j)) for i, j in zip(*np.nonzero(w)))
     sinks = set(np.flatnonzero(~w.any(axis=1)).tolist())
     count = 0
-    for path in itertools.islice(nx.all_simple_paths(graph, 0, sinks), ENUMERATED_PATHS):
-        np.prod([w[a, b] for a, b in zip(path, path[1:])])
+    for path in islice(nx.all_simple_paths(graph, 0, sinks), ENUMERATED_PATHS):
+        np.prod([w[a, b] for a, b in pairwise(path)])
         count += 1
     return count
 
 
 def compare_with_enumeration() -> None:
     print("graph              paths   enumerated      exact sums        ratio")
-    for n, degree, sinks in [(10, 3, 3), (15, 3, 4), (15, 5, 4), (20, 3, 5), (20, 8, 5), (30, 4, 8), (40, 3, 8), (40, 36, 5)]:
+    for n, degree, sinks in [
+        (10, 3, 3),
+        (15, 3, 4),
+        (15, 5, 4),
+        (20, 3, 5),
+        (20, 8, 5),
+        (30, 4, 8),
+        (40, 3, 8),
+        (40, 36, 5),
+    ]:
         w = random_weights(np.random.default_rng(0), n, degree, sinks)
         fast = float(np.median(seconds(lambda w=w: sink_probabilities(w, 0), 5)))
         result = sink_probabilities(w, 0)
@@ -66,7 +75,9 @@ def compare_with_enumeration() -> None:
         paths = enumerate_paths(w)
         slow = time.perf_counter() - start
         more = ">" if paths == ENUMERATED_PATHS else " "
-        answer = "" if result.exact else f"  interval up to {max(np.subtract(result.upper, result.lower)):.2g}: "
+        answer = (
+            "" if result.exact else f"  interval up to {max(np.subtract(result.upper, result.lower)):.2g}: "
+        )
         print(
             f"{n:2d} nodes, degree {degree:2d} {more}{paths:6d} {more}{1e3 * slow:9.1f} ms {1e3 * fast:9.2f} ms "
             f"{more}{slow / fast:10.0f}x{answer}{result.bound_hit}"
@@ -83,7 +94,9 @@ def decision_time() -> None:
         relations = find_relations(context.scene)
         graph = build_dependency_graph(context, relations=relations)
         parts["relations"].append(seconds(lambda c=context: find_relations(c.scene), 5))
-        parts["graph"].append(seconds(lambda c=context, r=relations: build_dependency_graph(c, relations=r), 5))
+        parts["graph"].append(
+            seconds(lambda c=context, r=relations: build_dependency_graph(c, relations=r), 5)
+        )
         parts["choice"].append(seconds(lambda c=context, g=graph: decide_by_graph(g, c), 5))
     ms = 1e3 * np.concatenate(decisions)
     print(f"\nDG-SELECT, 15 objects at 640x480: median {np.median(ms):.1f} ms (budget 10), p95 "
@@ -92,4 +105,5 @@ def decision_time() -> None:
 
 
 if __name__ == "__main__":
+    compare_with_enumeration()
     decision_time()

@@ -1,7 +1,8 @@
 """How long one look takes: clouds and normals, then the occlusion volume, at 640x480 and 1 cm voxels.
 
-Budget: 60 ms median, 100 ms at the 95th percentile, kernels warm. As machines differ, the voxel projection is also
-timed against the same thing written in plain numpy, in the same run.
+Budget: 60 ms median, 100 ms at the 95th percentile, kernels warm. As machines differ, and may be busy, the voxel
+projection is also timed against the same thing written in plain numpy, in the same run, and processor time is
+printed beside wall time.
 
     python benchmarks/perception_occlusion.py [--repeats N] [--objects N]
 """
@@ -18,19 +19,25 @@ from torc.perception.marking import mark_image
 from torc.perception.privileged import LabelPerception
 from torc.records import Observation, VoxelGrid
 from torc.scenes.workspace import Workspace
-from torc.testing.synthetic import Shape, SyntheticBox, SyntheticCylinder, random_clutter, synthetic_observation
+from torc.testing.synthetic import (
+    Shape,
+    SyntheticBox,
+    SyntheticCylinder,
+    random_clutter,
+    synthetic_observation,
+)
 
 MEDIAN_MS, P95_MS = 60.0, 100.0
 
 
 def times_ms(call: Callable[[], object], repeats: int) -> np.ndarray:
-    """Wall time of each repetition, the first (warm-up) left out."""
-    out = np.empty(repeats + 1)
+    """Wall and processor time (all threads) of each repetition, (repeats, 2); a warm-up is left out."""
+    out = np.empty((repeats + 1, 2))
     for i in range(repeats + 1):
-        start = time.perf_counter()
+        wall, cpu = time.perf_counter(), time.process_time()
         call()
-        out[i] = 1e3 * (time.perf_counter() - start)
-    return out[1:]
+        out[i] = time.perf_counter() - wall, time.process_time() - cpu
+    return 1e3 * out[1:]
 
 
 def numpy_projection(grid: VoxelGrid, view: Observation) -> np.ndarray:
@@ -50,8 +57,11 @@ def close_up() -> list[Shape]:
 
 
 def report(name: str, ms: np.ndarray) -> None:
-    """One line: median and 95th percentile."""
-    print(f"{name:<44} median {np.median(ms):7.2f} ms   p95 {np.quantile(ms, 0.95):7.2f} ms")
+    """One line: medians and 95th percentiles."""
+    (wall, cpu), (wall_95, cpu_95) = np.median(ms, axis=0), np.quantile(ms, 0.95, axis=0)
+    print(
+        f"{name:<40} wall {wall:7.1f} (p95 {wall_95:7.1f}) ms   processor {cpu:7.1f} (p95 {cpu_95:7.1f}) ms"
+    )
 
 
 def measure(name: str, shapes: list[Shape], repeats: int) -> bool:
@@ -69,20 +79,23 @@ def measure(name: str, shapes: list[Shape], repeats: int) -> bool:
     report("both (budget 60 / 100 ms)", both)
     plain = times_ms(lambda: numpy_projection(grid, view), max(5, repeats // 5))
     report("projection alone in plain numpy", plain)
-    print(f"{'whole update / plain numpy projection':<44} ratio  {np.median(update) / np.median(plain):7.3f}")
+    ratio = np.median(update[:, 1]) / np.median(plain[:, 1])
+    print(f"{'whole update / numpy projection':<40} ratio {ratio:.3f} of processor time")
     report("marked image", times_ms(lambda: mark_image(scene), max(5, repeats // 5)))
-    return bool(np.median(both) <= MEDIAN_MS and np.quantile(both, 0.95) <= P95_MS)
+    return bool(np.median(both[:, 0]) <= MEDIAN_MS and np.quantile(both[:, 0], 0.95) <= P95_MS)
 
 
 def main() -> None:
     """Measure a usual scene and a close-up."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--repeats", type=int, default=50)
     parser.add_argument("--objects", type=int, default=15)
     args = parser.parse_args()
     clutter = list(random_clutter(np.random.default_rng(1), args.objects))
     kept = [measure("clutter", clutter, args.repeats), measure("close-up", close_up(), args.repeats)]
-    print(f"\nbudget {'kept' if all(kept) else 'NOT kept'}")
+    print(f"\nbudget of wall time {'kept' if all(kept) else 'NOT kept'}")
 
 
 if __name__ == "__main__":

@@ -106,13 +106,17 @@ def test_the_picture_is_untouched_but_for_the_marks_and_repeats(rng):
     ids = np.isin(scene.label_image, scene.ids)
     far_from_objects = np.ones_like(ids)
     rows, cols = np.nonzero(ids)
-    far_from_objects[max(rows.min() - 60, 0) : rows.max() + 60, max(cols.min() - 60, 0) : cols.max() + 60] = False
+    far_from_objects[max(rows.min() - 60, 0) : rows.max() + 60, max(cols.min() - 60, 0) : cols.max() + 60] = (
+        False
+    )
     assert np.array_equal(image[far_from_objects], before[far_from_objects])
     assert np.mean(np.any(image != before, axis=2)[~ids]) < 0.02
 
 
 def test_outlines_have_the_object_colour_and_boxes_are_black_with_white():
-    scene = scene_of([SyntheticBox(0, (0.55, 0, 1.13), (0.15, 0.15, 0.16)), SyntheticBox(5, (0.6, 0.25, 1.1), (0.1,) * 3)])
+    scene = scene_of(
+        [SyntheticBox(0, (0.55, 0, 1.13), (0.15, 0.15, 0.16)), SyntheticBox(5, (0.6, 0.25, 1.1), (0.1,) * 3)]
+    )
     image = mark_image(scene)
     for i in (0, 5):
         mask = scene.label_image == i

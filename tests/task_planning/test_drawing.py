@@ -1,5 +1,7 @@
 """Pictures of graphs: nothing falls off the page or on top of another node."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,9 @@ def graph_of(objects: int, seed: int, hidden: bool):
     return build_dependency_graph(contexts.cluttered_context(objects, seed, hidden_target=hidden))
 
 
-@pytest.mark.parametrize(("objects", "seed", "hidden"), [(5, 1, False), (12, 2, True), (20, 3, True), (20, 4, False)])
+@pytest.mark.parametrize(
+    ("objects", "seed", "hidden"), [(5, 1, False), (12, 2, True), (20, 3, True), (20, 4, False)]
+)
 def test_layout_keeps_nodes_apart_and_the_target_on_top(objects: int, seed: int, hidden: bool) -> None:
     graph = graph_of(objects, seed, hidden)
     layout = lay_out(graph)
@@ -37,7 +41,7 @@ def test_routes_join_their_ends_row_by_row(seed: int) -> None:
         route = layout.routes[(edge.source, edge.target)]
         assert route[0] == layout.places[edge.source]
         assert route[-1] == layout.places[edge.target]
-        assert all(abs(b[1] - a[1]) == 1 for a, b in zip(route, route[1:]))
+        assert all(abs(b[1] - a[1]) == 1 for a, b in pairwise(route))
 
 
 def test_picture_shows_every_object_in_its_colour() -> None:
@@ -45,6 +49,8 @@ def test_picture_shows_every_object_in_its_colour() -> None:
     p = graph_probabilities(graph)
     image = draw_graph(graph, {k: p[k] for k in p.sinks}, chosen=graph.sinks[0])
     assert image.dtype == np.uint8
+    as_json = {str(k): p[k] for k in p.sinks}
+    np.testing.assert_array_equal(image, draw_graph(graph, as_json, chosen=graph.sinks[0]))
     for node in graph.nodes:
         assert np.count_nonzero((image == object_color(node.id)).all(axis=-1)) > 200
     assert (image[[0, -1]] == 255).all()
@@ -59,7 +65,9 @@ def test_chosen_object_changes_only_its_own_surroundings() -> None:
 
 def test_a_lone_hidden_target_and_small_sizes_can_be_drawn() -> None:
     graph = build_dependency_graph(contexts.empty_context())
-    image = draw_graph(graph, {0: 1.0}, config=DrawingConfig(column_px=50, row_px=60, radius_px=12, text_px=8))
+    image = draw_graph(
+        graph, {0: 1.0}, config=DrawingConfig(column_px=50, row_px=60, radius_px=12, text_px=8)
+    )
     assert (image < 100).any()
 
 

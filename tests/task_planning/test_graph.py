@@ -80,7 +80,9 @@ def test_hidden_target_without_hidden_space_waits_for_all_alike() -> None:
 def test_an_object_that_hides_nothing_gets_no_edge() -> None:
     context = contexts.hidden_context()
     only_one = np.where(context.volume.hidden_by & np.uint64(2), np.uint64(2), np.uint64(0))
-    graph = build_dependency_graph(replace(context, volume=replace(context.volume, hidden_by=only_one)), relations=[])
+    graph = build_dependency_graph(
+        replace(context, volume=replace(context.volume, hidden_by=only_one)), relations=[]
+    )
     assert edges_of(graph) == {(0, 1): ("hidden by", 1.0)}
 
 
@@ -143,7 +145,9 @@ def test_broken_graphs_are_refused(edges: tuple[DependencyEdge, ...]) -> None:
         DependencyGraph((DependencyNode(0), DependencyNode(1)), edges, 0)
 
 
-@pytest.mark.parametrize("change", [{"version": 99}, {"nodes": 3}, {"edges": [{"source": 0}]}, {"target": 77}])
+@pytest.mark.parametrize(
+    "change", [{"version": 99}, {"nodes": 3}, {"edges": [{"source": 0}]}, {"target": 77}]
+)
 def test_broken_files_are_refused(change: dict) -> None:
     data = build_dependency_graph(contexts.stacked_context()).to_dict()
     with pytest.raises(InputError):

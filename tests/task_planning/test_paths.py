@@ -1,5 +1,7 @@
 """Sink probabilities against the enumeration of all simple paths."""
 
+from itertools import pairwise
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -31,7 +33,7 @@ def enumerate_paths(w: np.ndarray, source: int) -> dict[int, float]:
             continue
         sums[sink] = 0.0
         for path in nx.all_simple_paths(graph, source, sink):
-            sums[sink] += float(np.prod([w[a, b] for a, b in zip(path, path[1:])]))
+            sums[sink] += float(np.prod([w[a, b] for a, b in pairwise(path)]))
     return sums
 
 
@@ -45,7 +47,9 @@ def graphs(count: int, largest: int):
         yield random_weights(rng, n, density, int(rng.integers(0, max(1, n // 3) + 1)))
 
 
-@pytest.mark.parametrize("config", [PathConfig(), PathConfig(subset_nodes=0)], ids=["default", "never by subsets"])
+@pytest.mark.parametrize(
+    "config", [PathConfig(), PathConfig(subset_nodes=0)], ids=["default", "never by subsets"]
+)
 def test_equals_enumeration_on_a_thousand_graphs(config: PathConfig) -> None:
     cyclic = 0
     for w in graphs(500, 12):
@@ -81,11 +85,15 @@ def test_three_kernels_agree_on_one_part() -> None:
     for n in (2, 5, 9, 11):
         w = random_weights(rng, n, 0.6, 0) * 0.8
         successors = np.array([sum(1 << int(j) for j in np.flatnonzero(row)) for row in w], dtype=np.uint64)
-        predecessors = np.array([sum(1 << int(j) for j in np.flatnonzero(row)) for row in w.T], dtype=np.uint64)
+        predecessors = np.array(
+            [sum(1 << int(j) for j in np.flatnonzero(row)) for row in w.T], dtype=np.uint64
+        )
         entry = rng.random(n) / n
         every = np.uint64((1 << n) - 1)
         by_subsets, _ = path_kernels.subset_sums(w, successors, entry)
-        merged, waiting, _ = path_kernels.merged_sums(w, successors, predecessors, every, entry, 10**9, 1 << 16)
+        merged, waiting, _ = path_kernels.merged_sums(
+            w, successors, predecessors, every, entry, 10**9, 1 << 16
+        )
         best, left, _ = path_kernels.best_first_sums(w, successors, predecessors, every, entry, 3_000_000)
         assert not waiting.any()
         np.testing.assert_allclose(merged, by_subsets, atol=1e-12)
@@ -180,13 +188,16 @@ def test_strong_parts_are_networkx_ones_in_topological_order() -> None:
     for w in graphs(100, 10):
         graph = nx.from_numpy_array(w, create_using=nx.DiGraph)
         parts = strong_parts(w, (1 << len(w)) - 1)
-        assert {frozenset(p) for p in parts} == {frozenset(p) for p in nx.strongly_connected_components(graph)}
+        assert {frozenset(p) for p in parts} == {
+            frozenset(p) for p in nx.strongly_connected_components(graph)
+        }
         place = {v: i for i, part in enumerate(parts) for v in part}
         assert all(place[a] <= place[b] for a, b in graph.edges)
 
 
 @pytest.mark.parametrize(
-    "weights", [np.full((2, 2), 0.9), np.array([[0, -0.1], [0, 0]]), np.array([[0, np.nan], [0, 0]]), np.ones((2, 3))]
+    "weights",
+    [np.full((2, 2), 0.9), np.array([[0, -0.1], [0, 0]]), np.array([[0, np.nan], [0, 0]]), np.ones((2, 3))],
 )
 def test_bad_weights_are_refused(weights: np.ndarray) -> None:
     with pytest.raises(InputError):

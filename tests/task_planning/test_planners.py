@@ -1,5 +1,6 @@
 """The planners' choices, and the conformance suite on good and bad planners."""
 
+import json
 from collections import Counter
 from dataclasses import replace
 
@@ -8,7 +9,7 @@ import pytest
 
 from torc.records import Decision, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner, decide_by_graph, graph_probabilities
-from torc.task_planning.graph import build_dependency_graph
+from torc.task_planning.graph import DependencyGraph, build_dependency_graph
 from torc.task_planning.random_choice import RandomPlanner
 from torc.task_planning.relations import Relation, RelationKind
 from torc.testing import contexts
@@ -97,8 +98,20 @@ def test_choice_does_not_depend_on_how_objects_are_numbered(seed: int) -> None:
     assert sum(shapes_probabilities.lower) + shapes_probabilities.lost == pytest.approx(1.0)
     decision = DgSelectPlanner().decide(context, np.random.default_rng(0))
     if decision.evidence["rule"] == "most probable sink":
-        rivals = [shapes_probabilities[k] for k in shapes_probabilities.sinks if k in context.report.graspable_ids]
+        rivals = [
+            shapes_probabilities[k] for k in shapes_probabilities.sinks if k in context.report.graspable_ids
+        ]
         assert shapes_probabilities[decision.object_id] == pytest.approx(max(rivals))
+
+
+def test_evidence_is_what_the_choice_rests_on() -> None:
+    context = contexts.cluttered_context(12, 1, hidden_target=True)
+    evidence = json.loads(json.dumps(DgSelectPlanner().decide(context, np.random.default_rng(0)).evidence))
+    graph = DependencyGraph.from_dict(evidence["graph"])
+    p = graph_probabilities(graph)
+    assert {int(k): v for k, v in evidence["probabilities"].items()} == dict(zip(p.sinks, p.lower))
+    assert evidence["certainty"]["exact"]
+    assert evidence["certainty"]["lost"] == pytest.approx(p.lost)
 
 
 def test_random_takes_the_target_first_and_else_all_alike() -> None:
@@ -125,7 +138,7 @@ class _Bad:
         if self.fault == "mutates":
             context.grasps.scores[:] = 0
         if self.fault == "global generator":
-            np.random.random()  # noqa: NPY002
+            np.random.random()
         if self.fault == "nondeterministic":
             return replace(good, reason=f"{np.random.default_rng().random()}")
         changes = {

@@ -42,7 +42,9 @@ def test_an_object_half_covered_by_another_is_behind_it(mount: CameraMount) -> N
 
 
 def test_objects_apart_in_the_image_are_not_related() -> None:
-    assert pairs(perceive((box(1, 0.6, -0.2, (0.05, 0.05, 0.1)), box(2, 0.6, 0.1, (0.05, 0.05, 0.1))))) == set()
+    assert (
+        pairs(perceive((box(1, 0.6, -0.2, (0.05, 0.05, 0.1)), box(2, 0.6, 0.1, (0.05, 0.05, 0.1))))) == set()
+    )
 
 
 def test_relations_follow_the_ids() -> None:
@@ -68,7 +70,11 @@ def test_stacks_in_clutter_are_found_and_nothing_else_is_below() -> None:
         foot = {s.id: np.subtract(s.center, (0, 0, half_sizes(s)[2])) for s in shapes}
         stacked = {(a, b) for a in scene.ids for b in scene.ids if np.allclose(top[a], foot[b])}
         below = {(r.source, r.target) for r in find_relations(scene) if r.kind == RelationKind.BELOW}
-        found, expected, wrong = found + len(below & stacked), expected + len(stacked), wrong + len(below - stacked)
+        found, expected, wrong = (
+            found + len(below & stacked),
+            expected + len(stacked),
+            wrong + len(below - stacked),
+        )
     assert wrong <= 1
     assert found >= 0.5 * expected  # a wide object hides all of the top it stands on
 
@@ -85,7 +91,9 @@ def test_labels_nearby_are_those_of_dilated_masks(rng: np.random.Generator) -> N
         for r, c in offsets:
             dilated |= padded[2 + r : 2 + r + label.shape[0], 2 + c : 2 + c + label.shape[1]]
         outside = dilated & (label != k) & bool(known >> np.uint64(k) & np.uint64(1))
-        np.testing.assert_array_equal(((near >> np.uint64(k)) & np.uint64(1)).astype(bool) & (label != k), outside)
+        np.testing.assert_array_equal(
+            ((near >> np.uint64(k)) & np.uint64(1)).astype(bool) & (label != k), outside
+        )
 
 
 def test_mean_depths_are_those_of_the_boundary() -> None:
@@ -113,6 +121,21 @@ def test_numbers_scale_to_the_authors_own() -> None:
     assert dilation_radius_px(480, config) == 2
     assert needed_support(1080, config) == 50
     assert needed_support(480, config) == pytest.approx(9.9, abs=0.1)
+
+
+def test_two_objects_below_each_other_are_not_below() -> None:
+    """Each has a low part right in front of a high part of the other: no order can be told from that."""
+    low, high = (0.06, 0.06, 0.05), (0.06, 0.06, 0.12)
+    shapes = (
+        box(1, 0.60, 0.00, low),
+        box(2, 0.66, 0.00, high),
+        box(2, 0.60, -0.15, low),
+        box(1, 0.66, -0.15, high),
+    )
+    scene = perceive(shapes, STANDARD)
+    (pair,) = find_adjacencies(scene)
+    assert min(pair.below_support) > needed_support(480, RelationConfig())
+    assert {kind for _, kind, _ in pairs(scene)} == {"behind"}
 
 
 def test_below_needs_enough_support() -> None:

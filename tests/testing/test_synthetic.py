@@ -24,13 +24,16 @@ TILT = tuple(wxyz_from_rotation(rotation_about((1, 2, 3), 0.7)))
 SHAPES = (
     SyntheticBox(0, (0.6, 0.0, 1.15), (0.08, 0.05, 0.12), TILT),
     SyntheticCylinder(3, (0.6, 0.2, 1.15), 0.04, 0.12, TILT),
+    SyntheticCylinder(4, (0.75, 0.0, 1.1), 0.04, 0.1),
     SyntheticSphere(7, (0.6, -0.2, 1.15), 0.05),
 )
 
 
 def _pixel_points(image, mount):
     rows, cols = np.indices(image.depth_m.shape)
-    return unproject(rows.ravel(), cols.ravel(), image.depth_m.astype(float).ravel(), mount.K, mount.T_world_camera)
+    return unproject(
+        rows.ravel(), cols.ravel(), image.depth_m.astype(float).ravel(), mount.K, mount.T_world_camera
+    )
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -17,10 +17,20 @@ from torc.episode.events import (
 )
 from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.occlusion.volume import empty_volume
+from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.timing import StageClock
-from torc.records import TARGET_ID, Decision, OcclusionVolume, PickOutcome, PickResult, PlanFailure
+from torc.records import (
+    TARGET_ID,
+    Decision,
+    GraspStatus,
+    OcclusionVolume,
+    PickOutcome,
+    PickPlan,
+    PickResult,
+    PlanFailure,
+)
 from torc.robots.protocols import Robot
 from torc.task_planning.protocol import TaskPlanner
 
@@ -92,6 +102,7 @@ class _Episode:
         self.target_description = target_description
         self.volume: OcclusionVolume = empty_volume(parts.pipeline.workspace.grid)
         self.outcomes: tuple[PickOutcome, ...] = ()
+        self.failed: tuple[FailedGrasp, ...] = ()
         self.clock = StageClock()
 
     def tell(self, event: Event) -> None:
@@ -129,6 +140,7 @@ class _Episode:
                 seed=self.config.seed,
                 history=self.outcomes,
                 picks_left=self.config.max_picks - pick,
+                failed=self.failed,
             )
         self.volume = look.context.volume
         for stage, seconds in look.seconds.items():
@@ -159,6 +171,7 @@ class _Episode:
             else:
                 with self.clock.stage("execute"), clock.stage("execute"):
                     outcome = self.parts.robot.execute(plan)
+            self.failed = remembered(self.failed, look, plan, outcome)
         self.tell(Executed(pick, outcome, clock.seconds.get("execute", 0.0)))
         return outcome
 
@@ -183,6 +196,23 @@ class _Episode:
             outcomes=self.outcomes,
             seconds=dict(self.clock.seconds),
         )
+
+
+def remembered(
+    failed: tuple[FailedGrasp, ...], look: Look, plan: PickPlan | PlanFailure, outcome: PickOutcome
+) -> tuple[FailedGrasp, ...]:
+    """The failed grasps to remember after this attempt; a removal makes ways free, so only executed ones stay."""
+    if outcome.delivered:
+        return tuple(f for f in failed if f.executed)
+    grasps, report = look.context.grasps, look.context.report
+    seen_at = look.context.scene.object(outcome.object_id).points.mean(axis=0)
+    if isinstance(plan, PickPlan):
+        tried = [plan.grasp_index]
+    else:
+        valid = grasps.of(outcome.object_id)
+        tried = valid[report.status[valid] == GraspStatus.VALID][: plan.grasps_tried].tolist()
+    executed = isinstance(plan, PickPlan)
+    return failed + tuple(FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed) for g in tried)
 
 
 def refused_choice(look: Look, decision: Decision) -> PickOutcome | None:

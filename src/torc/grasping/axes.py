@@ -1,14 +1,15 @@
 """Directions worth trying: approaches within a cone about forward, and closing axes taken from the data."""
 
 import numpy as np
-from jaxtyping import Float, Int64
+from jaxtyping import Float
 from numba import njit
 
 from torc.grasping.config import CandidateConfig
 
 _CLUSTER_COS = np.cos(np.deg2rad(20.0))
 _MIN_CLUSTER_SHARE = 0.04
-_MIN_SHADOW = 0.5
+_MAX_SLANT = 0.5
+_MAX_RISE = 0.1
 
 
 def approach_directions(forward: Float[np.ndarray, "3"], config: CandidateConfig) -> Float[np.ndarray, "a 3"]:
@@ -43,66 +44,90 @@ def normal_clusters(normals: Float[np.ndarray, "n 3"], limit: int) -> Float[np.n
     return np.array(out).reshape(-1, 3)
 
 
-def closing_axes(
+def grasp_frames(
     approaches: Float[np.ndarray, "a 3"],
     points: Float[np.ndarray, "n 3"],
     clusters: Float[np.ndarray, "k 3"],
     view: Float[np.ndarray, "3"],
     merge_rad: float,
-) -> tuple[Float[np.ndarray, "a c 3"], Int64[np.ndarray, "a"]]:
-    """Closing axes per approach, perpendicular to it, and how many.
+) -> tuple[Float[np.ndarray, "f 3"], Float[np.ndarray, "f 3"], int]:
+    """Pairs of closing axis and approach, perpendicular to each other, those of the first approach in front.
 
-    From the normal clusters, the principal axes of the cloud as seen along the approach, and the horizontal
-    across the approach with its perpendicular; axes within `merge_rad` of an earlier one are left out.
+    Per approach: the mean normals of clusters as closing axes, the approach turned to be across (by up to 30
+    degrees: pads flat on a face matter more than a round angle of approach); then, turned themselves to be
+    across the approach, the principal axes of the cloud as seen along it, and the horizontal with its
+    perpendicular. Closing axes within `merge_rad` of an earlier one of the same approach are left out.
+
+    Returns closing axes, approaches, and how many belong to the first approach.
     """
     centered = points - points.mean(axis=0)
-    axes = np.zeros((len(approaches), len(clusters) + 4, 3))
-    counts = np.zeros(len(approaches), dtype=np.int64)
-    _closing_axes(approaches, centered.T @ centered, clusters, view, float(np.cos(merge_rad)), axes, counts)
-    return axes, counts
+    most = len(approaches) * (len(clusters) + 4)
+    closings, turned = np.zeros((most, 3)), np.zeros((most, 3))
+    n, first = _grasp_frames(
+        approaches, centered.T @ centered, clusters, view, float(np.cos(merge_rad)), closings, turned
+    )
+    return closings[:n], turned[:n], first
 
 
 @njit(cache=True)
-def _closing_axes(
+def _grasp_frames(
     approaches: np.ndarray,
     covariance: np.ndarray,
     clusters: np.ndarray,
     view: np.ndarray,
     merged_cos: float,
-    axes: np.ndarray,
-    counts: np.ndarray,
-) -> None:
-    wanted = np.empty((len(clusters) + 4, 3))
-    wanted[: len(clusters)] = clusters
+    closings: np.ndarray,
+    turned: np.ndarray,
+) -> tuple[int, int]:
+    k = len(clusters)
+    wanted = np.empty((k + 4, 3))
+    wanted[:k] = clusters
+    n = first = 0
     for i in range(len(approaches)):
         a = approaches[i]
-        level, upright = np.empty(3), np.empty(3)
-        flat = np.sqrt(a[0] ** 2 + a[1] ** 2)
-        if flat > 1e-6:
-            level[0], level[1], level[2] = a[1] / flat, -a[0] / flat, 0.0
-        else:
-            level[0], level[1], level[2] = -view[1], view[0], 0.0
-        upright[0] = a[1] * level[2] - a[2] * level[1]
-        upright[1] = a[2] * level[0] - a[0] * level[2]
-        upright[2] = a[0] * level[1] - a[1] * level[0]
-        # Principal axes of the cloud's shadow, in the basis (level, upright).
-        c00, c01 = level @ (covariance @ level), level @ (covariance @ upright)
-        angle = 0.5 * np.arctan2(2.0 * c01, c00 - upright @ (covariance @ upright))
-        k = len(clusters)
-        wanted[k] = np.cos(angle) * level + np.sin(angle) * upright
-        wanted[k + 1] = np.cos(angle) * upright - np.sin(angle) * level
-        wanted[k + 2], wanted[k + 3] = level, upright
-        for w in range(len(wanted)):
-            c = wanted[w] - np.sum(wanted[w] * a) * a
-            norm = np.sqrt(np.sum(c**2))
-            if norm < _MIN_SHADOW:
+        _axes_of_shadow(a, covariance, view, wanted[k:])
+        start = n
+        for w in range(k + 4):
+            slant = np.sum(wanted[w] * a)
+            if abs(slant) > _MAX_SLANT:
                 continue
-            c /= norm
-            new = True
-            for m in range(counts[i]):
-                if abs(np.sum(axes[i, m] * c)) > merged_cos:
+            if w < k:
+                closing, approach = wanted[w], a - slant * wanted[w]
+                approach = approach / np.sqrt(np.sum(approach**2))
+            else:
+                closing, approach = wanted[w] / np.sqrt(np.sum(wanted[w] ** 2)), a
+            new = approach[2] < _MAX_RISE
+            for m in range(start, n):
+                if abs(np.sum(closings[m] * closing)) > merged_cos:
                     new = False
                     break
             if new:
-                axes[i, counts[i]] = c
-                counts[i] += 1
+                closings[n], turned[n] = closing, approach
+                n += 1
+        if i == 0:
+            first = n
+    return n, first
+
+
+@njit(cache=True)
+def _axes_of_shadow(a: np.ndarray, covariance: np.ndarray, view: np.ndarray, out: np.ndarray) -> None:
+    """Principal axes of a cloud as seen along `a`, then the horizontal across `a` and its perpendicular."""
+    level, upright = out[2], out[3]
+    flat = np.sqrt(a[0] ** 2 + a[1] ** 2)
+    if flat > 1e-6:
+        level[0], level[1], level[2] = a[1] / flat, -a[0] / flat, 0.0
+    else:
+        level[0], level[1], level[2] = -view[1], view[0], 0.0
+    upright[0] = a[1] * level[2] - a[2] * level[1]
+    upright[1] = a[2] * level[0] - a[0] * level[2]
+    upright[2] = a[0] * level[1] - a[1] * level[0]
+    c00, c01, c11 = 0.0, 0.0, 0.0
+    for p in range(3):
+        for q in range(3):
+            c00 += level[p] * covariance[p, q] * level[q]
+            c01 += level[p] * covariance[p, q] * upright[q]
+            c11 += upright[p] * covariance[p, q] * upright[q]
+    angle = 0.5 * np.arctan2(2.0 * c01, c00 - c11)
+    for p in range(3):
+        out[0, p] = np.cos(angle) * level[p] + np.sin(angle) * upright[p]
+        out[1, p] = np.cos(angle) * upright[p] - np.sin(angle) * level[p]

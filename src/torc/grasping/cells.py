@@ -137,20 +137,26 @@ def gather(
     index: np.ndarray,
 ) -> int:
     """Coordinates in the frame (R, tip), and indices, of the points in a box of that frame; returns how many."""
+    # Scalars: the compiler cannot know that the outputs do not overlap R and box, and would load those again.
+    r00, r10, r20 = R[0, 0], R[1, 0], R[2, 0]
+    r01, r11, r21 = R[0, 1], R[1, 1], R[2, 1]
+    r02, r12, r22 = R[0, 2], R[1, 2], R[2, 2]
+    t0, t1, t2 = tip[0], tip[1], tip[2]
+    x0, y0, z0, x1, y1, z1 = box[0, 0], box[0, 1], box[0, 2], box[1, 0], box[1, 1], box[1, 2]
     n = 0
     for c in range(len(radii)):
         if not box_reached(R, tip, centers[c], radii[c], box):
             continue
         for i in range(starts[c], starts[c + 1]):
-            px, py, pz = points[i, 0] - tip[0], points[i, 1] - tip[1], points[i, 2] - tip[2]
-            y = R[0, 1] * px + R[1, 1] * py + R[2, 1] * pz
-            if y < box[0, 1] or y > box[1, 1]:
+            px, py, pz = points[i, 0] - t0, points[i, 1] - t1, points[i, 2] - t2
+            y = r01 * px + r11 * py + r21 * pz
+            if y < y0 or y > y1:
                 continue
-            z = R[0, 2] * px + R[1, 2] * py + R[2, 2] * pz
-            if z < box[0, 2] or z > box[1, 2]:
+            z = r02 * px + r12 * py + r22 * pz
+            if z < z0 or z > z1:
                 continue
-            x = R[0, 0] * px + R[1, 0] * py + R[2, 0] * pz
-            if x < box[0, 0] or x > box[1, 0]:
+            x = r00 * px + r10 * py + r20 * pz
+            if x < x0 or x > x1:
                 continue
             local[n, 0], local[n, 1], local[n, 2] = x, y, z
             index[n] = i

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int32, UInt8, UInt64
 from numba import njit
 
-from torc.grasping.cells import PointCells, box_reached, gather
+from torc.grasping.cells import PointCells, gather
 from torc.grasping.config import CheckConfig
 from torc.grasping.hand import HandGeometry, reach_at, sweep_end_z
 
@@ -104,8 +104,10 @@ def check_candidates(
         cells.radii,
         hand.sizes,
         hand.palm,
+        hand.palm_ranges,
         hand.reach_m,
         box,
+        _palm_bounds(hand, config.palm_margin_m),
         support_z_m,
         margins,
         limits,
@@ -125,6 +127,15 @@ def hand_bounds(hand: HandGeometry, margin_m: float) -> Float[np.ndarray, "2 3"]
         high = np.maximum(high, (hand.palm[:, :3] + hand.palm[:, 3:]).max(axis=0))
     low[2] -= hand.reach_m.max() - hand.reach_m.min()
     return np.stack([low - margin_m, high + margin_m])
+
+
+def _palm_bounds(hand: HandGeometry, margin_m: float) -> Float[np.ndarray, "2 3"]:
+    """Largest |x|, |y| and z of the palm boxes, in the second row; relative to the open gripper's TCP."""
+    if len(hand.palm) == 0:
+        return np.array([[0.0, 0.0, -1.0], [0.0, 0.0, -1.0]])
+    upper = (np.abs(hand.palm[:, :3]) + hand.palm[:, 3:]).max(axis=0)
+    upper[2] = (hand.palm[:, 2] + hand.palm[:, 5]).max()
+    return np.stack([-upper, upper + margin_m])
 
 
 @njit(cache=True)
@@ -180,17 +191,20 @@ def in_fingers(
         return False
     if z < shift_z - sizes[5] - back_m - margin_m:
         return False
-    return z < sweep_end_z(max(distance - margin_m, 0.0), width_m, sizes, reach_m) + margin_m
+    return z < sweep_end_z(distance - margin_m, width_m, shift_z, sizes, reach_m) + margin_m
 
 
 @njit(cache=True)
-def in_palm(x: float, y: float, z: float, shift_z: float, margin_m: float, palm: np.ndarray) -> bool:
+def in_palm(x: float, y: float, z: float, shift_z: float, margin_m: float, palm_ranges: np.ndarray) -> bool:
     """Whether a point (grasp frame) lies in the open gripper's palm boxes, grown by a margin."""
-    for k in range(len(palm)):
+    x, y, z = abs(x), abs(y), z - shift_z
+    for k in range(len(palm_ranges)):
         if (
-            abs(x - palm[k, 0]) < palm[k, 3] + margin_m
-            and abs(y - palm[k, 1]) < palm[k, 4] + margin_m
-            and abs(z - shift_z - palm[k, 2]) < palm[k, 5] + margin_m
+            x > palm_ranges[k, 0] - margin_m
+            and x < palm_ranges[k, 1] + margin_m
+            and y < palm_ranges[k, 2] + margin_m
+            and z > palm_ranges[k, 3] - margin_m
+            and z < palm_ranges[k, 4] + margin_m
         ):
             return True
     return False
@@ -211,7 +225,7 @@ def _own_fault(
     width: float,
     shift_z: float,
     sizes: np.ndarray,
-    palm: np.ndarray,
+    palm_ranges: np.ndarray,
     reach_m: np.ndarray,
     margins: np.ndarray,
     limits: np.ndarray,
@@ -226,7 +240,7 @@ def _own_fault(
             in_finger += 1
             if in_finger > limits[0]:
                 return Fault.OWN_IN_FINGERS.value
-        if in_palm(x, y, z, shift_z, margins[1], palm):
+        if in_palm(x, y, z, shift_z, margins[1], palm_ranges):
             return Fault.OWN_IN_PALM.value
         if between_pads(x, y, z, 0.5 * width + margins[2], sizes):
             between += 1
@@ -234,86 +248,71 @@ def _own_fault(
 
 
 @njit(cache=True)
-def _where(
-    x: float,
-    y: float,
-    z: float,
-    width_m: float,
-    shift_z: float,
-    sizes: np.ndarray,
-    palm: np.ndarray,
-    reach_m: np.ndarray,
-    finger_margin_m: float,
-    palm_margin_m: float,
-) -> int:
-    """Column of CheckResult.foreign that a point (grasp frame) counts in; -1: none."""
-    distance, side = abs(x), abs(y)
-    outside = distance - 0.5 * sizes[0] - sizes[4]
-    corridor = False
-    if distance < 0.5 * width_m:
-        if side < sizes[1] and z <= 0.0 and z > -sizes[2]:
-            return BETWEEN
-    elif outside < NEAR_M and side < sizes[3] + NEAR_M:
-        end = sweep_end_z(max(distance - finger_margin_m, 0.0), width_m, sizes, reach_m)
-        back = shift_z - sizes[5]
-        if z < end + NEAR_M:
-            in_column = outside < finger_margin_m and side < sizes[3] + finger_margin_m
-            if in_column and z < end + finger_margin_m:
-                if z > back - finger_margin_m:
-                    return FINGERS
-                corridor = z > back - CORRIDOR_M
-            if z > back - NEAR_M:
-                return PALM if in_palm(x, y, z, shift_z, palm_margin_m, palm) else NEAR
-    for k in range(len(palm)):
-        if abs(x - palm[k, 0]) < palm[k, 3] + palm_margin_m and abs(y - palm[k, 1]) < palm[k, 4] + palm_margin_m:
-            gap = palm[k, 2] + palm[k, 5] + palm_margin_m - (z - shift_z)
-            if gap > 0.0:
-                depth = 2.0 * (palm[k, 5] + palm_margin_m)
-                if gap < depth:
-                    return PALM
-                corridor = corridor or gap < depth + CORRIDOR_M
-    return CORRIDOR if corridor else -1
-
-
-@njit(cache=True)
 def _foreign(
-    R: np.ndarray,
-    tip: np.ndarray,
+    local: np.ndarray,
+    index: np.ndarray,
+    count: int,
+    ids: np.ndarray,
+    own_id: int,
     width: float,
     shift_z: float,
-    own_id: int,
-    points: np.ndarray,
-    ids: np.ndarray,
-    starts: np.ndarray,
-    centers: np.ndarray,
-    radii: np.ndarray,
     sizes: np.ndarray,
-    palm: np.ndarray,
+    palm_ranges: np.ndarray,
+    palm_box: np.ndarray,
     reach_m: np.ndarray,
-    box: np.ndarray,
     margins: np.ndarray,
     foreign: np.ndarray,
 ) -> np.uint64:
-    """Count points of other objects in and about the gripper; returns the bits of those that are in the way."""
+    """Count points of other objects (grasp frame) by place; returns the bits of those that are in the way."""
     bits = np.uint64(0)
-    for c in range(len(radii)):
-        if not box_reached(R, tip, centers[c], radii[c], box):
+    half, outer, pad_y, pad_z, finger_y = 0.5 * width, 0.5 * sizes[0] + sizes[4], sizes[1], sizes[2], sizes[3]
+    back, margin = shift_z - sizes[5], margins[0]
+    for k in range(count):
+        if ids[index[k]] == own_id:
             continue
-        for i in range(starts[c], starts[c + 1]):
-            if ids[i] == own_id:
-                continue
-            px, py, pz = points[i, 0] - tip[0], points[i, 1] - tip[1], points[i, 2] - tip[2]
-            z = R[0, 2] * px + R[1, 2] * py + R[2, 2] * pz
-            y = R[0, 1] * px + R[1, 1] * py + R[2, 1] * pz
-            if z > box[1, 2] or y < box[0, 1] or y > box[1, 1]:
-                continue
-            x = R[0, 0] * px + R[1, 0] * py + R[2, 0] * pz
-            place = _where(x, y, z, width, shift_z, sizes, palm, reach_m, margins[0], margins[1])
-            if place >= 0:
-                foreign[place] += 1
-                if place <= BETWEEN:
-                    bits |= np.uint64(1) << np.uint64(ids[i])
+        x, y, z = abs(local[k, 0]), abs(local[k, 1]), local[k, 2]
+        place = -1
+        if x < half:
+            if y < pad_y and z <= 0.0 and z > -pad_z:
+                place = BETWEEN
+        elif x < outer + NEAR_M and y < finger_y + NEAR_M:
+            end = sweep_end_z(x - margin, width, shift_z, sizes, reach_m)
+            if x < outer + margin and y < finger_y + margin and z < end + margin:
+                if z > back - margin:
+                    place = FINGERS
+                elif z > back - CORRIDOR_M:
+                    place = CORRIDOR
+            if place != FINGERS and z < end + NEAR_M and z > back - NEAR_M:
+                place = NEAR
+        if place < 0 or place > BETWEEN:
+            at = _palm_place(local[k, 0], local[k, 1], z - shift_z, palm_ranges, palm_box, margins[1])
+            if at == PALM or place < 0:
+                place = at
+        if place >= 0:
+            foreign[place] += 1
+            if place <= BETWEEN:
+                bits |= np.uint64(1) << np.uint64(ids[index[k]])
     return bits
+
+
+@njit(cache=True)
+def _palm_place(
+    x: float, y: float, z: float, palm_ranges: np.ndarray, palm_box: np.ndarray, margin_m: float
+) -> int:
+    """PALM, CORRIDOR or -1 for a point in the frame of the open gripper's TCP."""
+    if z > palm_box[1, 2] or abs(y) > palm_box[1, 1] or abs(x) > palm_box[1, 0]:
+        return -1
+    place = -1
+    x, y = abs(x) - margin_m, abs(y) - margin_m
+    for k in range(len(palm_ranges)):
+        if x >= palm_ranges[k, 1] or y >= palm_ranges[k, 2] or x <= palm_ranges[k, 0] - 2.0 * margin_m:
+            continue
+        if z < palm_ranges[k, 4] + margin_m:
+            if z > palm_ranges[k, 3] - margin_m:
+                return PALM
+            if z > palm_ranges[k, 3] - margin_m - CORRIDOR_M:
+                place = CORRIDOR
+    return place
 
 
 @njit(cache=True)
@@ -334,8 +333,10 @@ def _check(
     radii: np.ndarray,
     sizes: np.ndarray,
     palm: np.ndarray,
+    palm_ranges: np.ndarray,
     reach_m: np.ndarray,
     box: np.ndarray,
+    palm_box: np.ndarray,
     support_z_m: float,
     margins: np.ndarray,
     limits: np.ndarray,
@@ -344,8 +345,11 @@ def _check(
     foreign: np.ndarray,
 ) -> None:
     local, index = np.empty((len(own), 3)), np.empty(len(own), dtype=np.int64)
-    own_box = box.copy()
+    others, other_index = np.empty((len(points), 3)), np.empty(len(points), dtype=np.int64)
+    own_box, ahead, box_behind = box.copy(), box.copy(), box.copy()
     own_box[1, 2] = 0.0
+    ahead[1, 0], ahead[1, 1] = 0.5 * sizes[0] + sizes[4] + NEAR_M, sizes[3] + NEAR_M
+    ahead[0, 0], ahead[0, 1] = -ahead[1, 0], -ahead[1, 1]
     for n in range(len(widths)):
         R, tip, width = Rs[n], tips[n], widths[n]
         shift_z = -reach_at(reach_m, width)
@@ -354,24 +358,27 @@ def _check(
             continue
         count = gather(R, tip, own_box, own, own_starts, own_centers, own_radii, local, index)
         fault[n] = _own_fault(
-            local, index, count, own_seen, width, shift_z, sizes, palm, reach_m, margins, limits
+            local, index, count, own_seen, width, shift_z, sizes, palm_ranges, reach_m, margins, limits
         )
         if fault[n] == 0:
+            # Ahead of the palm only the fingers' surroundings matter, a much narrower box.
+            ahead[0, 2] = box_behind[1, 2] = palm_box[1, 2] + shift_z
+            count = gather(R, tip, ahead, points, starts, centers, radii, others, other_index)
+            count += gather(
+                R, tip, box_behind, points, starts, centers, radii, others[count:], other_index[count:]
+            )
             blockers[n] = _foreign(
-                R,
-                tip,
+                others,
+                other_index,
+                count,
+                ids,
+                own_id,
                 width,
                 shift_z,
-                own_id,
-                points,
-                ids,
-                starts,
-                centers,
-                radii,
                 sizes,
-                palm,
+                palm_ranges,
+                palm_box,
                 reach_m,
-                box,
                 margins,
                 foreign[n],
             )

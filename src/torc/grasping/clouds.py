@@ -19,10 +19,10 @@ class ObjectCloud:
 
     Attributes:
         id: object id.
-        points: seen points (the first `visible` rows), then those mirrored to its hidden back; world frame.
+        points: seen points (the first `visible` rows), then those guessed on its hidden back; world frame.
         normals: outward unit normals of these points; zero where unknown.
         visible: how many of the points were seen.
-        cells: the same points grouped; the tag is 1 for seen ones, 0 for mirrored ones.
+        cells: the same points grouped; the tag is 1 for seen ones, 0 for guessed ones.
         hull: points that are outermost in some direction, for extents.
         completion: estimated centre and size.
         pixel_count: pixels of its mask.
@@ -49,7 +49,7 @@ class SceneClouds:
 
     Attributes:
         objects: objects large enough to be grasped, by rising id.
-        cells: the seen points of all objects, the small ones' too, tagged with their ids.
+        cells: the seen points of all objects, the small ones' too, tagged with their ids; coarser than `objects`.
         forward: horizontal direction in which the camera looks.
         camera_position: world frame.
     """
@@ -70,7 +70,7 @@ def build_clouds(
         if len(o.points) == 0:
             continue
         points, normals = thin_out(o.points, o.normals, config.voxel_m)
-        thin.append((o.id, points))
+        thin.append((o.id, thin_out(points, normals, config.neighbour_voxel_m)[0]))
         if o.pixel_count >= config.min_pixels:
             done = complete(points, normals, camera[:3, 3], o.id, volume, support_z_m, config)
             objects.append(_object_cloud(o.id, points, normals, done, o.pixel_count, config))
@@ -79,7 +79,11 @@ def build_clouds(
 
 def scene_cells(scene: SegmentedScene, config: CloudConfig) -> PointCells:
     """Thinned-out points of all objects of a scene, grouped and tagged with their ids."""
-    thin = [(o.id, thin_out(o.points, o.normals, config.voxel_m)[0]) for o in scene.objects if len(o.points)]
+    thin = [
+        (o.id, thin_out(o.points, o.normals, config.neighbour_voxel_m)[0])
+        for o in scene.objects
+        if len(o.points)
+    ]
     return _group_all(thin, config)
 
 

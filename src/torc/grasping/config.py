@@ -11,6 +11,7 @@ class CloudConfig:
 
     Attributes:
         voxel_m: one averaged point per object and cube of this edge.
+        neighbour_voxel_m: the same for the cloud in which *other* objects are looked up.
         cell_m: edge of the cells that neighbours are looked up in.
         min_pixels: objects with fewer visible pixels get no grasps.
         max_hidden_depth_m: an object is taken to be no deeper along the viewing ray than this, unless seen.
@@ -18,6 +19,7 @@ class CloudConfig:
     """
 
     voxel_m: float = 0.004
+    neighbour_voxel_m: float = 0.006
     cell_m: float = 0.025
     min_pixels: int = 60
     max_hidden_depth_m: float = 0.075
@@ -37,7 +39,8 @@ class CandidateConfig:
         depths_m: how far the fingertips reach below the top of a slice.
         min_depth_m: shallower candidates, after keeping off the table, are dropped.
         spread_m: an object must be narrower than the opening by this to be centred between the fingers.
-        scan_m: step of the scan across objects that are too wide (it finds rims).
+        gap_m: in objects that are too wide, parts separated by this much along the closing axis are grasped one by
+            one (rims, handles).
         closing_merge_rad: closing axes closer than this are one.
         normal_clusters: closing axes taken from clusters of surface normals, at most.
         max_frames: pairs of approach and closing axis that are sliced per object, drawn at random if there are more;
@@ -53,12 +56,12 @@ class CandidateConfig:
     depths_m: tuple[float, ...] = (0.016, 0.028, 0.045)
     min_depth_m: float = 0.006
     spread_m: float = 0.006
-    scan_m: float = 0.009
+    gap_m: float = 0.012
     closing_merge_rad: float = float(np.deg2rad(12.0))
     normal_clusters: int = 6
     max_frames: int = 100
     slices_per_frame: int = 4
-    max_raw: int = 300
+    max_raw: int = 160
 
 
 @dataclass(frozen=True)
@@ -96,12 +99,14 @@ class SelectionConfig:
 
     Attributes:
         max_per_object: grasps per object.
+        spare: how many times as many are looked at before it is known which are free.
         min_blocked_share: share of them kept for grasps whose gripper touches other objects, if there are any.
         position_m, angle_rad: a grasp is a duplicate of a better one when the pads are closer than this and
             both approach and closing axis differ by less.
     """
 
-    max_per_object: int = 40
+    max_per_object: int = 48
+    spare: int = 3
     min_blocked_share: float = 0.25
     position_m: float = 0.012
     angle_rad: float = float(np.deg2rad(18.0))
@@ -122,13 +127,15 @@ class ValidityConfig:
     """Settings of `validity.evaluate_grasps`.
 
     Attributes:
-        max_branches: inverse-kinematics branches tried per grasp, best first.
+        max_branches: inverse-kinematics branches tried per grasp, best first; more than 16 hardly ever help.
         branch_rounds: they are tried in rounds up to these numbers; grasps with a free branch leave.
+        blocked_branches: branches looked at per grasp without a free one, to see who is in the way.
         checks: thresholds on points between and in the fingers.
         clouds: how the scene's clouds are thinned out for that.
     """
 
-    max_branches: int = 64
-    branch_rounds: tuple[int, ...] = (2, 8, 24)
+    max_branches: int = 24
+    branch_rounds: tuple[int, ...] = (1, 3, 8)
+    blocked_branches: int = 6
     checks: CheckConfig = field(default_factory=CheckConfig)
     clouds: CloudConfig = field(default_factory=CloudConfig)

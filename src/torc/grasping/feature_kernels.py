@@ -63,7 +63,12 @@ def candidate_features(
 
 @njit(cache=True)
 def _contacts(
-    local: np.ndarray, seen_point: np.ndarray, index: np.ndarray, width: float, sizes: np.ndarray, row: np.ndarray
+    local: np.ndarray,
+    seen_point: np.ndarray,
+    index: np.ndarray,
+    width: float,
+    sizes: np.ndarray,
+    row: np.ndarray,
 ) -> None:
     """Columns 0-17 and 28: contacts on either side and points between the pads."""
     half = 0.5 * width + SLACK_M
@@ -132,7 +137,12 @@ def _contacts(
 
 @njit(cache=True)
 def _shape(
-    local: np.ndarray, seen_point: np.ndarray, index: np.ndarray, width: float, sizes: np.ndarray, row: np.ndarray
+    local: np.ndarray,
+    seen_point: np.ndarray,
+    index: np.ndarray,
+    width: float,
+    sizes: np.ndarray,
+    row: np.ndarray,
 ) -> None:
     """Columns 18-20: how deep the grasp reaches, and what lies beyond it."""
     first, last = 1e9, -1e9
@@ -280,6 +290,4 @@ def _unknown(
     row[44] = total / volume
     low[0], high[0], low[1], high[1] = -0.5 * width, 0.5 * width, -sizes[1], sizes[1]
     low[2], high[2] = -sizes[2], 0.0
-    row[45], _ = _unknown_share(
-        R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _LATTICE_M
-    )
+    row[45], _ = _unknown_share(R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _LATTICE_M)

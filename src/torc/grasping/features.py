@@ -1,7 +1,7 @@
 """What is measured of a candidate, as input of the score.
 
 Grasp frame: x closing, z approach, closed fingertips at z = 0. "Pads": the volume between the pads. "Seen" points
-were seen, "all" includes those mirrored to the hidden back. A contact is a point between the pads within
+were seen, "all" includes those guessed on the hidden back. A contact is a point between the pads within
 8 mm of the outermost one on its side; it is aligned if its normal is within 30 degrees of the closing axis.
 Lengths in metres; points are those of the thinned-out clouds.
 """
@@ -113,7 +113,9 @@ def compute_features(
         cloud.cells.radii,
         cloud.hull,
         cloud.id,
-        np.concatenate([completion.center, completion.view, [cloud.points[:, 2].min(), cloud.seen[:, 2].max()]]),
+        np.concatenate(
+            [completion.center, completion.view, [cloud.points[:, 2].min(), cloud.seen[:, 2].max()]]
+        ),
         hand.sizes,
         hand.palm,
         hand.reach_m,
@@ -125,4 +127,3 @@ def compute_features(
         out,
     )
     return out
-

@@ -5,6 +5,7 @@ Fingertips may travel on an arc: opened, they are drawn back by `reach(w)` (0 fo
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
@@ -14,6 +15,8 @@ from torc.errors import InputError
 from torc.robots.description import GripperDescription
 
 REACH_STEP_M = 0.001
+_SLENDER = 1.5
+_LINK_PARTS = 3
 OPEN, PAD_Y, PAD_Z, FINGER_Y, FINGER_X, FINGER_Z = range(6)
 """Columns of `HandGeometry.sizes`: opening, half width and height of a pad, and half width, thickness and length
 of a finger."""
@@ -26,11 +29,14 @@ class HandGeometry:
     Attributes:
         sizes: see OPEN .. FINGER_Z above, metres.
         palm: centre and half size of the boxes that are no fingers, relative to the TCP of the *open* gripper.
+        palm_ranges: the same boxes for tests of points: least and greatest |x|, greatest |y|, least and greatest z.
+            The gripper is taken to be symmetric about both planes (else: to be as large as its larger half).
         reach_m: per millimetre of width, how far the fingertips lie ahead of those of the open gripper.
     """
 
     sizes: Float[np.ndarray, "6"]
     palm: Float[np.ndarray, "k 6"]
+    palm_ranges: Float[np.ndarray, "r 5"]
     reach_m: Float[np.ndarray, "m"]
 
     @property
@@ -46,17 +52,49 @@ def hand_geometry(gripper: GripperDescription) -> HandGeometry:
     lower = np.minimum(left.center - left.half_size, right.center - right.half_size)
     upper = np.maximum(left.center + left.half_size, right.center + right.half_size)
     if not (left.center[0] < 0 < right.center[0] and lower[2] < 0):
-        raise InputError(f"Gripper '{gripper.name}': one finger must lie at -x, one at +x, both behind the TCP.")
+        raise InputError(
+            f"Gripper '{gripper.name}': one finger must lie at -x, one at +x, both behind the TCP."
+        )
     thickness = max(upper[0], -lower[0]) - width / 2
     half_y = max(upper[1], -lower[1])
     sizes = np.array(
         [width, gripper.pad_width_m / 2, gripper.pad_height_m, half_y, max(thickness, 1e-4), -lower[2]]
     )
-    palm = np.array([np.concatenate([b.center, b.half_size]) for b in gripper.palm_boxes(width)]).reshape(-1, 6)
+    pieces = [part for b in gripper.palm_boxes(width) for part in _slender_parts(b.center, b.half_size)]
+    palm = np.array(pieces).reshape(-1, 6)
     grid = np.arange(0.0, width + REACH_STEP_M, REACH_STEP_M)
     open_z = gripper.T_tool0_tcp(width)[2, 3]
     reach = np.array([gripper.T_tool0_tcp(min(w, width))[2, 3] - open_z for w in grid])
-    return HandGeometry(sizes, palm, reach)
+    return HandGeometry(sizes, palm, _ranges(palm), reach)
+
+
+def _ranges(palm: Float[np.ndarray, "k 6"]) -> Float[np.ndarray, "r 5"]:
+    """Palm boxes as ranges of |x|, |y| and z, twins dropped."""
+    center, half = np.abs(palm[:, :2]), palm[:, 3:5]
+    low, high = np.maximum(center - half, 0.0), center + half
+    z = np.stack([palm[:, 2] - palm[:, 5], palm[:, 2] + palm[:, 5]], axis=1)
+    ranges = np.column_stack([low[:, 0], high[:, 0], high[:, 1], z])
+    return ranges[np.sort(np.unique(np.round(ranges, 9), axis=0, return_index=True)[1])]
+
+
+def _slender_parts(center: np.ndarray, half: np.ndarray) -> list[np.ndarray]:
+    """Boxes (centre, half size) that together hold what a bounding box of the open gripper holds.
+
+    The links that carry the fingers lean outwards when the gripper is open. Their bounding box would fill the
+    space between the fingers where tall objects go; a row of smaller boxes along its diagonal, as thick as
+    the link is wide, does not. Boxes across the middle, or as slim as wide, are no such links and stay.
+    """
+    x_inner, x_outer, radius = abs(center[0]) - half[0], abs(center[0]) + half[0], half[1]
+    if x_inner <= 0 or half[0] < _SLENDER * radius or half[2] < _SLENDER * radius:
+        return [np.concatenate([center, half])]
+    start = np.array([x_inner + radius, center[2] - half[2] + radius])
+    end = np.array([x_outer - radius, center[2] + half[2] - radius])
+    steps = np.linspace(start, end, _LINK_PARTS + 1)
+    out = []
+    for a, b in pairwise(steps):
+        (x, z), (hx, hz) = (a + b) / 2, np.abs(b - a) / 2 + radius
+        out.append(np.array([np.sign(center[0]) * x, center[1], z, hx, radius, hz]))
+    return out
 
 
 @njit(cache=True)
@@ -72,11 +110,12 @@ def reach_at(reach_m: np.ndarray, width_m: float) -> float:
 
 
 @njit(cache=True)
-def sweep_end_z(x: float, width_m: float, sizes: np.ndarray, reach_m: np.ndarray) -> float:
-    """How far forward a closing finger comes at distance |x| from the grasp's centre (grasp frame z).
+def sweep_end_z(
+    distance: float, width_m: float, shift_z: float, sizes: np.ndarray, reach_m: np.ndarray
+) -> float:
+    """How far forward a closing finger comes at a distance |x| from the grasp's centre (grasp frame z).
 
     A finger covers |x| while half the opening lies in [|x| - thickness, |x|]; the smallest such opening, but
-    not below the grasp's width, comes furthest.
+    not below the grasp's width, comes furthest. `shift_z` = -reach_at(width).
     """
-    opening = max(width_m, 2.0 * (abs(x) - sizes[4]))
-    return reach_at(reach_m, opening) - reach_at(reach_m, width_m)
+    return reach_at(reach_m, max(width_m, 2.0 * (distance - sizes[4]))) + shift_z

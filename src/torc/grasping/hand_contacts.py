@@ -1,11 +1,12 @@
-"""What the gripper alone touches in the collision world, for use without a robot model."""
+"""What the gripper alone touches, voxel by voxel."""
 
 import numpy as np
 from jaxtyping import Bool, Float, Int64, UInt64
 from numba import njit
 
-from torc.collision.world import FREE, CollisionWorld
+from torc.collision.world import FREE, SURFACE, CollisionWorld
 from torc.grasping.hand import HandGeometry, reach_at
+from torc.records import OcclusionVolume, VoxelGrid
 
 _LATTICE_M = 0.01
 
@@ -22,20 +23,53 @@ def hand_contacts(
     As `torc.collision.checks.blockers` counts: voxels hidden by the own object and its surface are left out;
     occupied voxels without an owner are fixed.
     """
-    bits, static = np.zeros(len(widths_m), np.uint64), np.zeros(len(widths_m), np.bool_)
     config = world.config
+    paddings = (config.gripper_padding_m, config.gripper_static_padding_m)
+    return _found(
+        Ts_world_tcp, widths_m, own_ids, world.kind, world.bits, world.grid, world.boxes, paddings, hand
+    )
+
+
+def voxel_blockers(
+    Ts_world_tcp: Float[np.ndarray, "n 4 4"],
+    widths_m: Float[np.ndarray, "n"],
+    own_ids: Int64[np.ndarray, "n"],
+    volume: OcclusionVolume,
+    hand: HandGeometry,
+) -> UInt64[np.ndarray, "n"]:
+    """Other objects whose surface voxels, or never-seen voxels hidden by them, the open gripper touches."""
+    owned = volume.surface_label >= 0
+    kind = np.where(volume.seen & ~owned, np.uint8(FREE), np.uint8(SURFACE))
+    bit = np.uint64(1) << np.maximum(volume.surface_label, 0).astype(np.uint64)
+    owners = np.where(owned, bit, volume.hidden_by)
+    none = np.zeros((0, 6))
+    return _found(Ts_world_tcp, widths_m, own_ids, kind, owners, volume.grid, none, (0.0, 0.0), hand)[0]
+
+
+def _found(
+    Ts_world_tcp: np.ndarray,
+    widths_m: np.ndarray,
+    own_ids: np.ndarray,
+    kind: np.ndarray,
+    owners: np.ndarray,
+    grid: VoxelGrid,
+    fixed: np.ndarray,
+    paddings: tuple[float, float],
+    hand: HandGeometry,
+) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
+    bits, static = np.zeros(len(widths_m), np.uint64), np.zeros(len(widths_m), np.bool_)
     _contacts(
         np.ascontiguousarray(Ts_world_tcp, dtype=float),
         np.ascontiguousarray(widths_m, dtype=float),
         np.ascontiguousarray(own_ids, dtype=np.int64),
         open_boxes(hand),
         hand.reach_m,
-        world.kind,
-        world.bits,
-        np.asarray(world.grid.origin, dtype=float),
-        world.grid.voxel_size_m,
-        np.ascontiguousarray(world.boxes, dtype=float).reshape(-1, 6),
-        np.array([config.gripper_padding_m, config.gripper_static_padding_m]),
+        kind,
+        owners,
+        np.asarray(grid.origin, dtype=float),
+        grid.voxel_size_m,
+        np.ascontiguousarray(fixed, dtype=float).reshape(-1, 6),
+        np.array(paddings),
         bits,
         static,
     )
@@ -125,7 +159,9 @@ def _voxels_in_box(
 
 
 @njit(cache=True)
-def _in_fixed(R: np.ndarray, center: np.ndarray, half: np.ndarray, fixed: np.ndarray, padding_m: float) -> bool:
+def _in_fixed(
+    R: np.ndarray, center: np.ndarray, half: np.ndarray, fixed: np.ndarray, padding_m: float
+) -> bool:
     """Whether some point of a box's 1 cm lattice (corners included) lies in a fixed box, grown."""
     steps = np.empty(3, np.int64)
     for a in range(3):

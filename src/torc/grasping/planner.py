@@ -1,9 +1,9 @@
 """Geometric grasp planning: propose, check, measure, score, select."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int16, UInt8, UInt64
+from jaxtyping import Bool, Float32, UInt8, UInt64
 
 from torc.errors import InputError
 from torc.grasping.checks import Fault, check_candidates
@@ -12,10 +12,11 @@ from torc.grasping.config import GraspConfig
 from torc.grasping.features import FEATURE_NAMES, compute_features
 from torc.grasping.generators import GENERATORS, GeneratorInput, RawCandidates
 from torc.grasping.hand import HandGeometry, hand_geometry
+from torc.grasping.hand_contacts import voxel_blockers
 from torc.grasping.protocol import GraspScorer
 from torc.grasping.scoring import HandScore, default_scorer
-from torc.grasping.selection import select
-from torc.records import GraspSet, OcclusionVolume, SegmentedScene
+from torc.grasping.selection import chosen, thinned
+from torc.records import MAX_OBJECTS, GraspSet, OcclusionVolume, SegmentedScene
 from torc.robots.description import GripperDescription
 
 GENERATOR_NAMES = tuple(GENERATORS)
@@ -77,12 +78,20 @@ class GeometricGraspPlanner:
 
     def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
         """Grasps of all visible objects that are large enough, the best of each object first."""
-        parts = []
-        for part in self._propose(scene, volume, rng):
-            scores = self.scorer.score(part.features)
-            keep = select(scores, part.blocked, part.raw.Rs, part.raw.tips, self.config.selection)
-            parts.append(_records(part, scores, self.hand, keep))
-        return concatenated(parts)
+        parts, config = self._propose(scene, volume, rng), self.config.selection
+        scores = [self.scorer.score(p.features) for p in parts]
+        kept = [thinned(s, p.blocked, p.raw.Rs, p.raw.tips, config) for p, s in zip(parts, scores)]
+        spread = [_records(p, s, self.hand, k) for p, s, k in zip(parts, scores, kept)]
+        together = concatenated(spread)
+        ids = together.object_ids.astype(np.int64)
+        in_the_way = voxel_blockers(together.Ts_world_tcp, together.widths_m, ids, volume, self.hand) != 0
+        out, start = [], 0
+        for part, s, k in zip(parts, scores, kept):
+            blocked = part.blocked.copy()
+            blocked[k] |= in_the_way[start : start + len(k)]
+            start += len(k)
+            out.append(_records(part, s, self.hand, chosen(k, s, blocked, config)))
+        return concatenated(out)
 
     def candidates(
         self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
@@ -102,10 +111,11 @@ class GeometricGraspPlanner:
         self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
     ) -> list[_ObjectCandidates]:
         clouds = build_clouds(scene, volume, self.support_z_m, self.config.clouds)
-        # One child generator per object: what one object draws does not depend on the others.
+        # A seed per id: what is drawn for one object does not depend on which others are seen.
+        seeds = rng.integers(1 << 62, size=MAX_OBJECTS)
         return [
-            self._propose_for(cloud, clouds, volume, child)
-            for cloud, child in zip(clouds.objects, rng.spawn(len(clouds.objects)))
+            self._propose_for(cloud, clouds, volume, np.random.default_rng(seeds[cloud.id]))
+            for cloud in clouds.objects
         ]
 
     def _propose_for(
@@ -197,18 +207,27 @@ def _records(
 
 
 def concatenated(parts: list[GraspSet]) -> GraspSet:
-    """All grasps of several sets with the same generators, in order."""
-    names = ("Ts_world_tcp", "widths_m", "scores", "object_ids", "contacts", "generators")
-    return replace(
-        parts[0] if parts else empty_grasps(),
-        **{name: np.concatenate([getattr(p, name) for p in parts or [empty_grasps()]]) for name in names},
+    """All grasps of several sets, in order."""
+    parts = parts or [empty_grasps()]
+    return GraspSet(
+        np.concatenate([p.Ts_world_tcp for p in parts]),
+        np.concatenate([p.widths_m for p in parts]),
+        np.concatenate([p.scores for p in parts]),
+        np.concatenate([p.object_ids for p in parts]),
+        np.concatenate([p.contacts for p in parts]),
+        np.concatenate([p.generators for p in parts]),
+        GENERATOR_NAMES,
     )
 
 
 def empty_grasps() -> GraspSet:
     """No grasps."""
-    ids: Int16[np.ndarray, "n"] = np.zeros(0, dtype=np.int16)
-    contacts: Float[np.ndarray, "n 2 3"] = np.zeros((0, 2, 3))
     return GraspSet(
-        np.zeros((0, 4, 4)), np.zeros(0), np.zeros(0), ids, contacts, np.zeros(0, np.uint8), GENERATOR_NAMES
+        Ts_world_tcp=np.zeros((0, 4, 4)),
+        widths_m=np.zeros(0),
+        scores=np.zeros(0),
+        object_ids=np.zeros(0, dtype=np.int16),
+        contacts=np.zeros((0, 2, 3)),
+        generators=np.zeros(0, dtype=np.uint8),
+        generator_names=GENERATOR_NAMES,
     )

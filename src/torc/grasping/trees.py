@@ -92,8 +92,13 @@ def load_trees(path: Path, feature_names: tuple[str, ...]) -> TreeModel:
                 raise InputError(f"{path}: model version {int(data['version'])}, this is {MODEL_VERSION}.")
             names = tuple(str(s) for s in data["feature_names"])
             arrays = {f.name: data[f.name] for f in fields(TreeModel) if f.name not in _SCALARS}
-            scalars = {k: str(data[k]) for k in ("data_sha256", "notes")}
-            model = TreeModel(feature_names=names, baseline=float(data["baseline"]), **arrays, **scalars)
+            model = TreeModel(
+                feature_names=names,
+                baseline=float(data["baseline"]),
+                data_sha256=str(data["data_sha256"]),
+                notes=str(data["notes"]),
+                **arrays,
+            )
     except (OSError, KeyError, ValueError, EOFError) as error:
         raise InputError(f"{path} is not a grasp model ({error}).") from error
     if names != feature_names:

@@ -1,9 +1,13 @@
 """Which grasps are valid, and who blocks whom (paper: Grasping)."""
 
+from dataclasses import dataclass
+from itertools import pairwise
+
 import numpy as np
 from jaxtyping import Bool, Float, Int64, UInt64
 
-from torc.collision.checks import blockers, robot_arrays
+from torc.collision.checks import blockers, collides, robot_arrays
+from torc.collision.placement import RobotArrays
 from torc.collision.world import CollisionWorld
 from torc.errors import InputError
 from torc.geometry.transforms import invert
@@ -25,8 +29,8 @@ def evaluate_grasps(
 ) -> GraspReport:
     """Reach, collisions and grip of every grasp, with the gripper fully open.
 
-    Of the inverse-kinematics solutions one without contacts is taken, the first in the solver's order; else one
-    that touches nothing fixed and the fewest other objects; else the one with the fewest other objects.
+    Of the inverse-kinematics solutions the first without contacts is taken; else, of some spread over all
+    solutions, one that touches nothing fixed and the fewest other objects; else the one with the fewest of them.
     An arm link on the object to be grasped counts as fixed: no other pick would change it.
 
     Raises InputError if a grasp is for an object that is not in the scene.
@@ -48,7 +52,11 @@ def evaluate_grasps_without_robot(
     config = ValidityConfig() if config is None else config
     _check_ids(grasps, scene)
     bits, fixed = hand_contacts(
-        grasps.Ts_world_tcp, grasps.widths_m, grasps.object_ids.astype(np.int64), world, hand_geometry(gripper)
+        grasps.Ts_world_tcp,
+        grasps.widths_m,
+        grasps.object_ids.astype(np.int64),
+        world,
+        hand_geometry(gripper),
     )
     reachable = np.ones(len(grasps), dtype=bool)
     return _report(grasps, scene, gripper, np.zeros((len(grasps), 0)), reachable, bits, fixed, config)
@@ -56,10 +64,11 @@ def evaluate_grasps_without_robot(
 
 def tool0_targets(grasps: GraspSet, gripper: GripperDescription) -> Float[np.ndarray, "n 4 4"]:
     """Pose of the flange at each grasp: T_world_tcp with the pads at the grasp's width."""
-    if len(grasps) == 0:
-        return np.zeros((0, 4, 4))
-    Ts_tcp_tool0 = invert(np.stack([gripper.T_tool0_tcp(float(w)) for w in grasps.widths_m]))
-    return grasps.Ts_world_tcp @ Ts_tcp_tool0
+    tabulated, widths = gripper.Ts_tool0_tcp, np.clip(grasps.widths_m, 0.0, gripper.max_width_m)
+    upper = np.clip(np.searchsorted(gripper.widths_m, widths), 1, len(gripper.widths_m) - 1)
+    low, high = gripper.widths_m[upper - 1], gripper.widths_m[upper]
+    s = ((widths - low) / (high - low))[:, None, None]
+    return grasps.Ts_world_tcp @ invert((1.0 - s) * tabulated[upper - 1] + s * tabulated[upper])
 
 
 def _check_ids(grasps: GraspSet, scene: SegmentedScene) -> None:
@@ -76,31 +85,70 @@ def _best_branches(
     qpos, bits, fixed = np.full((n, dof), np.nan), np.zeros(n, np.uint64), np.zeros(n, dtype=bool)
     if n == 0:
         return qpos, np.zeros(0, dtype=bool), bits, fixed
-    solutions = solve_ik(robot.arm, tool0_targets(grasps, robot.gripper))
-    count = np.minimum(solutions.count, config.max_branches)
     own = grasps.object_ids.astype(np.int64)
-    best = np.full(n, np.iinfo(np.int64).max)
-    arrays = robot_arrays(robot)
-    rounds = [0, *[r for r in config.branch_rounds if r < config.max_branches], config.max_branches]
-    for first, last in zip(rounds[:-1], rounds[1:]):
-        # Only grasps without a free branch so far go on to the next round.
-        grasp, branch = _pairs(np.where(best > 0, np.minimum(count, last), 0), first)
-        if len(grasp) == 0:
-            continue
-        q = solutions.qpos[grasp, branch]
-        touched = blockers(world, arrays, q, robot.gripper.max_width_m, own[grasp])
-        own_bit = np.uint64(1) << own[grasp].astype(np.uint64)
+    # Where the gripper itself is in the way, no elbow position helps: such grasps get one try.
+    hand_bits, hand_fixed = hand_contacts(
+        grasps.Ts_world_tcp, grasps.widths_m, own, world, hand_geometry(robot.gripper)
+    )
+    hopeful = (hand_bits == 0) & ~hand_fixed
+    solutions = solve_ik(robot.arm, tool0_targets(grasps, robot.gripper))
+    arrays, width = robot_arrays(robot), robot.gripper.max_width_m
+    search = _Search(world, arrays, width, own, solutions.qpos, solutions.count)
+    free = search.first_free(np.where(hopeful, config.max_branches, 1), config.branch_rounds)
+    found = np.flatnonzero(free >= 0)
+    qpos[found] = solutions.qpos[found, free[found]]
+    held_up = np.flatnonzero((free < 0) & (solutions.count > 0))
+    most = np.where(hopeful[held_up], config.blocked_branches, 1 + config.blocked_branches // 4)
+    branch, bits[held_up], fixed[held_up] = search.least_blocked(held_up, most)
+    qpos[held_up] = solutions.qpos[held_up, branch]
+    return qpos, solutions.count > 0, bits, fixed
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Inverse-kinematics branches of grasps, and what to check them against."""
+
+    world: CollisionWorld
+    arrays: RobotArrays
+    width_m: float
+    own: Int64[np.ndarray, "n"]
+    qpos: Float[np.ndarray, "n b dof"]
+    count: Int64[np.ndarray, "n"]
+
+    def first_free(self, most: Int64[np.ndarray, "n"], rounds: tuple[int, ...]) -> Int64[np.ndarray, "n"]:
+        """First branch of each grasp that touches nothing, among its `most` first; -1 if there is none."""
+        out = np.full(len(self.own), -1)
+        bounds = [0, *rounds, int(most.max(initial=0))]
+        for first, last in pairwise(bounds):
+            open_ones = np.where(out < 0, np.minimum(np.minimum(self.count, most), last), 0)
+            grasp, branch = _pairs(open_ones, first)
+            if len(grasp) == 0:
+                continue
+            hit = collides(self.world, self.arrays, self.qpos[grasp, branch], self.width_m, self.own[grasp])
+            # Backwards, so that the first free branch of a grasp is written last.
+            good = np.flatnonzero(~hit)[::-1]
+            out[grasp[good]] = branch[good]
+        return out
+
+    def least_blocked(
+        self, index: np.ndarray, most: Int64[np.ndarray, "m"]
+    ) -> tuple[Int64[np.ndarray, "m"], UInt64[np.ndarray, "m"], Bool[np.ndarray, "m"]]:
+        """The branch of each grasp in `index` that touches the least, of `most` spread over all of them.
+
+        Nothing fixed comes before fewest other objects, that before the solver's order. Returns the branch, the
+        other objects touched there, and whether anything fixed is.
+        """
+        taken = np.minimum(most, self.count[index])
+        row, step = _pairs(taken, 0)
+        branch = step * self.count[index][row] // np.maximum(taken[row], 1)
+        own = self.own[index][row]
+        touched = blockers(self.world, self.arrays, self.qpos[index[row], branch], self.width_m, own)
+        own_bit = np.uint64(1) << own.astype(np.uint64)
         others = touched.bits & ~own_bit
         stuck = touched.static | touched.self_collision | ((touched.bits & own_bit) != 0)
-        cost = (stuck * 64 + np.bitwise_count(others)).astype(np.int64) * 1024 + branch
-        cost[(others == 0) & ~stuck] = 0
-        # The cheapest of each grasp: written last.
-        order = np.lexsort((branch, cost, grasp))[::-1]
-        order = order[np.flatnonzero(np.concatenate([grasp[order][1:] != grasp[order][:-1], [True]]))]
-        better = order[cost[order] < best[grasp[order]]]
-        i = grasp[better]
-        best[i], qpos[i], bits[i], fixed[i] = cost[better], q[better], others[better], stuck[better]
-    return qpos, solutions.count > 0, bits, fixed
+        order = np.lexsort((branch, np.bitwise_count(others), stuck, row))
+        first = order[np.flatnonzero(np.diff(row[order], prepend=-1))]
+        return branch[first], others[first], stuck[first]
 
 
 def _pairs(counts: Int64[np.ndarray, "n"], first: int) -> tuple[np.ndarray, np.ndarray]:

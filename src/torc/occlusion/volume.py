@@ -45,7 +45,9 @@ class OcclusionConfig:
 def empty_volume(grid: VoxelGrid) -> OcclusionVolume:
     """The volume before any snapshot: everything unknown, hidden by nothing."""
     if min(grid.shape) < 1 or grid.voxel_size_m <= 0:
-        raise InputError(f"A grid of shape {grid.shape} with voxels of {grid.voxel_size_m} m holds no volume.")
+        raise InputError(
+            f"A grid of shape {grid.shape} with voxels of {grid.voxel_size_m} m holds no volume."
+        )
     return OcclusionVolume(
         grid=grid,
         seen=np.zeros(grid.shape, dtype=bool),

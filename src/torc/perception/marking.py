@@ -56,7 +56,9 @@ def mark_image(
     image = _tint(scene.observation.rgb, label, highlight, config)
     _outline(image, label, highlight, max(1, round(config.outline_px * scale)))
     digits = (max(5, round(config.digit_px * scale)), max(5, round(config.small_digit_px * scale)))
-    boxes = {i: tuple(_number_box(i, px, round(config.padding_px * scale)) for px in digits) for i in scene.ids}
+    boxes = {
+        i: tuple(_number_box(i, px, round(config.padding_px * scale)) for px in digits) for i in scene.ids
+    }
     places = place_labels(label, {i: (large.shape, small.shape) for i, (large, small) in boxes.items()})
     _draw_leaders(image, places)
     for i, place in places.items():
@@ -67,7 +69,10 @@ def mark_image(
 
 
 def _tint(
-    rgb: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], highlight: int | None, config: MarkingConfig
+    rgb: UInt8[np.ndarray, "h w 3"],
+    label: Int16[np.ndarray, "h w"],
+    highlight: int | None,
+    config: MarkingConfig,
 ) -> UInt8[np.ndarray, "h w 3"]:
     """A copy of the image with the objects tinted."""
     share = np.full(MAX_OBJECTS, config.tint if highlight is None else config.faint_tint)

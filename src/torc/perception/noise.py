@@ -61,7 +61,10 @@ def add_sensor_noise(observation: Observation, config: NoiseConfig, rng: np.rand
 
 
 def _blend_edges(
-    depth: Float32[np.ndarray, "h w"], valid: Bool[np.ndarray, "h w"], config: NoiseConfig, rng: np.random.Generator
+    depth: Float32[np.ndarray, "h w"],
+    valid: Bool[np.ndarray, "h w"],
+    config: NoiseConfig,
+    rng: np.random.Generator,
 ) -> Float32[np.ndarray, "h w"]:
     """Depth with part of the pixels at jumps lost or between both surfaces."""
     if config.edge_loss == 0 and config.edge_blend == 0:

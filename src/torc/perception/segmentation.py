@@ -7,7 +7,15 @@ from jaxtyping import Bool, Float32, Int16, Int32
 
 from torc.errors import InputError
 from torc.perception.kernels import estimate_normals, keep_background, keep_objects, lift_pixels
-from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, SegmentedObject, SegmentedScene
+from torc.records import (
+    BACKGROUND,
+    MAX_OBJECTS,
+    ROBOT,
+    TARGET_ID,
+    Observation,
+    SegmentedObject,
+    SegmentedScene,
+)
 
 
 @dataclass(frozen=True)
@@ -44,7 +52,9 @@ class PerceptionConfig:
         least |= {"min_target_pixels": 1, "min_points": 1}
         for name, low in least.items():
             if getattr(self, name) < low:
-                raise InputError(f"PerceptionConfig.{name} is {getattr(self, name)}; it must be at least {low}.")
+                raise InputError(
+                    f"PerceptionConfig.{name} is {getattr(self, name)}; it must be at least {low}."
+                )
 
 
 def valid_depth(
@@ -97,7 +107,9 @@ def _pixel_counts(observation: Observation, label_image: np.ndarray) -> np.ndarr
         )
     low, high = min(ROBOT, BACKGROUND), MAX_OBJECTS - 1
     if label_image.size == 0 or label_image.min() < low or label_image.max() > high:
-        raise InputError(f"The label image is empty or holds labels outside {low}..{high}; renumber the objects.")
+        raise InputError(
+            f"The label image is empty or holds labels outside {low}..{high}; renumber the objects."
+        )
     return np.bincount(label_image.ravel().astype(np.int64) - low, minlength=MAX_OBJECTS - low)[-low:]
 
 

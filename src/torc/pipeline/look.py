@@ -8,6 +8,7 @@ from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robo
 from torc.occlusion.volume import OcclusionConfig, update_volume
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import Perception
+from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.timing import StageClock
 from torc.records import (
@@ -50,6 +51,7 @@ class Pipeline:
         noise: sensor noise to add to each snapshot, None for none.
         occlusion: settings of the occlusion volume; what the fixed camera can never see counts as outside of it,
             since as "unknown" it would bar the way for ever.
+        failures: how failed grasps count.
     """
 
     perception: Perception
@@ -58,6 +60,7 @@ class Pipeline:
     workspace: Workspace
     noise: NoiseConfig | None = None
     occlusion: OcclusionConfig = field(default_factory=lambda: OcclusionConfig(out_of_view_is_free=True))
+    failures: FailureConfig = field(default_factory=FailureConfig)
 
     def look(
         self,
@@ -68,6 +71,7 @@ class Pipeline:
         seed: int = 0,
         history: tuple[PickOutcome, ...] = (),
         picks_left: int = 1,
+        failed: tuple[FailedGrasp, ...] = (),
     ) -> Look:
         """Perceive, update the occlusion volume, plan and check grasps.
 
@@ -78,6 +82,7 @@ class Pipeline:
             seed: with the number of picks so far it decides all random draws.
             history: outcomes of the picks so far.
             picks_left: attempts left, this one included.
+            failed: grasps that failed in earlier picks.
         """
         pick, clock = len(history), StageClock()
         with clock.stage("perceive"):
@@ -90,8 +95,10 @@ class Pipeline:
             world = build_collision_world(volume, self.workspace)
         with clock.stage("grasps"):
             grasps = self.grasp_planner.plan(scene, volume, stage_rng(seed, pick, "grasps"))
+            failed = still_valid(failed, scene, self.failures)
+            grasps = lower_scores(grasps, failed, self.failures)
         with clock.stage("validity"):
-            report = self._evaluate(grasps, scene, world)
+            report = veto(self._evaluate(grasps, scene, world), grasps, failed, self.failures)
         context = PlanningContext(scene, volume, grasps, report, target_description, history, picks_left)
         return Look(context, world, clock.seconds)
 

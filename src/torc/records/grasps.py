@@ -21,6 +21,8 @@ class GraspStatus(IntEnum):
     """Not exactly one object between the fingers."""
     FINGERS_IN_OBJECT = 5
     """A finger intersects surface points of the object to be grasped."""
+    NO_MOTION = 6
+    """No motion was found for it, or for one like it, in an earlier pick since which nothing has changed."""
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,7 @@ class Problem:
     Attributes:
         name: e.g. "structured_003".
         category: structured (most objects in a natural pose) or unstructured (a pile).
-        description: for people.
+        description: the target in words, e.g. "the blue tuna can".
         target: name of the wanted placement.
         objects: placements in file order.
         notes: for people; may be empty.

@@ -167,4 +167,4 @@ def _region() -> tuple[np.ndarray, np.ndarray]:
     center, half = np.array(workspace.table.center), np.array(workspace.table.size) / 2
     lower, upper = center - half, center + half
     lower[2], upper[2] = workspace.support_z_m - BELOW_TABLE_M, workspace.support_z_m + ABOVE_TABLE_M
-    return lower, upper
+    return lower - 1e-9, upper + 1e-9

@@ -61,7 +61,8 @@ class SimulatedGripper:
         mujoco.mj_kinematics(world.model, world.data)
         low, high = world.data.site_xpos[self._tips]
         closing = world.data.xmat[self._base].reshape(3, 3)[:, 0]
-        return float(max(0.0, (high - low) @ closing))
+        # Pushed apart, the fingers can bend a hair beyond their range.
+        return float(np.clip((high - low) @ closing, 0.0, self._gripper.max_width_m))
 
     @property
     def state(self) -> GripperState:

@@ -11,7 +11,8 @@ from typing import Any
 
 from torc.errors import InputError, MissingDependencyError
 
-BACKENDS = ("egl", "osmesa", "glfw", "rays")
+_LIBRARIES = ("egl", "osmesa", "glfw")
+BACKENDS = (*_LIBRARIES, "rays")
 """Ways to render: three GL libraries, and ray casting on the processor, which needs none."""
 _DISABLED = ("disable", "disabled", "off", "false", "0")
 _DEFAULTS = ("", "enable", "enabled", "on", "true", "1")
@@ -24,7 +25,7 @@ _MAX_DEVICES = 16
 def gl_backend() -> str:
     """The way this process renders: "egl", "osmesa", "glfw", or "rays" (no GL at all).
 
-    MUJOCO_GL is respected where it is set; else the first of EGL and OSMesa that works, else rays.
+    MUJOCO_GL is respected where it is set ("off" means rays); else the first of EGL and OSMesa that works, else rays.
 
     Raises:
         InputError: MUJOCO_GL names something else.
@@ -32,10 +33,12 @@ def gl_backend() -> str:
     wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
     if wanted in _DISABLED:
         return "rays"
-    if wanted in BACKENDS:
+    if wanted in _LIBRARIES:
         return wanted
     if wanted not in _DEFAULTS:
-        raise InputError(f"MUJOCO_GL is '{wanted}'; torc knows {', '.join(BACKENDS)}, or leave it unset.")
+        raise InputError(
+            f"MUJOCO_GL is '{wanted}'; torc knows {', '.join(_LIBRARIES)}, off, or leave it unset."
+        )
     platform = os.environ.get("PYOPENGL_PLATFORM", "").lower()
     if platform in ("", "egl") and _egl_works():
         return "egl"

@@ -91,6 +91,8 @@ def settle(world: World, config: SettleConfig | None = None) -> SettleReport:
     config = config or SettleConfig()
     steps = max(1, round(config.check_s / world.model.opt.timestep))
     watchdog = Watchdog(world)
+    world.update_position_stage()
+    watchdog.check()
     elapsed = quiet = 0.0
     speed = np.inf
     while elapsed < config.limit_s and quiet < config.quiet_s:
@@ -185,6 +187,8 @@ def run(world: World, seconds: float, check_s: float = 0.05) -> None:
     left = round(seconds / world.model.opt.timestep)
     chunk = max(1, round(check_s / world.model.opt.timestep))
     watchdog = Watchdog(world)
+    world.update_position_stage()
+    watchdog.check()
     while left > 0:
         mujoco.mj_step(world.model, world.data, nstep=min(chunk, left))
         watchdog.check()

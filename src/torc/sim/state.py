@@ -1,4 +1,7 @@
-"""Saving and restoring a world, bit for bit: what runs on from a restored state is identical in its last bits."""
+"""Saving and restoring a world, bit for bit: what runs on from a restored state is identical in its last bits.
+
+Save between picks: while the gripper holds on, its force is a setting of the robot and not in the world's state.
+"""
 
 import mujoco
 import numpy as np

@@ -57,7 +57,9 @@ class Watchdog:
         """
         data = self._world.data
         if any(data.warning[int(w)].number for w in _BAD_NUMBERS) or not np.isfinite(data.qpos).all():
-            raise PhysicsError(f"The simulation diverged at t = {data.time:.3f} s (NaN or huge numbers). {_REMEDY}")
+            raise PhysicsError(
+                f"The simulation diverged at t = {data.time:.3f} s (NaN or huge numbers). {_REMEDY}"
+            )
         self._check_speeds()
         self._check_penetration()
 

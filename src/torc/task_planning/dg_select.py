@@ -94,22 +94,29 @@ def _preference(context: PlanningContext) -> dict[int, tuple[int, float, int]]:
     """Per visible object what breaks ties, least first: valid grasps (more), distance to the camera, id."""
     valid = dict(zip(context.report.object_ids, context.report.valid_total.tolist()))
     camera = context.scene.observation.T_world_camera[:3, 3]
-    distance = {o.id: float(np.linalg.norm(np.median(o.points, axis=0) - camera)) for o in context.scene.objects}
+    distance = {
+        o.id: float(np.linalg.norm(np.median(o.points, axis=0) - camera)) for o in context.scene.objects
+    }
     return {k: (-valid.get(k, 0), round(distance[k], 4), k) for k in context.scene.ids}
 
 
 def _evidence(
     graph: DependencyGraph, probabilities: SinkProbabilities, likely: list[int], rule: str
 ) -> Mapping[str, Any]:
-    bounds = zip(probabilities.sinks, probabilities.lower, probabilities.upper)
+    """Plain data: `probabilities` are exact, or lower bounds with `certainty.upper` above them; keys are ids."""
+    by_id = [
+        (str(k), low, high)
+        for k, low, high in zip(probabilities.sinks, probabilities.lower, probabilities.upper)
+    ]
     return {
-        "graph": graph.to_dict(),
-        "probabilities": {
-            "sinks": [{"id": k, "lower": low, "upper": high} for k, low, high in bounds],
+        "rule": rule,
+        "probabilities": {k: low for k, low, _ in by_id},
+        "certainty": {
             "exact": probabilities.exact,
             "decided": probabilities.decided_among(tuple(likely)),
             "bound_hit": probabilities.bound_hit,
+            "upper": {k: high for k, _, high in by_id},
             "lost": probabilities.lost,
         },
-        "rule": rule,
+        "graph": graph.to_dict(),
     }

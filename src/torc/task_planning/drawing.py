@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import UInt8
@@ -51,7 +52,7 @@ class DrawingConfig:
 
 def draw_graph(
     graph: DependencyGraph,
-    probabilities: Mapping[int, float] | None = None,
+    probabilities: Mapping[int, float] | Mapping[str, float] | None = None,
     chosen: int | None = None,
     config: DrawingConfig | None = None,
 ) -> UInt8[np.ndarray, "h w 3"]:
@@ -59,7 +60,7 @@ def draw_graph(
 
     Args:
         graph: the graph.
-        probabilities: p(sink) by id, written under the sinks.
+        probabilities: p(sink) by id (also as JSON has it, by text), written under the sinks.
         chosen: id of the object to pick next; ringed in green.
         config: sizes.
 
@@ -69,21 +70,23 @@ def draw_graph(
     """
     config = DrawingConfig() if config is None else config
     canvas = _Canvas(lay_out(graph), config)
-    awaited = _awaited(graph)
+    awaited, p = _awaited(graph), _by_id(probabilities)
     for edge in sorted(graph.edges, key=lambda e: e.source in awaited):
         canvas.edge(edge, edge.target == chosen, pale=edge.source not in awaited)
     for edge in graph.edges:
         if edge.weight < 0.9995:
             canvas.weight(edge, pale=edge.source not in awaited)
     for node in graph.nodes:
-        probability = (probabilities or {}).get(node.id) if node.id in awaited else None
+        probability = p.get(node.id) if node.id in awaited else None
         canvas.node(node, node.id == graph.target, probability, node.id == chosen)
     canvas.legend({e.kind for e in graph.edges})
     return canvas.finish()
 
 
 def graph_to_dot(
-    graph: DependencyGraph, probabilities: Mapping[int, float] | None = None, chosen: int | None = None
+    graph: DependencyGraph,
+    probabilities: Mapping[int, float] | Mapping[str, float] | None = None,
+    chosen: int | None = None,
 ) -> str:
     """The graph in Graphviz's dot language."""
     styles = {
@@ -92,18 +95,20 @@ def graph_to_dot(
         EdgeKind.BEHIND: "dashed",
         EdgeKind.HIDDEN_BY: "dotted",
     }
+    p = _by_id(probabilities)
     lines = ["digraph dependencies {", "  rankdir=TB;", "  node [shape=circle, style=filled];"]
     for n in graph.nodes:
         label = f"{n.id}" + (" (target)" if n.id == graph.target else "") + (" hidden" if n.hidden else "")
-        if probabilities and n.id in probabilities:
-            label += f"\\np = {probabilities[n.id]:.2f}"
+        if n.id in p:
+            label += f"\\np = {p[n.id]:.2f}"
         color = "#{:02x}{:02x}{:02x}".format(*(int(c) for c in object_color(n.id)))
         shape = ", shape=doublecircle" if n.id == chosen else ""
         lines.append(f'  {n.id} [label="{label}", fillcolor="{color}"{shape}];')
     for e in graph.edges:
         color = "#{:02x}{:02x}{:02x}".format(*_EDGE_COLORS[e.kind])
         lines.append(
-            f'  {e.source} -> {e.target} [label="{e.kind.value} {e.weight:.2f}", style={styles[e.kind]}, color="{color}"];'
+            f'  {e.source} -> {e.target} [label="{e.kind.value} {e.weight:.2f}", '
+            f'style={styles[e.kind]}, color="{color}"];'
         )
     return "\n".join([*lines, "}", ""])
 
@@ -153,7 +158,9 @@ class _Canvas:
         curve = self._curve(edge)
         text = f"{edge.weight:.2f}".lstrip("0") if edge.weight >= 0.01 else "<.01"
         w, h = 0.62 * self.config.text_px * len(text), 1.1 * self.config.text_px
-        boxes = [_around(curve[int(t * (len(curve) - 1))], w, h) for t in (0.6, 0.7, 0.5, 0.8, 0.4, 0.3, 0.2, 0.9)]
+        boxes = [
+            _around(curve[int(t * (len(curve) - 1))], w, h) for t in (0.6, 0.7, 0.5, 0.8, 0.4, 0.3, 0.2, 0.9)
+        ]
         box = min(boxes, key=lambda b: sum(_overlap(b, other) for other in self._taken))
         self._taken.append(box)
         center = ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
@@ -189,7 +196,9 @@ class _Canvas:
             if kind in kinds:
                 line = np.linspace((x, y), (x + 30, y), 31)
                 for a, b in _strokes(line, _DASHES_PX[kind]):
-                    self.pen.line([*_scaled(a), *_scaled(b)], fill=_EDGE_COLORS[kind], width=2 * _OVERSAMPLING)
+                    self.pen.line(
+                        [*_scaled(a), *_scaled(b)], fill=_EDGE_COLORS[kind], width=2 * _OVERSAMPLING
+                    )
                 x = self.text((x + 36, y), kind.value, c.text_px, _EDGE_COLORS[kind], anchor="lm") + 18
         self._disk(x + 6, y, 6, _INK)
         self._disk(x + 6, y, 4.5, _PAPER)
@@ -223,7 +232,9 @@ class _Canvas:
         if (edge.target, edge.source) in self.layout.routes:
             along = (route[-1] - route[0]) / np.linalg.norm(route[-1] - route[0])
             inner = route[1:-1] if len(route) > 2 else route.mean(axis=0, keepdims=True)
-            route = np.concatenate([route[:1], inner + _LANE_PX * np.array([-along[1], along[0]]), route[-1:]])
+            route = np.concatenate(
+                [route[:1], inner + _LANE_PX * np.array([-along[1], along[0]]), route[-1:]]
+            )
         points = _smooth(route)
         from_source = np.linalg.norm(points - points[0], axis=1) >= self.config.radius_px + 1
         to_target = np.linalg.norm(points - points[-1], axis=1) >= self.config.radius_px + 4
@@ -237,6 +248,10 @@ class _Canvas:
         box = [*_scaled((x - radius, y - radius)), *_scaled((x + radius, y + radius))]
         for start in range(0, 360, 30):
             self.pen.arc(box, start, start + 16, fill=_INK, width=round(1.6 * _OVERSAMPLING))
+
+
+def _by_id(probabilities: Mapping[int, float] | Mapping[str, float] | None) -> dict[int, float]:
+    return {int(k): p for k, p in (probabilities or {}).items()}
 
 
 def _awaited(graph: DependencyGraph) -> set[int]:
@@ -254,8 +269,8 @@ def _edge_color(kind: EdgeKind, pale: bool) -> tuple[int, int, int]:
     return (r // 3 + 160, g // 3 + 160, b // 3 + 160) if pale else (r, g, b)
 
 
-def _scaled(point: tuple[float, ...] | np.ndarray) -> tuple[float, ...]:
-    return tuple(float(v) * _OVERSAMPLING for v in point)
+def _scaled(point: tuple[float, ...] | np.ndarray) -> tuple[float, float]:
+    return float(point[0]) * _OVERSAMPLING, float(point[1]) * _OVERSAMPLING
 
 
 def _smooth(route: np.ndarray) -> np.ndarray:
@@ -271,7 +286,7 @@ def _smooth(route: np.ndarray) -> np.ndarray:
 
 def _strokes(curve: np.ndarray, dash: tuple[float, float] | None) -> list[tuple[np.ndarray, np.ndarray]]:
     """Short segments that make up the curve, or its dashes (length drawn, length left out)."""
-    pairs = list(zip(curve, curve[1:]))
+    pairs = list(pairwise(curve))
     if dash is None:
         return pairs
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])

@@ -94,7 +94,9 @@ class DependencyGraph:
     def __post_init__(self) -> None:
         ids = self.ids
         if len(set(ids)) != len(ids) or self.target not in ids:
-            raise InputError(f"A dependency graph needs distinct node ids and its target {self.target}; it has {ids}.")
+            raise InputError(
+                f"A dependency graph needs distinct node ids and its target {self.target}; it has {ids}."
+            )
         pairs = [(e.source, e.target) for e in self.edges]
         for source, target in pairs:
             if source not in ids or target not in ids or source == target:
@@ -104,7 +106,9 @@ class DependencyGraph:
         for source in {e.source for e in self.edges}:
             weights = [e.weight for e in self.edges if e.source == source]
             if min(weights) <= 0 or abs(sum(weights) - 1) > 1e-9:
-                raise InputError(f"The weights of node {source}'s edges must be positive and sum to 1, not {weights}.")
+                raise InputError(
+                    f"The weights of node {source}'s edges must be positive and sum to 1, not {weights}."
+                )
 
     @cached_property
     def ids(self) -> tuple[int, ...]:
@@ -142,7 +146,12 @@ class DependencyGraph:
             "version": _VERSION,
             "target": self.target,
             "nodes": [
-                {"id": n.id, "hidden": n.hidden, "valid_grasps": n.valid_grasps, "blocked_grasps": n.blocked_grasps}
+                {
+                    "id": n.id,
+                    "hidden": n.hidden,
+                    "valid_grasps": n.valid_grasps,
+                    "blocked_grasps": n.blocked_grasps,
+                }
                 for n in self.nodes
             ],
             "edges": [
@@ -162,9 +171,13 @@ class DependencyGraph:
         """The graph that `to_dict` wrote. Raises InputError for anything else."""
         try:
             if data["version"] != _VERSION:
-                raise InputError(f"Dependency graph of version {data['version']}; this torc reads version {_VERSION}.")
+                raise InputError(
+                    f"Dependency graph of version {data['version']}; this torc reads version {_VERSION}."
+                )
             nodes = tuple(
-                DependencyNode(int(n["id"]), bool(n["hidden"]), int(n["valid_grasps"]), int(n["blocked_grasps"]))
+                DependencyNode(
+                    int(n["id"]), bool(n["hidden"]), int(n["valid_grasps"]), int(n["blocked_grasps"])
+                )
                 for n in data["nodes"]
             )
             edges = tuple(
@@ -203,11 +216,15 @@ def build_dependency_graph(
     scene, report = context.scene, context.report
     hidden = scene.target_id is None
     if hidden and TARGET_ID in scene.ids:
-        raise InputError(f"Object {TARGET_ID} is visible, but the scene's target is not. Id {TARGET_ID} is the target's.")
+        raise InputError(
+            f"Object {TARGET_ID} is visible, but the scene's target is not. Id {TARGET_ID} is the target's."
+        )
     if relations is None:
         relations = find_relations(scene, config)
     _check(relations, scene.ids)
-    totals = {k: (int(v), int(b)) for k, v, b in zip(report.object_ids, report.valid_total, report.blocked_total)}
+    totals = {
+        k: (int(v), int(b)) for k, v, b in zip(report.object_ids, report.valid_total, report.blocked_total)
+    }
     nodes = [DependencyNode(k, False, *totals.get(k, (0, 0))) for k in scene.ids]
     edges: list[DependencyEdge] = []
     for node in nodes:
@@ -222,7 +239,9 @@ def build_dependency_graph(
 def _check(relations: Sequence[Relation], ids: tuple[int, ...]) -> None:
     for r in relations:
         if r.source not in ids or r.target not in ids or r.source == r.target:
-            raise InputError(f"Relation {r.source} {r.kind} {r.target}: both must be different visible objects of {ids}.")
+            raise InputError(
+                f"Relation {r.source} {r.kind} {r.target}: both must be different visible objects of {ids}."
+            )
 
 
 def _edges_of(
@@ -247,7 +266,9 @@ def _blocking(node: DependencyNode, context: PlanningContext) -> list[Dependency
     if node.blocked_grasps == 0:
         return []
     row = report.blocking[report.object_ids.index(node.id)]
-    counts = {k: int(n) for k, n in zip(report.object_ids, row) if n > 0 and k != node.id and k in context.scene.ids}
+    counts = {
+        k: int(n) for k, n in zip(report.object_ids, row) if n > 0 and k != node.id and k in context.scene.ids
+    }
     total = sum(counts.values())
     return [
         DependencyEdge(

@@ -5,6 +5,7 @@ order each layer by the mean place of its neighbours, and spread the columns.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from torc.task_planning.graph import DependencyGraph
 
@@ -42,7 +43,7 @@ def lay_out(graph: DependencyGraph) -> Layout:
             rows[row].append(way)
     links: dict = {}
     for chain in chains.values():
-        for above, below in zip(chain, chain[1:]):
+        for above, below in pairwise(chain):
             links.setdefault(above, ([], []))[1].append(below)
             links.setdefault(below, ([], []))[0].append(above)
     column = _columns(rows, links)
@@ -106,16 +107,15 @@ def _columns(rows: list[list], links: dict) -> dict:
     for sweep in range(_SWEEPS):
         down = sweep % 2 == 0
         for row in rows if down else rows[::-1]:
-            wish = {item: _mean([column[n] for n in links.get(item, ([], []))[0 if down else 1]]) for item in row}
-            wish = {item: column[item] if w is None else w for item, w in wish.items()}
-            row.sort(key=lambda item: (wish[item], str(item)))
-            column.update(_spread([wish[item] for item in row], row))
+            wish = {}
+            for item in row:
+                linked = links.get(item, ([], []))[0 if down else 1]
+                wish[item] = sum(column[n] for n in linked) / len(linked) if linked else column[item]
+            ordered = sorted((wish[item], str(item), i) for i, item in enumerate(row))
+            row[:] = [row[i] for _, _, i in ordered]
+            column.update(_spread([w for w, _, _ in ordered], row))
     least = min(column.values(), default=0.0)
     return {item: c - least for item, c in column.items()}
-
-
-def _mean(values: list[float]) -> float | None:
-    return sum(values) / len(values) if values else None
 
 
 def _gap(left: object, right: object) -> float:

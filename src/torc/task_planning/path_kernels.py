@@ -19,11 +19,16 @@ _MIX = np.uint64(0x9E3779B97F4A7C15)
 
 
 @njit(cache=True, inline="always")
+def _signed(x: np.uint64) -> int:
+    return np.int64(x)  # type: ignore[return-value]
+
+
+@njit(cache=True, inline="always")
 def _popcount(x: np.uint64) -> int:
     x = x - ((x >> _ONE) & _M1)
     x = (x & _M2) + ((x >> np.uint64(2)) & _M2)
     x = (x + (x >> np.uint64(4))) & _M4
-    return np.int64((x * _H01) >> np.uint64(56))
+    return _signed((x * _H01) >> np.uint64(56))
 
 
 @njit(cache=True, inline="always")
@@ -96,7 +101,7 @@ def subset_sums(
 def _slot(node: int, rest: np.uint64, nodes: np.ndarray, rests: np.ndarray, capacity: int) -> int:
     """Place of the state (node, rest) in the open-addressing table: its own or a free one (node -1)."""
     key = (rest ^ (np.uint64(node + 1) * _MIX)) * _MIX
-    i = np.int64((key ^ (key >> np.uint64(29))) & np.uint64(capacity - 1))
+    i = _signed((key ^ (key >> np.uint64(29))) & np.uint64(capacity - 1))
     while nodes[i] >= 0 and (nodes[i] != node or rests[i] != rest):
         i += 1
         if i == capacity:

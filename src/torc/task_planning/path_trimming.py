@@ -80,7 +80,6 @@ def trim(weights: Float[np.ndarray, "n n"], source: int, sinks: Sequence[int]) -
     disjoint paths.) Repeated until nothing changes.
     """
     w = weights.copy()
-    w[:, source] = 0.0
     while True:
         forward, backward = neighbours(w)
         ends = sum(1 << t for t in sinks)

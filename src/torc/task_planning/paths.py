@@ -44,10 +44,16 @@ class PathConfig:
     subset_nodes: int = 16
 
     def __post_init__(self) -> None:
-        if self.work_limit < 1 or self.state_capacity < 256 or self.state_capacity & (self.state_capacity - 1):
+        if (
+            self.work_limit < 1
+            or self.state_capacity < 256
+            or self.state_capacity & (self.state_capacity - 1)
+        ):
             raise InputError("work_limit must be positive and state_capacity a power of two of at least 256.")
         if not 0 <= self.subset_nodes <= 20:
-            raise InputError(f"subset_nodes must lie in 0..20, not {self.subset_nodes}: memory grows as 2**n.")
+            raise InputError(
+                f"subset_nodes must lie in 0..20, not {self.subset_nodes}: memory grows as 2**n."
+            )
 
 
 @dataclass(frozen=True)
@@ -115,7 +121,9 @@ def sink_probabilities(
     work, hits = 0, []
     kept = (1 << source) | sum(1 << int(v) for v in np.flatnonzero(w.any(axis=0)))
     for part in strong_parts(w, kept):
-        through, through_upper, done, hit = _through_part(w, part, lower, upper, config, config.work_limit - work)
+        through, through_upper, done, hit = _through_part(
+            w, part, lower, upper, config, config.work_limit - work
+        )
         lower[part], upper[part] = through, through_upper
         work += done
         hits += [hit] if hit else []
@@ -134,7 +142,9 @@ def sink_probabilities(
 def _checked(weights: np.ndarray, source: int) -> np.ndarray:
     w = np.array(weights, dtype=float)
     if w.ndim != 2 or w.shape[0] != w.shape[1] or not 0 <= source < len(w):
-        raise InputError(f"Weights of shape {w.shape} with source {source}: need a square matrix and one of its nodes.")
+        raise InputError(
+            f"Weights of shape {w.shape} with source {source}: need a square matrix and one of its nodes."
+        )
     if not np.isfinite(w).all() or (w < 0).any() or (w.sum(axis=1) > 1 + 1e-9).any():
         raise InputError("Edge weights must be finite, not negative, and sum to at most 1 per node.")
     return w
@@ -189,9 +199,14 @@ def _sums(
         work += more
     if not waiting.any():
         return total, nothing, work, ""
-    return total, waiting, work, (
-        f"work limit of {config.work_limit} path extensions hit in a cycle of {n} objects, "
-        f"with {waiting.sum():.2g} of the probability unexplored"
+    return (
+        total,
+        waiting,
+        work,
+        (
+            f"work limit of {config.work_limit} path extensions hit in a cycle of {n} objects, "
+            f"with {waiting.sum():.2g} of the probability unexplored"
+        ),
     )
 
 

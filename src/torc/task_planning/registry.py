@@ -58,7 +58,9 @@ def make_planner(name: str, **options: Any) -> TaskPlanner:
 def _load_class(name: str, path: str) -> Any:
     module_name, _, attribute = path.partition(":")
     if not module_name or not attribute:
-        raise InputError(f"Task planner '{name}' must be written module:Class, e.g. my_package.my_module:MyPlanner.")
+        raise InputError(
+            f"Task planner '{name}' must be written module:Class, e.g. my_package.my_module:MyPlanner."
+        )
     try:
         found: Any = import_module(module_name)
         for part in attribute.split("."):
@@ -66,7 +68,9 @@ def _load_class(name: str, path: str) -> Any:
     except TorcError:
         raise
     except AttributeError as error:
-        raise InputError(f"Task planner '{name}': module {module_name} has no '{attribute}' ({error}).") from error
+        raise InputError(
+            f"Task planner '{name}': module {module_name} has no '{attribute}' ({error})."
+        ) from error
     except Exception as error:  # a third party's module may fail in any way while it is imported
         raise InputError(
             f"Task planner '{name}': importing {module_name} failed with {type(error).__name__}: {error}. "

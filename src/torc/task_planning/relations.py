@@ -141,9 +141,7 @@ def behind_candidates(adjacencies: tuple[Adjacency, ...]) -> tuple[Relation, ...
     return tuple(found)
 
 
-def find_relations(
-    scene: SegmentedScene, config: RelationConfig | None = None
-) -> tuple[Relation, ...]:
+def find_relations(scene: SegmentedScene, config: RelationConfig | None = None) -> tuple[Relation, ...]:
     """'behind' pairs, those with enough support corrected to 'below', by rising ids."""
     config = RelationConfig() if config is None else config
     needed = needed_support(scene.label_image.shape[0], config)

@@ -21,6 +21,8 @@ from torc.records import (
 from torc.scenes.workspace import CameraMount
 from torc.testing.synthetic import Shape, SyntheticBox, random_clutter, synthetic_observation
 
+_Fate = tuple[int, GraspStatus, tuple[int, ...]]
+"""A grasp: its object, its status, who blocks it."""
 _DOF = 7
 _TABLE_Z_M = 1.05
 
@@ -35,7 +37,9 @@ def coarse_grid() -> VoxelGrid:
     return VoxelGrid(np.array([0.42, -0.62, _TABLE_Z_M]), 0.02, (30, 51, 21))
 
 
-def box(object_id: int, x: float, y: float, size: tuple[float, float, float], on: float = 0.0) -> SyntheticBox:
+def box(
+    object_id: int, x: float, y: float, size: tuple[float, float, float], on: float = 0.0
+) -> SyntheticBox:
     """A box of these edge lengths that stands at (x, y) on the table, or `on` metres above it."""
     return SyntheticBox(object_id, (x, y, _TABLE_Z_M + on + size[2] / 2), size)
 
@@ -60,7 +64,7 @@ def make_grasps(
         blocked: per object the blockers of each of its blocked grasps, e.g. {2: [(3,), (3, 4)]}.
         unreachable: how many grasps without inverse kinematics each object has.
     """
-    fates = [(k, GraspStatus.VALID, ()) for k, n in (valid or {}).items() for _ in range(n)]
+    fates: list[_Fate] = [(k, GraspStatus.VALID, ()) for k, n in (valid or {}).items() for _ in range(n)]
     fates += [(k, GraspStatus.BLOCKED, tuple(by)) for k, grasps in (blocked or {}).items() for by in grasps]
     fates += [(k, GraspStatus.UNREACHABLE, ()) for k, n in (unreachable or {}).items() for _ in range(n)]
     named = {k for k, _, by in fates for k in (k, *by)}
@@ -153,7 +157,9 @@ def cluttered_context(
         total = int(rng.integers(0, 8))
         free = total if not nearer else int(rng.integers(0, 2)) * int(rng.random() < 0.3)
         valid[k] = free
-        blocked[k] = [tuple(rng.permutation(nearer)[: rng.integers(1, 3)].tolist()) for _ in range(total) if nearer]
+        blocked[k] = [
+            tuple(rng.permutation(nearer)[: rng.integers(1, 3)].tolist()) for _ in range(total) if nearer
+        ]
     context = make_context((), target_description="the blue tuna can")
     grasps, report = make_grasps(scene, valid, blocked)
     volume = update_volume(empty_volume(context.volume.grid), scene)
@@ -168,7 +174,7 @@ def _in_the_way(other: np.ndarray, center: np.ndarray, camera: np.ndarray) -> bo
     return bool(-0.20 < along < 0 and across < 0.08)
 
 
-def _grasp_set(scene: SegmentedScene, fates: list) -> GraspSet:
+def _grasp_set(scene: SegmentedScene, fates: list[_Fate]) -> GraspSet:
     n = len(fates)
     Ts = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (n, 1, 1))  # approach straight down
     for T, (k, _, _) in zip(Ts, fates):
@@ -185,7 +191,7 @@ def _grasp_set(scene: SegmentedScene, fates: list) -> GraspSet:
     )
 
 
-def _report(scene: SegmentedScene, fates: list) -> GraspReport:
+def _report(scene: SegmentedScene, fates: list[_Fate]) -> GraspReport:
     ids = scene.ids
     place = {k: i for i, k in enumerate(ids)}
     blocking = np.zeros((len(ids), len(ids)), dtype=np.int32)

@@ -4,6 +4,7 @@ Shares nothing with `torc.collision`: no spheres, no distance field, no forward 
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import coal
 import mujoco
@@ -14,6 +15,8 @@ from torc.robots.description import RobotDescription
 from torc.scenes.workspace import Box
 
 _IDENTITY = coal.Transform3s.Identity()
+Obstacle = tuple[Any, Any]
+"""A shape of coal and its pose in the world."""
 
 
 class FullGeometry:
@@ -41,24 +44,26 @@ class FullGeometry:
         """What the MJCF calls shape i."""
         return self._model.geom(self._geoms[i]).name
 
-    def place(self, qpos: Float[np.ndarray, "dof"], width_m: float) -> list["coal.Transform3s"]:
+    def place(self, qpos: Float[np.ndarray, "dof"], width_m: float) -> list[Any]:
         """World poses of all shapes."""
         self._data.qpos[self._arm] = qpos
         self._data.qpos[self._gripper] = self._robot.gripper.qpos(width_m)
         mujoco.mj_kinematics(self._model, self._data)
         return [
-            coal.Transform3s(self._data.geom_xmat[g].reshape(3, 3), self._data.geom_xpos[g]) for g in self._geoms
+            coal.Transform3s(self._data.geom_xmat[g].reshape(3, 3), self._data.geom_xpos[g])
+            for g in self._geoms
         ]
 
     def touching(
-        self, poses: Sequence["coal.Transform3s"], obstacles: Sequence["coal.CollisionGeometry"], moving: np.ndarray
+        self,
+        poses: Sequence[Any],
+        obstacles: Sequence[Obstacle],
+        moving: np.ndarray,
     ) -> list[int]:
-        """Which of the given shapes touch one of the obstacles (given in the world frame)."""
-        return [
-            int(i) for i in moving if any(_touch(self._shapes[i], poses[i], o, _IDENTITY) for o in obstacles)
-        ]
+        """Which of the given shapes touch one of the obstacles."""
+        return [int(i) for i in moving if any(_touch(self._shapes[i], poses[i], *o) for o in obstacles)]
 
-    def self_contacts(self, poses: Sequence["coal.Transform3s"]) -> list[tuple[int, int]]:
+    def self_contacts(self, poses: Sequence[Any]) -> list[tuple[int, int]]:
         """Pairs of shapes that touch, among the links that can."""
         gripper = self._robot.arm.dof
         pairs = {(min(int(a), gripper), min(int(b), gripper)) for a, b in self._robot.self_pairs}
@@ -69,6 +74,23 @@ class FullGeometry:
                 if (a, b) in pairs and _touch(self._shapes[i], poses[i], self._shapes[j], poses[j]):
                     out.append((i, j))
         return out
+
+    def distance_to_points(
+        self, poses: Sequence[Any], moving: np.ndarray, points: Float[np.ndarray, "n 3"]
+    ) -> Float[np.ndarray, "n"]:
+        """Distance from each point to the nearest of the given shapes' bounding boxes or capsules; 0 within one."""
+        nearest = np.full(len(points), np.inf)
+        for i in moving:
+            local = (points - poses[i].getTranslation()) @ poses[i].getRotation()
+            size, kind = self._model.geom_size[self._geoms[i]], self._model.geom_type[self._geoms[i]]
+            if kind == mujoco.mjtGeom.mjGEOM_BOX:
+                gap = np.linalg.norm(np.maximum(np.abs(local) - size, 0.0), axis=1)
+            else:
+                half = size[1] if kind != mujoco.mjtGeom.mjGEOM_SPHERE else 0.0
+                local[:, 2] -= np.clip(local[:, 2], -half, half)
+                gap = np.maximum(np.linalg.norm(local, axis=1) - size[0], 0.0)
+            nearest = np.minimum(nearest, gap)
+        return nearest
 
     def _link(self, geom: int) -> int:
         body = self._model.geom_bodyid[geom]
@@ -82,38 +104,26 @@ class FullGeometry:
         return -1
 
 
-def voxel_octree(centers: Float[np.ndarray, "n 3"], voxel_size_m: float) -> "coal.CollisionGeometry | None":
-    """Voxels as solid cubes; None if there are none.
+def voxel_octree(centers: Float[np.ndarray, "n 3"], voxel_size_m: float) -> list[Obstacle]:
+    """Voxels as solid cubes: one obstacle, or none where there are no voxels.
 
     An octree's cubes sit at multiples of the voxel size: the grid's origin must be such a multiple.
     """
     if len(centers) == 0:
-        return None
-    return coal.makeOctree(np.ascontiguousarray(centers, dtype=float), voxel_size_m)
+        return []
+    return [(coal.makeOctree(np.ascontiguousarray(centers, dtype=float), voxel_size_m), _IDENTITY)]
 
 
-def solid_boxes(boxes: Sequence[Box]) -> list["coal.CollisionGeometry"]:
-    """Fixed boxes in the world frame, as convex meshes."""
-    out = []
-    for box in boxes:
-        center, half = np.asarray(box.center), np.asarray(box.size) / 2
-        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half + center
-        out.append(coal.Convex.convexHull(_points(corners), True, ""))
-    return out
+def solid_boxes(boxes: Sequence[Box]) -> list[Obstacle]:
+    """Fixed boxes."""
+    return [(coal.Box(*box.size), coal.Transform3s(np.eye(3), np.asarray(box.center))) for box in boxes]
 
 
-def _points(corners: Float[np.ndarray, "n 3"]) -> "coal.StdVec_Vec3s":
-    points = coal.StdVec_Vec3s()
-    for c in corners:
-        points.append(c)
-    return points
-
-
-def _touch(a, pose_a, b, pose_b) -> bool:  # type: ignore[no-untyped-def]
+def _touch(a: Any, pose_a: Any, b: Any, pose_b: Any) -> bool:
     return coal.collide(a, pose_a, b, pose_b, coal.CollisionRequest(), coal.CollisionResult()) > 0
 
 
-def _shape(model: mujoco.MjModel, geom: int, shrink_m: float) -> "coal.CollisionGeometry":
+def _shape(model: mujoco.MjModel, geom: int, shrink_m: float) -> Any:
     size, kind = model.geom_size[geom], model.geom_type[geom]
     if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
         return coal.Sphere(size[0] - shrink_m)

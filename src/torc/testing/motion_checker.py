@@ -1,16 +1,20 @@
 """Is a pick plan what it claims to be? An independent check on the robot's full geometry."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial import cKDTree
 
+from torc.collision.world import FREE, SURFACE
+from torc.geometry.transforms import invert, transform_points
 from torc.motion.protocol import PickRequest
 from torc.records import PickPlan, Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
 from torc.scenes.workspace import Workspace
-from torc.testing.full_geometry import FullGeometry, solid_boxes, voxel_octree
+from torc.testing.full_geometry import FullGeometry, Obstacle, solid_boxes, voxel_octree
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,7 @@ class CheckerConfig:
     """
 
     gripper_dip_m: float = 0.005
-    start_zone_m: float = 0.03
+    start_zone_m: float = 0.04
     sample_s: float = 0.03
     line_m: float = 0.0015
     line_rad: float = 0.01
@@ -49,6 +53,7 @@ class PlanChecker:
             *self._limits(plan),
             *self._lines(plan),
             *self._collisions(plan, request),
+            *self._held_object(plan, request),
         ]
 
     def _continuity(self, plan: PickPlan, request: PickRequest) -> list[str]:
@@ -58,7 +63,7 @@ class PlanChecker:
             out.append("The plan does not start where the arm is.")
         if np.abs(plan.home.qpos[-1] - self._robot.arm.rest_qpos).max() > 1e-6:
             out.append("The plan does not end at rest.")
-        for (first, a), (second, b) in zip(segments[:-1], segments[1:]):
+        for (first, a), (second, b) in pairwise(segments):
             if np.abs(a.qpos[-1] - b.qpos[0]).max() > 1e-6:
                 out.append(f"{second} does not start where {first} ends.")
         return out
@@ -90,7 +95,10 @@ class PlanChecker:
     def _lines(self, plan: PickPlan) -> list[str]:
         out = []
         axis = plan.T_world_tcp[:3, 2]
-        for name, t, direction in (("approach", plan.approach, axis), ("lift", plan.lift, np.array([0, 0, 1.0]))):
+        for name, t, direction in (
+            ("approach", plan.approach, axis),
+            ("lift", plan.lift, np.array([0, 0, 1.0])),
+        ):
             Ts = tool0_poses(self._robot.arm, t.qpos) @ self._robot.gripper.T_tool0_tcp(plan.width_m)
             at_grasp = Ts[-1] if name == "approach" else Ts[0]
             if np.abs(at_grasp - plan.T_world_tcp).max() > 2e-3:
@@ -107,63 +115,83 @@ class PlanChecker:
         return out
 
     def _collisions(self, plan: PickPlan, request: PickRequest) -> list[str]:
-        opening = self._robot.gripper.max_width_m
-        dof = self._robot.arm.dof
         out = []
         for name, t in _segments(plan):
-            width = plan.width_m if name in ("lift", "transfer") else opening
-            voxels = []
+            width = plan.width_m if name in ("lift", "transfer") else self._robot.gripper.max_width_m
+            everything, arm_only = ([], [])
             if name in ("free", "transfer", "home"):
-                own = request.object_id if name == "free" else None
-                voxels = self._voxels(request, t.qpos[0], width, own)
-            for q in _thinned(t, self.config.sample_s):
-                poses = self._geometry.place(q, width)
-                arm = np.flatnonzero((self._geometry.links >= 2) & (self._geometry.links < dof))
-                moving = np.flatnonzero(self._geometry.links >= 2)
-                hits = self._geometry.touching(poses, self._fixed, moving)
-                if voxels:
-                    hits += self._geometry.touching(poses, voxels[0], moving)
-                    hits += self._geometry.touching(poses, voxels[1], arm)
-                pairs = self._geometry.self_contacts(poses)
-                if hits or pairs:
-                    names = [self._geometry.name(i) for i in hits]
-                    pair_names = [f"{self._geometry.name(i)} and {self._geometry.name(j)}" for i, j in pairs]
-                    out.append(f"{name}: touches at {np.round(q, 3).tolist()}: {names + pair_names}")
-                    break
+                everything, arm_only = self._voxels(name, plan, request, t.qpos[0], width)
+            found = self._first_contact(t, width, [*self._fixed, *everything], arm_only)
+            if found is not None:
+                out.append(f"{name}: {found}")
         return out
 
-    def _voxels(
-        self, request: PickRequest, q_start: Float[np.ndarray, "dof"], width_m: float, own: int | None
-    ) -> tuple[list, list]:
-        """Obstacles for the whole robot (other objects), and for the arm's links only (surface of the own object)."""
-        world = request.world
-        bit = np.uint64(1) << np.uint64(request.object_id)
-        occupied = world.kind > 0
-        mine = (world.bits & bit) != 0
-        centers = world.grid.centers()
-        zone = self._near_robot(centers, occupied, q_start, width_m, world.grid.voxel_size_m)
-        others = voxel_octree(centers[occupied & ~mine & ~zone], world.grid.voxel_size_m)
-        surface = None
-        if own is not None:
-            surface = voxel_octree(centers[mine & (world.kind == 1) & ~zone], world.grid.voxel_size_m)
-        return [o for o in (others,) if o is not None], [o for o in (surface,) if o is not None]
+    def _held_object(self, plan: PickPlan, request: PickRequest) -> list[str]:
+        """The visible points of the held object must not enter table or bin."""
+        out = []
+        for q in _thinned(plan.transfer, self.config.sample_s):
+            points = self._held_points(plan, request, q)
+            for box in self._workspace.static_boxes():
+                depth = np.asarray(box.size) / 2 - np.abs(points - np.asarray(box.center))
+                if np.any(depth.min(axis=1) > 0):
+                    out.append(f"transfer: the held object enters {box.name} at {np.round(q, 3).tolist()}.")
+                    return out
+        return out
 
-    def _near_robot(
-        self, centers: np.ndarray, occupied: np.ndarray, q: np.ndarray, width_m: float, voxel_size_m: float
-    ) -> np.ndarray:
-        """Voxels around the robot's shapes at q, if it touches any there; else none."""
-        zone = np.zeros(occupied.shape, dtype=bool)
-        poses = self._geometry.place(q, width_m)
-        moving = np.flatnonzero(self._geometry.links >= 0)
-        tree = voxel_octree(centers[occupied], voxel_size_m)
-        if tree is None:
-            return zone
+    def _first_contact(
+        self, t: Trajectory, width_m: float, everything: list[Obstacle], arm_only: list[Obstacle]
+    ) -> str | None:
+        """Where the robot first touches an obstacle or itself; arm_only: obstacles that the gripper may touch."""
+        links, dof = self._geometry.links, self._robot.arm.dof
+        moving, arm = np.flatnonzero(links >= 2), np.flatnonzero((links >= 2) & (links < dof))
+        for q in _thinned(t, self.config.sample_s):
+            poses = self._geometry.place(q, width_m)
+            hits = self._geometry.touching(poses, everything, moving)
+            hits += self._geometry.touching(poses, arm_only, arm)
+            pairs = self._geometry.self_contacts(poses)
+            if hits or pairs:
+                names = [self._geometry.name(i) for i in hits]
+                names += [f"{self._geometry.name(i)} on {self._geometry.name(j)}" for i, j in pairs]
+                return f"{', '.join(names)} touch(es) at {np.round(q, 3).tolist()}"
+        return None
+
+    def _voxels(
+        self,
+        name: str,
+        plan: PickPlan,
+        request: PickRequest,
+        q_start: Float[np.ndarray, "dof"],
+        width_m: float,
+    ) -> tuple[list[Obstacle], list[Obstacle]]:
+        """Obstacles for the whole robot (other objects), and for the arm's links alone (the own surface)."""
+        world = request.world
+        centers, occupied = world.grid.centers(), world.kind != FREE
+        mine = (world.bits & (np.uint64(1) << np.uint64(request.object_id))) != 0
         index = np.argwhere(occupied)
-        distance = self._geometry.distance_to_points(poses, moving, centers[occupied])
-        near = distance < self.config.start_zone_m
-        if near.any():
-            zone[tuple(index[near].T)] = True
-        return zone
+        poses = self._geometry.place(q_start, width_m)
+        everywhere = np.flatnonzero(self._geometry.links >= 0)
+        distance = self._geometry.distance_to_points(poses, everywhere, centers[occupied])
+        if name == "transfer":
+            held = self._held_points(plan, request, q_start)
+            distance = np.minimum(distance, cKDTree(held).query(centers[occupied])[0])
+        index = index[distance < self.config.start_zone_m]
+        occupied[tuple(index.T)] = False
+        size = world.grid.voxel_size_m
+        own_surface = mine & (world.kind == SURFACE)
+        if name == "free":
+            return voxel_octree(centers[occupied & ~mine], size), voxel_octree(
+                centers[occupied & own_surface], size
+            )
+        return voxel_octree(centers[occupied & ~mine], size), []
+
+    def _held_points(
+        self, plan: PickPlan, request: PickRequest, qpos: Float[np.ndarray, "dof"]
+    ) -> Float[np.ndarray, "n 3"]:
+        """The visible points of the object when it is held at qpos."""
+        points = request.scene.object(plan.object_id).points.astype(float)
+        T_world_tool0 = plan.T_world_tcp @ invert(self._robot.gripper.T_tool0_tcp(plan.width_m))
+        now = tool0_poses(self._robot.arm, qpos[None])[0]
+        return transform_points(now @ invert(T_world_tool0), points)
 
 
 def _segments(plan: PickPlan) -> list[tuple[str, Trajectory]]:

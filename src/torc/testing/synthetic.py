@@ -219,7 +219,9 @@ def _stacked(
     x, y, z = base.center
     column = [o for o in others if (o.center[0], o.center[1]) == (x, y)]
     for o in others:
-        if o not in column and np.hypot(x - o.center[0], y - o.center[1]) <= _footprint(shape) + _footprint(o):
+        if o not in column and np.hypot(x - o.center[0], y - o.center[1]) <= _footprint(shape) + _footprint(
+            o
+        ):
             return None
     return _moved(shape, x, y, z + half_sizes(base)[2])
 

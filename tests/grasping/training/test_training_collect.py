@@ -6,6 +6,7 @@ import pytest
 from torc.grasping.training.collect import Bench, CollectConfig, collect, evaluate, look, scene_stages
 from torc.grasping.training.dataset import Policy, column_names, concatenate, load_shard, shard_ranges
 from torc.grasping.training.export import export
+from torc.grasping.training.refresh import refresh
 from torc.grasping.training.sampling import SamplingConfig, choose_for_training
 from torc.grasping.training.scenes import SceneConfig, draw_models, make_scene
 from torc.grasping.training.train import TrainConfig, fit
@@ -60,11 +61,20 @@ def test_a_snapshot_can_be_taken_again(collected):
     problem = next(iter(scene_stages(bench, 1, False)))
     snapshot = look(bench, problem, 1, 0)
     rows = np.flatnonzero((trials.scene == 1) & (trials.stage == 0))
-    known = {
-        T.astype(np.float32).tobytes(): f for T, f in zip(snapshot.grasps.Ts_world_tcp, snapshot.features)
-    }
+    known = {T.tobytes(): f for T, f in zip(snapshot.grasps.Ts_world_tcp, snapshot.features)}
     for i in rows:
         assert np.array_equal(known[trials.T_world_tcp[i].tobytes()], trials.features[i])
+
+
+def test_refreshed_trials_are_the_same_while_features_are(collected, tmp_path):
+    refresh(collected, tmp_path)
+    old, new = table(collected), table(tmp_path)
+    assert len(new) == len(old)
+    match = {T.tobytes(): i for i, T in enumerate(old.T_world_tcp)}
+    index = np.array([match[T.tobytes()] for T in new.T_world_tcp])
+    assert np.array_equal(old.held[index], new.held)
+    assert np.allclose(old.features[index], new.features, rtol=1e-4, atol=1e-5)
+    assert np.array_equal(old.valid[index], new.valid)
 
 
 def test_evaluation_tries_each_object_by_each_rule(collected, tmp_path):

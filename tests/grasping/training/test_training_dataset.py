@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from training_trials import make_trials
+
 from torc.errors import InputError
 from torc.grasping.training.dataset import (
     Cause,

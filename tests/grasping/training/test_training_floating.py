@@ -1,4 +1,4 @@
-"""The floating gripper: a perfect grasp holds, one beside the object misses, and nothing depends on what went before."""
+"""The floating gripper: a perfect grasp holds, one beside the object misses, and no trial depends on another."""
 
 import numpy as np
 import pytest

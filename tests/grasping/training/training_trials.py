@@ -31,7 +31,7 @@ def make_trials(count: int, seed: int, scenes: int = 20, first_scene: int = 0, c
         valid=np.ones(count, bool),
         generator=np.zeros(count, np.uint8),
         p_hand=(1 / (1 + np.exp(-x[:, 1]))).astype(np.float32),
-        T_world_tcp=np.tile(np.eye(4, dtype=np.float32), (count, 1, 1)),
+        T_world_tcp=np.tile(np.eye(4), (count, 1, 1)),
         width_m=np.full(count, 0.04, np.float32),
         pixel_count=np.full(count, 500, np.int32),
         others_moved=np.zeros(count, np.uint8),

@@ -8,4 +8,11 @@ from torc.grasping.generators.slices import propose_slices
 GENERATORS = {"antipodal": propose_antipodal, "slices": propose_slices, "boxes": propose_boxes}
 """All generators by name, in the order of `GraspSet.generator_names`."""
 
-__all__ = ["GENERATORS", "GeneratorInput", "RawCandidates", "propose_antipodal", "propose_boxes", "propose_slices"]
+__all__ = [
+    "GENERATORS",
+    "GeneratorInput",
+    "RawCandidates",
+    "propose_antipodal",
+    "propose_boxes",
+    "propose_slices",
+]

@@ -1,4 +1,4 @@
-"""Antipodal pairs: a seen point and one, seen or mirrored, whose normals oppose each other along their line."""
+"""Antipodal pairs: a seen point and one, seen or guessed, whose normals oppose each other along their line."""
 
 import numpy as np
 from numba import njit
@@ -30,7 +30,10 @@ def propose_antipodal(given: GeneratorInput, rng: np.random.Generator) -> RawCan
     pairs = _pairs(cloud.points, cloud.normals, sources, start, given.hand.max_width_m - config.spread_m)
     approaches = approach_directions(given.forward, config)
     Rs, tips = _approach_pairs(
-        cloud.points, pairs, approaches, rng.permuted(np.tile(np.arange(len(approaches)), (len(pairs), 1)), axis=1)
+        cloud.points,
+        pairs,
+        approaches,
+        rng.permuted(np.tile(np.arange(len(approaches)), (len(pairs), 1)), axis=1),
     )
     raw = drawn(RawCandidates(Rs, tips, np.zeros(len(tips))), config.max_raw, rng)
     return settled(raw, given)

@@ -3,11 +3,12 @@
 import numpy as np
 from jaxtyping import Float
 
+from torc.grasping.completion import robust_range
 from torc.grasping.generators.antipodal import settled
 from torc.grasping.generators.common import GeneratorInput, RawCandidates, drawn, make_rotation, no_candidates
 
 _YAW_STEP_RAD = np.deg2rad(3.0)
-_TRIM = 0.01
+_MAX_POINTS = 250
 _SHIFTS = (-0.3, 0.0, 0.3)
 _SIDE_TILTS_RAD = tuple(np.deg2rad([45.0, 65.0, 85.0]).tolist())
 
@@ -46,13 +47,14 @@ def upright_box(
     """Upright box of least footprint (stray points trimmed): horizontal axes, centre, half sizes."""
     yaws = np.arange(0.0, np.pi / 2, _YAW_STEP_RAD)
     c, s = np.cos(yaws), np.sin(yaws)
-    u = points[:, :1] * c + points[:, 1:2] * s
-    v = points[:, 1:2] * c - points[:, :1] * s
-    ranges = [np.quantile(w, [_TRIM, 1 - _TRIM], axis=0) for w in (u, v)]
+    some = points[:: max(1, len(points) // _MAX_POINTS)]
+    u = some[:, :1] * c + some[:, 1:2] * s
+    v = some[:, 1:2] * c - some[:, :1] * s
+    ranges = [robust_range(w) for w in (u, v)]
     best = int(np.argmin((ranges[0][1] - ranges[0][0]) * (ranges[1][1] - ranges[1][0])))
     axes = np.array([[c[best], s[best], 0.0], [-s[best], c[best], 0.0]])
-    (lu, hu), (lv, hv) = ranges[0][:, best], ranges[1][:, best]
-    lz, hz = np.quantile(points[:, 2], [_TRIM, 1 - _TRIM])
+    (lu, hu), (lv, hv) = ((low[best], high[best]) for low, high in ranges)
+    (lz,), (hz,) = robust_range(points[:, 2:])
     center = (lu + hu) / 2 * axes[0] + (lv + hv) / 2 * axes[1] + np.array([0.0, 0.0, (lz + hz) / 2])
     return axes, center, np.array([hu - lu, hv - lv, hz - lz]) / 2
 

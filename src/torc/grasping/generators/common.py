@@ -84,12 +84,7 @@ def make_rotation(closing: np.ndarray, approach: np.ndarray, out: np.ndarray) ->
 @njit(cache=True)
 def lowest_tip_z(R: np.ndarray, sizes: np.ndarray, support_z_m: float, margin_m: float) -> float:
     """Least height of the TCP at which the open fingertips keep `margin_m` from the support."""
-    return (
-        support_z_m
-        + margin_m
-        + abs(R[2, 0]) * (0.5 * sizes[0] + sizes[4])
-        + abs(R[2, 1]) * sizes[3]
-    )
+    return support_z_m + margin_m + abs(R[2, 0]) * (0.5 * sizes[0] + sizes[4]) + abs(R[2, 1]) * sizes[3]
 
 
 @njit(cache=True)

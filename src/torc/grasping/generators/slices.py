@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from torc.grasping.axes import approach_directions, closing_axes, normal_clusters
+from torc.grasping.axes import approach_directions, grasp_frames, normal_clusters
 from torc.grasping.generators.common import (
     GeneratorInput,
     RawCandidates,
@@ -13,35 +13,40 @@ from torc.grasping.generators.common import (
     no_candidates,
 )
 
-_BIN_M = 0.002
-_CAPACITY = 12000
+_BIN_M = 0.003
+_CAPACITY = 8000
 
 
 def propose_slices(given: GeneratorInput, rng: np.random.Generator) -> RawCandidates:
-    """Grasps from slices; objects too wide for the gripper are scanned for rims."""
+    """Grasps from slices; where an object is too wide for the gripper, its parts are grasped one by one."""
     cloud, config = given.cloud, given.config
-    seen = cloud.points[: cloud.visible]
-    if len(seen) < given.min_points:
+    if cloud.visible < given.min_points:
         return no_candidates()
     approaches = approach_directions(given.forward, config)
     clusters = normal_clusters(cloud.normals[: cloud.visible], config.normal_clusters)
-    axes, counts = closing_axes(approaches, seen, clusters, cloud.completion.view, config.closing_merge_rad)
-    frames = _drawn_frames(counts, config.max_frames, rng)
-    phases = rng.random(len(frames))
-    Rs, tips, widths = np.empty((_CAPACITY, 3, 3)), np.empty((_CAPACITY, 3)), np.empty(_CAPACITY)
-    limits = np.array(
-        [given.support_z_m, given.tip_margin_m, config.spread_m, config.slice_m, config.min_depth_m, config.scan_m]
+    closings, turned, first = grasp_frames(
+        approaches, cloud.seen, clusters, cloud.completion.view, config.closing_merge_rad
     )
+    frames = _drawn_frames(len(closings), first, config.max_frames, rng)
+    Rs, tips, widths = np.empty((_CAPACITY, 3, 3)), np.empty((_CAPACITY, 3)), np.empty(_CAPACITY)
     n = _slices(
         cloud.points,
         cloud.visible,
-        approaches,
-        axes,
-        frames,
-        phases,
+        closings[frames],
+        turned[frames],
+        rng.random(len(frames)),
         config.slices_per_frame,
-        np.array(config.depths_m),
-        limits,
+        np.sort(np.array(config.depths_m)),
+        np.array(
+            [
+                given.support_z_m,
+                given.tip_margin_m,
+                config.spread_m,
+                config.slice_m,
+                config.min_depth_m,
+                config.gap_m,
+            ]
+        ),
         given.min_points,
         given.hand.sizes,
         Rs,
@@ -51,23 +56,19 @@ def propose_slices(given: GeneratorInput, rng: np.random.Generator) -> RawCandid
     return drawn(RawCandidates(Rs[:n], tips[:n], widths[:n]), config.max_raw, rng)
 
 
-def _drawn_frames(counts: np.ndarray, limit: int, rng: np.random.Generator) -> np.ndarray:
-    """(approach, closing axis) pairs: all of the first approach, the rest drawn evenly."""
-    frames = np.array([(a, c) for a, n in enumerate(counts) for c in range(n)], dtype=np.int64).reshape(-1, 2)
-    first = int(counts[0])
-    rest = max(0, limit - first)
-    if len(frames) - first <= rest:
-        return frames
-    return np.concatenate([frames[:first], frames[first + np.sort(rng.permutation(len(frames) - first)[:rest])]])
+def _drawn_frames(total: int, first: int, limit: int, rng: np.random.Generator) -> np.ndarray:
+    """Indices of frames: the first ones (straight down) all, the rest drawn evenly."""
+    rest = total - first
+    drawn_rest = np.sort(rng.permutation(rest)[: max(0, limit - first)])
+    return np.concatenate([np.arange(first), first + drawn_rest])
 
 
 @njit(cache=True)
 def _slices(
     points: np.ndarray,
     visible: int,
+    closings: np.ndarray,
     approaches: np.ndarray,
-    axes: np.ndarray,
-    frames: np.ndarray,
     phases: np.ndarray,
     most_slices: int,
     depths: np.ndarray,
@@ -78,51 +79,37 @@ def _slices(
     tips: np.ndarray,
     widths: np.ndarray,
 ) -> int:
-    """Write candidates; returns how many. `limits`: support, tip margin, spread, slice, least depth, scan step."""
+    """Write candidates; returns how many. `limits`: support, tip margin, spread, slice, least depth, gap."""
     R = np.empty((3, 3))
-    order = np.empty(len(points), dtype=np.int64)
+    local, strip = np.empty((len(points), 3)), np.empty((len(points), 4))
     n = 0
-    for f in range(len(frames)):
-        a, c = frames[f]
-        make_rotation(axes[a, c], approaches[a], R)
-        local = points @ R
-        low, high = local[:visible, 1].min(), local[:visible, 1].max()
-        bins = int((high - low) / _BIN_M) + 1
-        starts = _sort_into_bins(local[:, 1], low, bins, order)
+    for f in range(len(closings)):
+        make_rotation(closings[f], approaches[f], R)
+        low, high = 1e9, -1e9
+        for i in range(len(points)):
+            for a in range(3):
+                local[i, a] = R[0, a] * points[i, 0] + R[1, a] * points[i, 1] + R[2, a] * points[i, 2]
+            if i < visible:
+                low, high = min(low, local[i, 1]), max(high, local[i, 1])
         slices = max(1, int(np.ceil((high - low) / limits[3])))
         taken = min(slices, most_slices)
         for s in range(taken):
             y = low + (high - low) * (int((s + phases[f]) * slices / taken) + 0.5) / slices
-            first = max(0, int((y - sizes[3] - low) / _BIN_M))
-            last = min(bins - 1, int((y + sizes[3] - low) / _BIN_M))
-            inside = order[starts[first] : starts[last + 1]]
-            n = _reach_into(local, visible, inside, y, R, depths, limits, min_points, sizes, Rs, tips, widths, n)
+            count = 0
+            for i in range(len(points)):
+                side = abs(local[i, 1] - y)
+                if side < sizes[3]:
+                    strip[count, 0], strip[count, 1] = local[i, 0], local[i, 2]
+                    strip[count, 2] = 1.0 if i < visible else 0.0
+                    strip[count, 3] = 1.0 if i < visible and side < sizes[1] else 0.0
+                    count += 1
+            n = _reach_into(strip[:count], y, R, depths, limits, min_points, sizes, Rs, tips, widths, n)
     return n
 
 
 @njit(cache=True)
-def _sort_into_bins(y: np.ndarray, low: float, bins: int, order: np.ndarray) -> np.ndarray:
-    """Counting sort: fills `order`, returns where each bin starts (with the end). Points outside go to the ends."""
-    starts = np.zeros(bins + 1, dtype=np.int64)
-    index = np.empty(len(y), dtype=np.int64)
-    for i in range(len(y)):
-        b = int((y[i] - low) / _BIN_M)
-        index[i] = min(max(b, 0), bins - 1)
-        starts[index[i] + 1] += 1
-    for b in range(bins):
-        starts[b + 1] += starts[b]
-    cursor = starts.copy()
-    for i in range(len(y)):
-        order[cursor[index[i]]] = i
-        cursor[index[i]] += 1
-    return starts
-
-
-@njit(cache=True)
 def _reach_into(
-    local: np.ndarray,
-    visible: int,
-    inside: np.ndarray,
+    strip: np.ndarray,
     y: float,
     R: np.ndarray,
     depths: np.ndarray,
@@ -134,64 +121,62 @@ def _reach_into(
     widths: np.ndarray,
     n: int,
 ) -> int:
-    """Candidates of one slice: every depth, centred if it fits, else scanned across."""
-    top = 1e9
-    for i in inside:
-        if i < visible and abs(local[i, 1] - y) < sizes[3]:
-            top = min(top, local[i, 2])
-    lowest = lowest_tip_z(R, sizes, limits[0], limits[1])
+    """Candidates of one slice at every depth: centred on all that is behind the fingertips if that fits, else on
+    each of its parts. Columns of `strip`: x, z, whether seen, whether seen and within the pads."""
+    top, left, right = 1e9, 1e9, -1e9
+    for i in range(len(strip)):
+        left, right = min(left, strip[i, 0]), max(right, strip[i, 0])
+        if strip[i, 2] > 0.0:
+            top = min(top, strip[i, 1])
+    floor = lowest_tip_z(R, sizes, limits[0], limits[1])
     last_z = -1e9
     for depth in depths:
         z = top + depth
-        low, high = _extent(local, inside, y, z, -1e9, 1e9, sizes)
-        if high < low:
-            continue
-        below = lowest - (0.5 * (low + high) * R[2, 0] + y * R[2, 1] + z * R[2, 2])
+        below = floor - (0.5 * (left + right) * R[2, 0] + y * R[2, 1] + z * R[2, 2])
         if below > 0.0:
             if R[2, 2] > -0.05:
-                continue
-            z -= below / -R[2, 2]
+                break
+            z += below / R[2, 2]
         if z < top + limits[4] or z < last_z + 0.004:
-            continue
+            break
         last_z = z
-        low, high = _extent(local, inside, y, z, -1e9, 1e9, sizes)
+        low, high, count = _within(strip, z, -1e9, 1e9, sizes)
         if high < low:
             continue
         if high - low + limits[2] <= sizes[0]:
-            n = _emit(local, visible, inside, low, high, y, z, R, min_points, sizes, Rs, tips, widths, n)
-            continue
-        x = low
-        while x <= high:
-            l2, h2 = _extent(local, inside, y, z, x - 0.5 * sizes[0], x + 0.5 * sizes[0], sizes)
-            if h2 > l2 and h2 - l2 + limits[2] <= sizes[0]:
-                n = _emit(local, visible, inside, l2, h2, y, z, R, min_points, sizes, Rs, tips, widths, n)
-            x += limits[5]
+            if count >= min_points and n < len(widths):
+                _write(low, high, y, z, R, Rs, tips, widths, n)
+                n += 1
+        else:
+            n = _parts(strip, low, high, y, z, R, limits, min_points, sizes, Rs, tips, widths, n)
     return n
 
 
 @njit(cache=True)
-def _extent(
-    local: np.ndarray, inside: np.ndarray, y: float, z: float, x_low: float, x_high: float, sizes: np.ndarray
-) -> tuple[float, float]:
-    """Least and greatest x of the slice's points behind the fingertips and between x_low and x_high."""
-    low, high = 1e9, -1e9
-    for i in inside:
-        x = local[i, 0]
-        if local[i, 2] <= z and x >= x_low and x <= x_high and abs(local[i, 1] - y) < sizes[3]:
-            low, high = min(low, x), max(high, x)
-    return low, high
+def _within(
+    strip: np.ndarray, z: float, x_low: float, x_high: float, sizes: np.ndarray
+) -> tuple[float, float, int]:
+    """Extent along x of the points behind the fingertips and in a range of x, and the seen ones between the pads."""
+    low, high, count = 1e9, -1e9, 0
+    for i in range(len(strip)):
+        x = strip[i, 0]
+        if strip[i, 1] > z or x < x_low or x > x_high:
+            continue
+        low, high = min(low, x), max(high, x)
+        if strip[i, 3] > 0.0 and strip[i, 1] > z - sizes[2]:
+            count += 1
+    return low, high, count
 
 
 @njit(cache=True)
-def _emit(
-    local: np.ndarray,
-    visible: int,
-    inside: np.ndarray,
+def _parts(
+    strip: np.ndarray,
     low: float,
     high: float,
     y: float,
     z: float,
     R: np.ndarray,
+    limits: np.ndarray,
     min_points: int,
     sizes: np.ndarray,
     Rs: np.ndarray,
@@ -199,22 +184,42 @@ def _emit(
     widths: np.ndarray,
     n: int,
 ) -> int:
-    """Write one candidate if enough seen points lie between its pads and there is room."""
-    count = 0
-    for i in inside:
-        if (
-            i < visible
-            and abs(local[i, 1] - y) < sizes[1]
-            and local[i, 2] <= z
-            and local[i, 2] > z - sizes[2]
-            and local[i, 0] >= low
-            and local[i, 0] <= high
-        ):
-            count += 1
-    if count < min_points or n >= len(widths):
-        return n
-    x = 0.5 * (low + high)
+    """One candidate per part of the slice that is separated from the others by a gap and fits."""
+    bins = int((high - low) / _BIN_M) + 1
+    filled = np.zeros(bins + 1, dtype=np.bool_)
+    for i in range(len(strip)):
+        if strip[i, 1] <= z:
+            filled[int((strip[i, 0] - low) / _BIN_M)] = True
+    gap = int(np.ceil(limits[5] / _BIN_M))
+    start = last = 0
+    # The extra bin at the end closes the last part.
+    for b in range(1, bins + 1):
+        if b < bins and not filled[b]:
+            continue
+        if b == bins or b - last > gap:
+            x_low, x_high, count = _within(
+                strip, z, low + start * _BIN_M - 1e-9, low + (last + 1) * _BIN_M + 1e-9, sizes
+            )
+            if x_high - x_low + limits[2] <= sizes[0] and count >= min_points and n < len(widths):
+                _write(x_low, x_high, y, z, R, Rs, tips, widths, n)
+                n += 1
+            start = b
+        last = b
+    return n
+
+
+@njit(cache=True)
+def _write(
+    low: float,
+    high: float,
+    y: float,
+    z: float,
+    R: np.ndarray,
+    Rs: np.ndarray,
+    tips: np.ndarray,
+    widths: np.ndarray,
+    n: int,
+) -> None:
     Rs[n] = R
-    tips[n] = x * R[:, 0] + y * R[:, 1] + z * R[:, 2]
+    tips[n] = 0.5 * (low + high) * R[:, 0] + y * R[:, 1] + z * R[:, 2]
     widths[n] = high - low
-    return n + 1

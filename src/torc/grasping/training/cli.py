@@ -30,6 +30,22 @@ class Collect:
 
 
 @dataclass(frozen=True)
+class Refresh:
+    """Recompute the features of collected trials, after the features have changed. Goes on where interrupted."""
+
+    data: Path
+    """Directory of shards."""
+    out: Path
+    """Directory of the new shards."""
+
+    def run(self) -> None:
+        """Refresh."""
+        from torc.grasping.training.refresh import refresh
+
+        refresh(self.data, self.out)
+
+
+@dataclass(frozen=True)
 class Train:
     """Fit the score and write it as plain arrays."""
 
@@ -109,7 +125,7 @@ class Report:
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; 0 when done, 1 on failure, 2 on bad input."""
     command = tyro.cli(
-        Collect | Train | Evaluate | Report, args=arguments, prog="python -m torc.grasping.training"
+        Collect | Refresh | Train | Evaluate | Report, args=arguments, prog="python -m torc.grasping.training"
     )
     try:
         command.run()

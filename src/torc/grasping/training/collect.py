@@ -11,7 +11,15 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from torc.grasping.training.dataset import Cause, Policy, Trials, concatenate, save_shard, shard_ranges
+from torc.grasping.training.dataset import (
+    Cause,
+    Policy,
+    Trials,
+    concatenate,
+    save_scenes,
+    save_shard,
+    shard_ranges,
+)
 from torc.grasping.training.floating import FloatingGripper
 from torc.grasping.training.floating_model import build_floating
 from torc.grasping.training.sampling import SamplingConfig, choose_for_evaluation, choose_for_training
@@ -82,15 +90,19 @@ def evaluate(out: Path, scenes: int, seed: int, model: Path, config: CollectConf
     _run_scenes(out, scenes, bench, lambda number: scene_trials(bench, number, choose, number % 3 == 2))
 
 
-def scene_trials(bench: Bench, number: int, choose: Choice, unseen_kinds: bool) -> list[Trials]:
-    """All trials of one scene, a table per snapshot; empty if the scene did not settle."""
+def scene_trials(
+    bench: Bench, number: int, choose: Choice, unseen_kinds: bool
+) -> tuple[list[Trials], dict[str, Problem]]:
+    """All trials of one scene, a table per snapshot, and the scene at each; empty if it did not settle."""
     tables: list[Trials] = []
+    scenes: dict[str, Problem] = {}
     for stage, problem in enumerate(scene_stages(bench, number, unseen_kinds)):
         snapshot = look(bench, problem, number, stage)
         tried = choose(snapshot, stage, _rng(bench, number, stage, _CHOICE))
         if tried:
             tables.append(_try_all(bench, problem, snapshot, tried, number, stage))
-    return tables
+            scenes[f"{number}/{stage}"] = problem
+    return tables, scenes
 
 
 def scene_stages(bench: Bench, number: int, unseen_kinds: bool) -> Iterator[Problem]:
@@ -110,8 +122,13 @@ def scene_stages(bench: Bench, number: int, unseen_kinds: bool) -> Iterator[Prob
 def look(bench: Bench, problem: Problem, number: int, stage: int) -> Snapshot:
     """The snapshot of a stage of a scene."""
     noisy = bool(_rng(bench, number, stage, _NOISE).random() < bench.config.noisy_share)
-    rng = _rng(bench, number, stage, _LOOK)
+    rng = look_rng(bench.seed, number, stage)
     return take_snapshot(problem, bench.robot.gripper, bench.workspace, noisy, rng)
+
+
+def look_rng(seed: int, number: int, stage: int) -> np.random.Generator:
+    """The stream of a snapshot: first its sensor noise, then what the generators of grasps draw."""
+    return np.random.default_rng([seed, number, stage, _LOOK])
 
 
 _SCENE, _NOISE, _LOOK, _CHOICE = range(4)
@@ -159,7 +176,7 @@ def _try_all(
         valid=snapshot.valid[index],
         generator=grasps.generators[index],
         p_hand=snapshot.p_hand[index].astype(np.float32),
-        T_world_tcp=grasps.Ts_world_tcp[index].astype(np.float32),
+        T_world_tcp=grasps.Ts_world_tcp[index],
         width_m=grasps.widths_m[index].astype(np.float32),
         pixel_count=np.array([snapshot.scene.object(int(k)).pixel_count for k in of], dtype=np.int32),
         others_moved=np.array([len(o.others_moved) for o in outcomes], dtype=np.uint8),
@@ -178,18 +195,24 @@ def _next_stage(problem: Problem, rng: np.random.Generator, bench: Bench) -> Pro
     return take_away(problem, names, bench.workspace)
 
 
-def _run_scenes(out: Path, scenes: int, bench: Bench, run: Callable[[int], list[Trials]]) -> None:
+def _run_scenes(
+    out: Path, scenes: int, bench: Bench, run: Callable[[int], tuple[list[Trials], dict[str, Problem]]]
+) -> None:
     """Scene after scene from where the shards in `out` end; a shard whenever enough trials have come together."""
     done = max((last + 1 for _, last, _ in shard_ranges(out)), default=0)
-    console, waiting, first = Console(stderr=True, highlight=False), list[Trials](), done
+    console, first = Console(stderr=True, highlight=False, soft_wrap=True), done
+    waiting: list[Trials] = []
+    problems: dict[str, Problem] = {}
     for number in range(done, scenes):
-        tables = run(number)
+        tables, stages = run(number)
         waiting += tables
+        problems |= stages
         console.print(_summary(number, scenes, tables))
         if sum(len(t) for t in waiting) >= bench.config.shard_trials or (number == scenes - 1 and waiting):
+            save_scenes(out, problems, first, number)
             path = save_shard(out, concatenate(waiting), first, number)
             console.print(f"wrote {path.name}")
-            waiting, first = [], number + 1
+            waiting, problems, first = [], {}, number + 1
 
 
 def _summary(number: int, scenes: int, tables: list[Trials]) -> str:

@@ -4,17 +4,20 @@ A shard holds the trials of a run of consecutive scenes. It is written aside and
 shard that is there is whole; a collection that was interrupted goes on after the last scene of its last shard.
 """
 
+import json
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from enum import IntEnum
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float32, Int16, Int32, Int64, UInt8
+from jaxtyping import Bool, Float, Float32, Int16, Int32, Int64, UInt8
 
 from torc.errors import InputError
+from torc.scenes.problem import ObjectPlacement, Problem
 
 SHARD_VERSION = 1
 _SHARD_NAME = re.compile(r"trials-(\d{6})-(\d{6})\.npz")
@@ -93,7 +96,7 @@ class Trials:
     valid: Bool[np.ndarray, "n"]
     generator: UInt8[np.ndarray, "n"]
     p_hand: Float32[np.ndarray, "n"]
-    T_world_tcp: Float32[np.ndarray, "n 4 4"]
+    T_world_tcp: Float[np.ndarray, "n 4 4"]
     width_m: Float32[np.ndarray, "n"]
     pixel_count: Int32[np.ndarray, "n"]
     others_moved: UInt8[np.ndarray, "n"]
@@ -171,6 +174,39 @@ def load_shard(path: Path) -> Trials:
         raise InputError(
             f"{path} is not a shard of grasp trials ({error}). Delete it and collect again."
         ) from error
+
+
+def scenes_path(shard: Path) -> Path:
+    """The file beside a shard that says which objects lay where in each snapshot."""
+    return shard.with_name(shard.name.replace("trials-", "scenes-")).with_suffix(".json")
+
+
+def save_scenes(directory: Path, scenes: dict[str, Problem], first_scene: int, last_scene: int) -> None:
+    """Write the scenes of a shard, by "scene/stage"; to be called before `save_shard`."""
+    directory.mkdir(parents=True, exist_ok=True)
+    path = scenes_path(directory / f"trials-{first_scene:06d}-{last_scene:06d}.npz")
+    aside = path.with_suffix(f".{os.getpid()}.part")
+    aside.write_text(json.dumps({key: asdict(problem) for key, problem in scenes.items()}))
+    aside.replace(path)
+
+
+def load_scenes(shard: Path) -> dict[str, Problem]:
+    """The scenes of a shard, by "scene/stage". Raises InputError if the file is missing or damaged."""
+    path = scenes_path(shard)
+    try:
+        return {key: _problem(fields) for key, fields in json.loads(path.read_text()).items()}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"{path} does not hold the scenes of {shard.name} ({error}). Collect again."
+        ) from error
+
+
+def _problem(fields: dict[str, Any]) -> Problem:
+    objects = tuple(
+        ObjectPlacement(o["name"], o["model"], tuple(o["position"]), tuple(o["wxyz"]))
+        for o in fields["objects"]
+    )
+    return Problem(**{**fields, "objects": objects})
 
 
 def shard_ranges(directory: Path) -> list[tuple[int, int, Path]]:

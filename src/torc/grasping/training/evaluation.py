@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float, Int64
@@ -121,7 +122,7 @@ def reliability(
 ) -> list[ReliabilityBin]:
     """Predicted against observed, bin by bin; empty bins are left out."""
     bins = []
-    for low, high in zip(edges[:-1], edges[1:]):
+    for low, high in pairwise(edges):
         inside = (p >= low) & ((p < high) | (high >= 1.0))
         if inside.any():
             share = wilson(int(held[inside].sum()), int(inside.sum()))

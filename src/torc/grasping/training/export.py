@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from torc.errors import TorcError
-from torc.grasping.trees import TreeModel, load_trees, save_trees
 from torc.grasping.training.dataset import Trials
 from torc.grasping.training.train import Fit
+from torc.grasping.trees import TreeModel, load_trees, save_trees
 
 MAX_DIFFERENCE = 1e-6
 _LEAF = -1

@@ -1,4 +1,4 @@
-"""The world of a grasp trial: table, objects, and the robot's gripper on a force-limited carrier in place of the arm."""
+"""The world of a grasp trial: table, objects, and the gripper on a force-limited carrier in place of the arm."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

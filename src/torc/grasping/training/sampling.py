@@ -1,6 +1,7 @@
 """Which candidates are tried."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
@@ -56,7 +57,7 @@ def _spread_and_random(
     chosen = {int(ranked[0]): Policy.TOP_HAND}
     n_random = rng.binomial(count - 1, config.random_share)
     edges = np.linspace(0.0, 1.0, count - n_random)
-    for low, high in zip(edges[:-1], edges[1:]):
+    for low, high in pairwise(edges):
         # Squared: half of the draws fall into the best quarter of the ranks, where choices are made.
         rank = int(rng.uniform(low, high) ** 2 * len(ranked))
         chosen.setdefault(int(ranked[min(rank, len(ranked) - 1)]), Policy.SPREAD)

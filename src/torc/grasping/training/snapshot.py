@@ -49,15 +49,22 @@ def take_snapshot(
     problem: Problem, gripper: GripperDescription, workspace: Workspace, noisy: bool, rng: np.random.Generator
 ) -> Snapshot:
     """Render a settled scene without the arm, perceive it and propose grasps."""
-    observation = observe(build_world(problem, None, workspace), workspace.camera)
-    if noisy:
-        observation = add_sensor_noise(observation, SENSOR_NOISE, rng)
-    scene = LabelPerception().perceive(observation)
-    volume = update_volume(empty_volume(workspace.grid), scene)
+    scene, volume = perceive(problem, workspace, noisy, rng)
     found = candidates_with_features(scene, volume, gripper, workspace.support_z_m, rng)
     return Snapshot(
         scene, volume, found.grasps, found.features, FEATURE_NAMES, found.grasps.scores, ~found.blocked, noisy
     )
+
+
+def perceive(
+    problem: Problem, workspace: Workspace, noisy: bool, rng: np.random.Generator
+) -> tuple[SegmentedScene, OcclusionVolume]:
+    """One look at a settled scene without the arm, with or without sensor noise."""
+    observation = observe(build_world(problem, None, workspace), workspace.camera)
+    if noisy:
+        observation = add_sensor_noise(observation, SENSOR_NOISE, rng)
+    scene = LabelPerception().perceive(observation)
+    return scene, update_volume(empty_volume(workspace.grid), scene)
 
 
 def observe(world: World, mount: CameraMount) -> Observation:

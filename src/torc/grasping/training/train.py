@@ -21,7 +21,7 @@ class TrainConfig:
     """Settings of the fit.
 
     Attributes:
-        trees: boosting rounds. 250 was enough for 7,000 trials.
+        trees: boosting rounds; 250 trees of 15 leaves do for 7,000 trials, these gained .004 of AUC at 13,000.
         leaves: leaves per tree.
         learning_rate: shrinkage.
         min_leaf: fewest trials in a leaf.
@@ -30,11 +30,11 @@ class TrainConfig:
         seed: of the binning and the folds.
     """
 
-    trees: int = 250
-    leaves: int = 15
-    learning_rate: float = 0.05
-    min_leaf: int = 20
-    l2: float = 1.0
+    trees: int = 500
+    leaves: int = 31
+    learning_rate: float = 0.04
+    min_leaf: int = 30
+    l2: float = 5.0
     folds: int = 5
     seed: int = 0
 

@@ -1,15 +1,22 @@
 """The occlusion volume by its definition: one voxel at a time, no shared code with the fast path. Slow."""
 
 from collections import Counter
+from collections.abc import Callable
 
 import numpy as np
+import pytest
 
 from torc.occlusion.volume import OcclusionConfig
 from torc.records import BACKGROUND, EMPTY, OcclusionVolume, SegmentedScene
 
 
-def reference_update(volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfig) -> OcclusionVolume:
-    """What `update_volume` should return."""
+@pytest.fixture
+def reference_update() -> Callable[..., OcclusionVolume]:
+    """What `update_volume` should return, by definition."""
+    return _update
+
+
+def _update(volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfig) -> OcclusionVolume:
     grid, view = volume.grid, scene.observation
     surface = _surface(grid, scene, config)
     moved = _moved_pixels(volume, scene, config)

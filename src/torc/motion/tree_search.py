@@ -1,0 +1,126 @@
+"""RRT-Connect (Kuffner and LaValle 2000), compiled: two trees grow towards samples and towards each other."""
+
+import numpy as np
+from jaxtyping import Float
+from numba import njit
+
+from torc.collision.edges import edge_collides
+from torc.collision.placement import sphere_rows
+from torc.motion.config import SearchConfig
+from torc.motion.space import FreeSpace
+
+
+@njit(cache=True)
+def _nearest(nodes, count, q):
+    best, nearest = 0, np.inf
+    for k in range(count):
+        d = 0.0
+        for i in range(q.shape[0]):
+            d += (nodes[k, i] - q[i]) ** 2
+        if d < nearest:
+            best, nearest = k, d
+    return best, np.sqrt(nearest)
+
+
+@njit(cache=True)
+def _trace(nodes, parents, k):
+    n = 1
+    i = k
+    while parents[i] >= 0:
+        i = parents[i]
+        n += 1
+    path = np.empty((n, nodes.shape[1]))
+    for j in range(n):
+        path[j] = nodes[k]
+        k = parents[k]
+    return path
+
+
+@njit(cache=True)
+def _grow(nodes, parents, count, target, range_rad, greedy, scene, scratch):
+    """Grow a tree from its nearest node towards a target: one edge, or (greedy) until it arrives or is stopped.
+
+    Returns the new number of nodes and whether the last one is the target.
+    """
+    width_m, robot, world, reach, step_m = scene
+    new, q, Ts, T, spheres = scratch
+    k, distance = _nearest(nodes, count, target)
+    while distance > 0.0:
+        share = min(1.0, range_rad / distance)
+        for i in range(target.shape[0]):
+            new[i] = nodes[k, i] + share * (target[i] - nodes[k, i]) if share < 1.0 else target[i]
+        if edge_collides(
+            nodes[k], new, width_m, np.uint64(0), robot, world, reach, step_m, q, Ts, T, spheres
+        ):
+            return count, False
+        nodes[count] = new
+        parents[count] = k
+        k, count = count, count + 1
+        if share == 1.0 or not greedy:
+            return count, share == 1.0
+        distance -= range_rad
+    return count, True
+
+
+@njit(cache=True)
+def _joined(nodes, parents, counts):
+    """Path from the start through the last nodes of both trees, which are the same point, to a goal."""
+    one = _trace(nodes[0], parents[0], counts[0] - 1)
+    two = _trace(nodes[1], parents[1], counts[1] - 1)
+    path = np.empty((one.shape[0] + two.shape[0] - 1, nodes.shape[2]))
+    path[: one.shape[0]] = one[::-1]
+    path[one.shape[0] :] = two[1:]
+    return path
+
+
+@njit(cache=True)
+def _connect(start, goals, samples, range_rad, capacity, scene):
+    """Path from start to a goal, with no rows if the samples did not suffice."""
+    dof = start.shape[0]
+    rows = sphere_rows(scene[1])
+    scratch = (np.empty(dof), np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4)), np.empty((rows, 3)))
+    nodes = np.empty((2, capacity, dof))
+    parents = np.full((2, capacity), -1)
+    counts = np.array([1, goals.shape[0]])
+    nodes[0, 0] = start
+    nodes[1, : goals.shape[0]] = goals
+    for s in range(samples.shape[0]):
+        tree, other = s % 2, 1 - s % 2
+        before = counts[tree]
+        counts[tree], _ = _grow(
+            nodes[tree], parents[tree], before, samples[s], range_rad, False, scene, scratch
+        )
+        if counts[tree] == before:
+            continue
+        target = nodes[tree, before].copy()
+        counts[other], met = _grow(
+            nodes[other], parents[other], counts[other], target, range_rad, True, scene, scratch
+        )
+        if met:
+            return _joined(nodes, parents, counts)
+    return np.empty((0, dof))
+
+
+def tree_search(
+    space: FreeSpace,
+    start: Float[np.ndarray, "dof"],
+    goals: Float[np.ndarray, "g dof"],
+    config: SearchConfig,
+    rng: np.random.Generator,
+) -> Float[np.ndarray, "m dof"] | None:
+    """A free path from start to one of the goals, or None after config.max_iterations samples.
+
+    Start and goals must be free. Every draw comes from rng.
+    """
+    samples = rng.uniform(space.lower, space.upper, (config.max_iterations, len(start)))
+    # Per sample one node by growing towards it, and one per range_rad of the way by growing towards the other tree.
+    way = int(np.linalg.norm(space.upper - space.lower) / config.range_rad) + 2
+    path = _connect(
+        np.ascontiguousarray(start, dtype=float),
+        np.ascontiguousarray(goals, dtype=float),
+        samples,
+        config.range_rad,
+        len(goals) + 1 + config.max_iterations * (way + 1),
+        (space.width_m, space.robot, space.world, space.reach, space.step_m),
+    )
+    return path if len(path) else None

@@ -1,0 +1,70 @@
+"""What failed counts less, until the object has moved."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from torc.geometry.transforms import make_pose, rotation_about
+from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
+from torc.records import GraspReport, GraspSet, GraspStatus, SegmentedObject, SegmentedScene
+from torc.testing.synthetic import SyntheticBox, synthetic_observation
+
+CONFIG = FailureConfig()
+HERE = np.array([0.6, 0.0, 1.1])
+
+
+def _grasps():
+    down = np.diag([1.0, -1.0, -1.0])
+    poses = [
+        make_pose(down, HERE),
+        make_pose(down @ rotation_about([0, 0, 1], np.pi), HERE),  # the same grasp, fingers swapped
+        make_pose(down, HERE + [0.03, 0, 0]),
+        make_pose(down @ rotation_about([0, 0, 1], 0.6), HERE),
+        make_pose(down, HERE),
+    ]
+    n = len(poses)
+    ids = np.array([1, 1, 1, 1, 2], np.int16)
+    generators = np.zeros(n, np.uint8)
+    return GraspSet(
+        np.stack(poses), np.full(n, 0.05), np.full(n, 0.9), ids, np.zeros((n, 2, 3)), generators, ("a",)
+    )
+
+
+def _failed(executed):
+    return FailedGrasp(1, _grasps().Ts_world_tcp[0], HERE, executed)
+
+
+def test_scores_fall_for_grasps_alike_only():
+    once = lower_scores(_grasps(), (_failed(True),), CONFIG).scores
+    assert np.allclose(once, [0.36, 0.36, 0.9, 0.9, 0.9])
+    twice = lower_scores(_grasps(), (_failed(True),) * 2, CONFIG).scores
+    assert np.allclose(twice[:2], 0.9 * 0.4**2)
+    assert np.array_equal(lower_scores(_grasps(), (_failed(False),), CONFIG).scores, _grasps().scores)
+
+
+def test_grasps_without_a_motion_become_invalid():
+    n = 5
+    report = GraspReport(
+        status=np.zeros(n, np.uint8),
+        qpos=np.zeros((n, 7)),
+        blockers=np.zeros(n, np.uint64),
+        object_ids=(1, 2),
+        blocking=np.zeros((2, 2), np.int32),
+        blocked_total=np.zeros(2, np.int32),
+        valid_total=np.array([4, 1], np.int32),
+    )
+    after = veto(report, _grasps(), (_failed(False),), CONFIG)
+    assert after.status.tolist() == [GraspStatus.NO_MOTION] * 2 + [GraspStatus.VALID] * 3
+    assert after.valid_total.tolist() == [2, 1]
+    assert veto(report, _grasps(), (_failed(True),), CONFIG).valid_total.tolist() == [4, 1]
+
+
+@pytest.mark.parametrize(("offset", "kept"), [(0.01, 1), (0.02, 0)])
+def test_a_moved_object_is_a_new_chance(offset, kept):
+    points = np.repeat(HERE[None].astype(np.float32), 9, axis=0) + np.float32(offset) * np.eye(3, dtype=np.float32)[0]
+    thing = SegmentedObject(1, points, np.zeros_like(points), np.zeros((9, 2), np.int32), 9)
+    observation = synthetic_observation([SyntheticBox(1, (0.6, 0, 1.1), (0.05, 0.05, 0.05))])
+    scene = SegmentedScene(observation, observation.label_image, (thing,), None, np.zeros((0, 3), np.float32))
+    assert len(still_valid((_failed(True),), scene, CONFIG)) == kept
+    assert still_valid((replace(_failed(True), object_id=5),), scene, CONFIG) == ()
