@@ -121,7 +121,7 @@ def grasp_rate(rows: list[dict]) -> float:
 def summary(rows: list[dict], planners: tuple[str, ...]) -> str:
     """The table: a row per planner and category."""
     lines = [
-        "| planner | scenes | trials | errored | retrieved | retrieved, no drop | picks, median | drops, mean | grasps held |",
+        "| planner | scenes | trials | errored | retrieved | with no drop | median picks | mean drops | grasps held |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for planner in planners:

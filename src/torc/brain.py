@@ -135,12 +135,17 @@ def decide_frame(
 
 
 def _workspace(frame: Frame, *, with_robot: bool) -> Workspace:
-    """The frame's support surface as the table; torc's own bin only where its robot is meant too."""
-    lower, upper = frame.grid.origin, frame.grid.upper
-    size = (*(upper[:2] - lower[:2] + 0.4), 0.10)
-    center = (*((upper[:2] + lower[:2]) / 2), frame.support_z_m - 0.05)
+    """The frame's support surface as the table; torc's own table only where its robot is meant too."""
     own = Workspace()
-    table = own.table if with_robot else Box("table", tuple(map(float, center)), tuple(map(float, size)))
+    if with_robot:
+        return Workspace(grid=frame.grid)
+    (x, y, _), (dx, dy, _) = (
+        0.5 * (frame.grid.upper + frame.grid.origin),
+        frame.grid.upper - frame.grid.origin,
+    )
+    table = Box(
+        "table", (float(x), float(y), frame.support_z_m - 0.05), (float(dx) + 0.4, float(dy) + 0.4, 0.10)
+    )
     return Workspace(table=table, bin=own.bin, camera=own.camera, grid=frame.grid)
 
 

@@ -7,11 +7,12 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from grasping_scenes import TABLE_Z, clutter  # noqa: E402
-from torc.grasping.hand import hand_geometry  # noqa: E402
-from torc.grasping.planner import GeometricGraspPlanner  # noqa: E402
-from torc.grasping.scoring import HandScore  # noqa: E402
-from torc.robots.description import load_robot  # noqa: E402
+from grasping_scenes import TABLE_Z, clutter
+
+from torc.grasping.hand import hand_geometry
+from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.scoring import HandScore
+from torc.robots.description import load_robot
 
 
 @pytest.fixture(scope="session")

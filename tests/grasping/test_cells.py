@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from torc.grasping.cells import gather, group, thin_out
 from torc.geometry.transforms import rotation_from_rpy
+from torc.grasping.cells import gather, group, thin_out
 
 
 def test_thinned_points_are_the_means_of_their_cubes(rng):

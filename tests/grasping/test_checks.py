@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-
 from grasping_scenes import TABLE_Z, clutter, standing_box, view_of
 from hand_reference import corners, in_grasp_frame, in_open_palm, in_swept_fingers, tip_shift
+
 from torc.grasping.checks import BETWEEN, FINGERS, PALM, Fault, check_candidates
 from torc.grasping.clouds import build_clouds
 from torc.grasping.config import CheckConfig, GraspConfig
@@ -31,7 +31,11 @@ def test_every_kept_candidate_passes_the_checks_by_brute_force(seed, planner, gr
     checks = CONFIG.checks
     pick = np.random.default_rng(1).permutation(len(found.grasps))[:150]
     for i in pick:
-        T, width, own = found.grasps.Ts_world_tcp[i], found.grasps.widths_m[i], int(found.grasps.object_ids[i])
+        T, width, own = (
+            found.grasps.Ts_world_tcp[i],
+            found.grasps.widths_m[i],
+            int(found.grasps.object_ids[i]),
+        )
         points = in_grasp_frame(T, seen[own])
         outside_jaws = np.abs(points[:, 0]) > width / 2 + checks.own_slack_m
         assert not np.any(in_swept_fingers(gripper, points, width, -0.0005) & outside_jaws)
@@ -42,7 +46,9 @@ def test_every_kept_candidate_passes_the_checks_by_brute_force(seed, planner, gr
             # Bounding boxes of leaning links reach lower than the links.
             assert lowest > TABLE_Z + checks.table_margin_m - 0.025
         for box in gripper.finger_boxes(width):
-            assert (corners(box) @ T[:3, :3].T + T[:3, 3])[:, 2].min() > TABLE_Z + checks.table_margin_m - 1e-6
+            assert (corners(box) @ T[:3, :3].T + T[:3, 3])[
+                :, 2
+            ].min() > TABLE_Z + checks.table_margin_m - 1e-6
         assert between(points, gripper, width / 2 + checks.own_slack_m).sum() >= checks.min_points_between
 
 
@@ -50,7 +56,11 @@ def test_free_candidates_touch_nothing_and_blocked_ones_name_what_they_touch(pla
     found, clouds = candidates_of(planner, pile)
     checks = CONFIG.checks
     for i in np.random.default_rng(2).permutation(len(found.grasps))[:200]:
-        T, width, own = found.grasps.Ts_world_tcp[i], found.grasps.widths_m[i], int(found.grasps.object_ids[i])
+        T, width, own = (
+            found.grasps.Ts_world_tcp[i],
+            found.grasps.widths_m[i],
+            int(found.grasps.object_ids[i]),
+        )
         other = clouds.cells.tags != own
         points = in_grasp_frame(T, clouds.cells.points[other])
         touched = in_swept_fingers(gripper, points, width, checks.finger_margin_m - 0.0005)
@@ -80,7 +90,9 @@ def from_above(x, y, z):
 
 @pytest.fixture(scope="module")
 def block():
-    view = view_of(standing_box(0, 0.6, 0.0, (0.05, 0.04, 0.10)), standing_box(1, 0.6, 0.075, (0.05, 0.04, 0.10)))
+    view = view_of(
+        standing_box(0, 0.6, 0.0, (0.05, 0.04, 0.10)), standing_box(1, 0.6, 0.075, (0.05, 0.04, 0.10))
+    )
     return build_clouds(view.scene, view.volume, TABLE_Z, CONFIG.clouds)
 
 
@@ -110,7 +122,9 @@ def test_a_neighbour_in_the_fingers_way_blocks_and_is_named(block, hand):
 
 
 def test_a_neighbour_between_the_pads_blocks_and_is_named(hand):
-    view = view_of(standing_box(0, 0.6, 0.0, (0.05, 0.03, 0.10)), standing_box(1, 0.6, 0.035, (0.05, 0.03, 0.10)))
+    view = view_of(
+        standing_box(0, 0.6, 0.0, (0.05, 0.03, 0.10)), standing_box(1, 0.6, 0.035, (0.05, 0.03, 0.10))
+    )
     clouds = build_clouds(view.scene, view.volume, TABLE_Z, CONFIG.clouds)
     found = check(clouds, hand, from_above(0.6, 0.0175, TABLE_Z + 0.07), 0.065)
     assert found.fault[0] == Fault.NONE

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-
 from grasping_scenes import TABLE_Z, standing_box, view_of
+
+from torc.geometry.transforms import look_at
 from torc.grasping.clouds import build_clouds, forward_direction
 from torc.grasping.completion import hidden_depth
 from torc.grasping.config import CloudConfig
-from torc.geometry.transforms import look_at
 from torc.testing.synthetic import SyntheticCylinder, SyntheticSphere
 
 
@@ -62,7 +62,9 @@ def test_no_guessed_point_lies_where_free_space_or_another_object_was_seen():
 
 
 def test_small_objects_are_obstacles_but_get_no_cloud_of_their_own():
-    view = view_of(SyntheticSphere(4, (0.8, 0.0, TABLE_Z + 0.006), 0.006), standing_box(0, 0.6, 0, (0.05,) * 3))
+    view = view_of(
+        SyntheticSphere(4, (0.8, 0.0, TABLE_Z + 0.006), 0.006), standing_box(0, 0.6, 0, (0.05,) * 3)
+    )
     clouds = clouds_of(view)
     assert [c.id for c in clouds.objects] == [0]
     assert set(clouds.cells.tags) == {0, 4}

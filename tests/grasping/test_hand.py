@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from hand_reference import in_swept_fingers, tip_shift
+
 from torc.errors import InputError
 from torc.grasping.checks import in_fingers
 from torc.grasping.hand import FINGER_Z, OPEN, PAD_Y, PAD_Z, hand_geometry, reach_at
@@ -20,7 +20,9 @@ def test_sizes_are_those_of_the_description(gripper, hand):
 
 @pytest.mark.parametrize("width", [0.0, 0.0137, 0.04, 0.0791, 0.085])
 def test_reach_is_the_fingertips_lead_over_the_open_gripper(gripper, hand, width):
-    assert reach_at(hand.reach_m, width) == pytest.approx(-tip_shift(gripper, gripper.max_width_m, width), abs=1e-5)
+    assert reach_at(hand.reach_m, width) == pytest.approx(
+        -tip_shift(gripper, gripper.max_width_m, width), abs=1e-5
+    )
 
 
 @pytest.mark.parametrize("width", [0.002, 0.03, 0.07])
@@ -41,7 +43,9 @@ def test_links_that_lean_outwards_leave_the_space_between_the_fingers_free(gripp
     inside[0], inside[2] = 0.030, -0.048
     boxes = [(np.abs(inside - b[:3]) <= b[3:]).all() for b in hand.palm]
     assert not any(boxes)
-    coarse = [(np.abs(inside - b.center) <= b.half_size).all() for b in gripper.palm_boxes(gripper.max_width_m)]
+    coarse = [
+        (np.abs(inside - b.center) <= b.half_size).all() for b in gripper.palm_boxes(gripper.max_width_m)
+    ]
     assert any(coarse)
 
 

@@ -19,7 +19,7 @@ def _grasps():
     poses = [
         make_pose(down, HERE),
         make_pose(down @ rotation_about([0, 0, 1], np.pi), HERE),  # the same grasp, fingers swapped
-        make_pose(down, HERE + [0.03, 0, 0]),
+        make_pose(down, HERE + np.array([0.03, 0, 0])),
         make_pose(down @ rotation_about([0, 0, 1], 0.6), HERE),
         make_pose(down, HERE),
     ]
@@ -62,7 +62,10 @@ def test_grasps_without_a_motion_become_invalid():
 
 @pytest.mark.parametrize(("offset", "kept"), [(0.01, 1), (0.02, 0)])
 def test_a_moved_object_is_a_new_chance(offset, kept):
-    points = np.repeat(HERE[None].astype(np.float32), 9, axis=0) + np.float32(offset) * np.eye(3, dtype=np.float32)[0]
+    points = (
+        np.repeat(HERE[None].astype(np.float32), 9, axis=0)
+        + np.float32(offset) * np.eye(3, dtype=np.float32)[0]
+    )
     thing = SegmentedObject(1, points, np.zeros_like(points), np.zeros((9, 2), np.int32), 9)
     observation = synthetic_observation([SyntheticBox(1, (0.6, 0, 1.1), (0.05, 0.05, 0.05))])
     scene = SegmentedScene(observation, observation.label_image, (thing,), None, np.zeros((0, 3), np.float32))

@@ -154,13 +154,13 @@ def test_an_invalid_problem_is_not_saved(tmp_path: Path) -> None:
 
 
 def test_shipped_problems_load_under_their_own_name() -> None:
-    assert "example_structured" in problem_names()
+    assert "structured-01" in problem_names()
     for name in problem_names():
         assert load_problem(name).name == name
 
 
 def test_unknown_problems_are_reported() -> None:
-    with pytest.raises(UnknownNameError, match="Did you mean 'example_structured'"):
+    with pytest.raises(UnknownNameError, match="Did you mean 'structured-01'"):
         load_problem("example_structure")
     with pytest.raises(InputError, match="no problem file"):
         load_problem("nowhere/problem.yaml")

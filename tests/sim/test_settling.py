@@ -115,3 +115,12 @@ def test_falling_off_the_table_is_not_an_explosion():
     run(world, 0.75)  # 5.9 m/s at the floor
     assert world.positions[0, 2] < 0.2
     assert world.on_table() == ()
+
+
+def test_light_things_do_not_sink_in_under_a_finger():
+    world = world_of(standing("sponge", "sponge_blue", 0.6, 0.0))
+    body = world.object_bodies[0]
+    for force in range(0, 42, 2):
+        world.data.xfrc_applied[body, 2] = -force
+        run(world, 0.02)
+    assert world.data.contact.dist.min() > -0.005

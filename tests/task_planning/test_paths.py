@@ -52,7 +52,7 @@ def graphs(count: int, largest: int):
 )
 def test_equals_enumeration_on_a_thousand_graphs(config: PathConfig) -> None:
     cyclic = 0
-    for w in graphs(500, 12):
+    for w in graphs(1000, 12):
         result = sink_probabilities(w, 0, config)
         expected = enumerate_paths(w, 0)
         assert result.exact

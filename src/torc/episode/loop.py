@@ -85,7 +85,7 @@ def rehearse(parts: EpisodeParts) -> None:
     episode = _Episode(parts, "", EpisodeConfig(), ())
     look = episode.look(0)
     for object_id in look.context.report.graspable_ids[:1]:
-        episode.plan(0, look, Decision(object_id, "rehearsal"))
+        episode.plan(0, look, object_id)
 
 
 class _Episode:
@@ -131,10 +131,9 @@ class _Episode:
         return EndReason.RETRIEVED if outcome.result is PickResult.RETRIEVED else None
 
     def look(self, pick: int) -> Look:
-        with self.clock.stage("look"):
-            observation = self.parts.robot.capture()
+        with self.clock.stage("look") as lap:
             look = self.parts.pipeline.look(
-                observation,
+                self.parts.robot.capture(),
                 self.volume,
                 target_description=self.target_description,
                 seed=self.config.seed,
@@ -143,39 +142,40 @@ class _Episode:
                 failed=self.failed,
             )
         self.volume = look.context.volume
-        for stage, seconds in look.seconds.items():
-            self.clock.seconds[stage] = self.clock.seconds.get(stage, 0.0) + seconds
-        self.tell(Looked(pick, look, sum(look.seconds.values())))
+        self.clock.add(look.seconds)
+        self.tell(Looked(pick, look, lap.seconds))
         return look
 
     def decide(self, pick: int, look: Look) -> Decision:
-        clock = StageClock()
-        with self.clock.stage("decide"), clock.stage("decide"):
+        with self.clock.stage("decide") as lap:
             decision = self.parts.task_planner.decide(
                 look.context, stage_rng(self.config.seed, pick, "decide")
             )
-        self.tell(Decided(pick, look, decision, clock.seconds["decide"]))
+        self.tell(Decided(pick, look, decision, lap.seconds))
         return decision
 
     def attempt(self, pick: int, look: Look, decision: Decision) -> PickOutcome:
         """Plan and execute; a lost pick where there is nothing to execute."""
-        clock = StageClock()
-        outcome = refused_choice(look, decision)
-        if outcome is None:
-            with self.clock.stage("plan motions"), clock.stage("plan"):
-                plan = self.plan(pick, look, decision)
-            self.tell(Planned(pick, look, plan, clock.seconds["plan"]))
-            if isinstance(plan, PlanFailure):
-                object_id = -1 if decision.object_id is None else decision.object_id
-                outcome = PickOutcome(PickResult.NO_PLAN, object_id, detail=f"{plan.stage}: {plan.reason}")
-            else:
-                with self.clock.stage("execute"), clock.stage("execute"):
-                    outcome = self.parts.robot.execute(plan)
-            self.failed = remembered(self.failed, look, plan, outcome)
-        self.tell(Executed(pick, outcome, clock.seconds.get("execute", 0.0)))
+        choice = checked_choice(look, decision)
+        outcome, seconds = (
+            (choice, 0.0) if isinstance(choice, PickOutcome) else self.pick_up(pick, look, choice)
+        )
+        self.tell(Executed(pick, outcome, seconds))
         return outcome
 
-    def plan(self, pick: int, look: Look, decision: Decision):
+    def pick_up(self, pick: int, look: Look, object_id: int) -> tuple[PickOutcome, float]:
+        """What came of it, and the seconds that the robot took."""
+        plan, seconds = self.plan(pick, look, object_id), 0.0
+        if isinstance(plan, PlanFailure):
+            outcome = PickOutcome(PickResult.NO_PLAN, object_id, detail=f"{plan.stage}: {plan.reason}")
+        else:
+            with self.clock.stage("execute") as lap:
+                outcome = self.parts.robot.execute(plan)
+            seconds = lap.seconds
+        self.failed = remembered(self.failed, look, plan, outcome)
+        return outcome, seconds
+
+    def plan(self, pick: int, look: Look, object_id: int) -> PickPlan | PlanFailure:
         context = look.context
         request = PickRequest(
             scene=context.scene,
@@ -183,10 +183,13 @@ class _Episode:
             world=look.world,
             grasps=context.grasps,
             report=context.report,
-            object_id=decision.object_id,
+            object_id=object_id,
             qpos_start=context.scene.observation.qpos,
         )
-        return self.parts.motion_planner.plan_pick(request, stage_rng(self.config.seed, pick, "motion"))
+        with self.clock.stage("plan motions") as lap:
+            plan = self.parts.motion_planner.plan_pick(request, stage_rng(self.config.seed, pick, "motion"))
+        self.tell(Planned(pick, look, plan, lap.seconds))
+        return plan
 
     def result(self, end: EndReason) -> EpisodeResult:
         return EpisodeResult(
@@ -212,23 +215,23 @@ def remembered(
         valid = grasps.of(outcome.object_id)
         tried = valid[report.status[valid] == GraspStatus.VALID][: plan.grasps_tried].tolist()
     executed = isinstance(plan, PickPlan)
-    return failed + tuple(FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed) for g in tried)
+    return failed + tuple(
+        FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed) for g in tried
+    )
 
 
-def refused_choice(look: Look, decision: Decision) -> PickOutcome | None:
-    """The lost pick if the decision cannot be tried, None if it can.
+def checked_choice(look: Look, decision: Decision) -> int | PickOutcome:
+    """The object to try, or the lost pick if the decision cannot be tried.
 
     As the authors count: "no valid grasp" if nothing in sight has one, "no valid choice" if the planner named
     nothing, an object that is not in sight, or one without a valid grasp while others have one.
     """
     report, chosen = look.context.report, decision.object_id
-    if chosen is not None and report.has_valid_grasp(chosen):
-        return None
-    object_id = -1 if chosen is None else chosen
     if not report.graspable_ids:
-        return PickOutcome(
-            PickResult.NO_VALID_GRASP, object_id, detail="No object in sight has a valid grasp."
-        )
+        detail = "No object in sight has a valid grasp."
+        return PickOutcome(PickResult.NO_VALID_GRASP, -1 if chosen is None else chosen, detail=detail)
     if chosen is None:
-        return PickOutcome(PickResult.NO_VALID_CHOICE, object_id, detail=decision.reason)
-    return PickOutcome(PickResult.NO_VALID_CHOICE, object_id, detail=f"Object {chosen} has no valid grasp.")
+        return PickOutcome(PickResult.NO_VALID_CHOICE, -1, detail=decision.reason)
+    if not report.has_valid_grasp(chosen):
+        return PickOutcome(PickResult.NO_VALID_CHOICE, chosen, detail=f"Object {chosen} has no valid grasp.")
+    return chosen

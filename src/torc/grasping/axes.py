@@ -10,6 +10,7 @@ _CLUSTER_COS = np.cos(np.deg2rad(20.0))
 _MIN_CLUSTER_SHARE = 0.04
 _MAX_SLANT = 0.5
 _MAX_RISE = 0.1
+_STEEP = 0.35
 
 
 def approach_directions(forward: Float[np.ndarray, "3"], config: CandidateConfig) -> Float[np.ndarray, "a 3"]:
@@ -49,14 +50,16 @@ def grasp_frames(
     points: Float[np.ndarray, "n 3"],
     clusters: Float[np.ndarray, "k 3"],
     view: Float[np.ndarray, "3"],
-    merge_rad: float,
+    forward: Float[np.ndarray, "3"],
+    config: CandidateConfig,
 ) -> tuple[Float[np.ndarray, "f 3"], Float[np.ndarray, "f 3"], int]:
     """Pairs of closing axis and approach, perpendicular to each other, those of the first approach in front.
 
     Per approach: the mean normals of clusters as closing axes, the approach turned to be across (by up to 30
     degrees: pads flat on a face matter more than a round angle of approach); then, turned themselves to be
     across the approach, the principal axes of the cloud as seen along it, and the horizontal with its
-    perpendicular. Closing axes within `merge_rad` of an earlier one of the same approach are left out.
+    perpendicular. Closing axes close to an earlier one of the same approach are left out, and so are approaches
+    that were turned out of the cone about `forward`.
 
     Returns closing axes, approaches, and how many belong to the first approach.
     """
@@ -64,7 +67,15 @@ def grasp_frames(
     most = len(approaches) * (len(clusters) + 4)
     closings, turned = np.zeros((most, 3)), np.zeros((most, 3))
     n, first = _grasp_frames(
-        approaches, centered.T @ centered, clusters, view, float(np.cos(merge_rad)), closings, turned
+        approaches,
+        centered.T @ centered,
+        clusters,
+        view,
+        forward,
+        float(np.cos(config.closing_merge_rad)),
+        float(np.cos(config.max_yaw_rad)),
+        closings,
+        turned,
     )
     return closings[:n], turned[:n], first
 
@@ -75,7 +86,9 @@ def _grasp_frames(
     covariance: np.ndarray,
     clusters: np.ndarray,
     view: np.ndarray,
+    forward: np.ndarray,
     merged_cos: float,
+    yaw_cos: float,
     closings: np.ndarray,
     turned: np.ndarray,
 ) -> tuple[int, int]:
@@ -96,7 +109,7 @@ def _grasp_frames(
                 approach = approach / np.sqrt(np.sum(approach**2))
             else:
                 closing, approach = wanted[w] / np.sqrt(np.sum(wanted[w] ** 2)), a
-            new = approach[2] < _MAX_RISE
+            new = in_cone(approach, forward, yaw_cos)
             for m in range(start, n):
                 if abs(np.sum(closings[m] * closing)) > merged_cos:
                     new = False
@@ -107,6 +120,18 @@ def _grasp_frames(
         if i == 0:
             first = n
     return n, first
+
+
+@njit(cache=True)
+def in_cone(approach: np.ndarray, forward: np.ndarray, yaw_cos: float) -> bool:
+    """Whether an approach does not rise (by more than 6 degrees) and leads forward, within a yaw.
+
+    The yaw of one within 20 degrees of straight down does not matter.
+    """
+    flat = np.sqrt(approach[0] ** 2 + approach[1] ** 2)
+    if approach[2] > _MAX_RISE:
+        return False
+    return flat < _STEEP or approach[0] * forward[0] + approach[1] * forward[1] >= yaw_cos * flat
 
 
 @njit(cache=True)

@@ -63,7 +63,9 @@ def complete(
     center = middle * view + (low[1] + high[1]) / 2 * across + np.array([0, 0, (low[2] + high[2]) / 2])
     turned, outward = turned_half(points, center), turned_half(normals, np.zeros(3))
     keep = ~_contradicted(turned, object_id, volume) & ~_seen_already(turned, points, 1.5 * config.voxel_m)
-    return Completion(turned[keep], outward[keep], center, view, np.array([depth, width, height]), float(seen))
+    return Completion(
+        turned[keep], outward[keep], center, view, np.array([depth, width, height]), float(seen)
+    )
 
 
 def robust_range(values: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k"]]:

@@ -5,6 +5,7 @@ The file is an `.npz` without pickled objects, so that a model from anyone can b
 
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int32
@@ -87,7 +88,8 @@ def load_trees(path: Path, feature_names: tuple[str, ...]) -> TreeModel:
     Raises InputError if the file is damaged, of another version, or for other features.
     """
     try:
-        with np.load(path, allow_pickle=False) as data:
+        # Opened here: numpy leaves the file open when it is no archive.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             if int(data["version"]) != MODEL_VERSION:
                 raise InputError(f"{path}: model version {int(data['version'])}, this is {MODEL_VERSION}.")
             names = tuple(str(s) for s in data["feature_names"])
@@ -99,7 +101,7 @@ def load_trees(path: Path, feature_names: tuple[str, ...]) -> TreeModel:
                 notes=str(data["notes"]),
                 **arrays,
             )
-    except (OSError, KeyError, ValueError, EOFError) as error:
+    except (OSError, KeyError, ValueError, EOFError, BadZipFile) as error:
         raise InputError(f"{path} is not a grasp model ({error}).") from error
     if names != feature_names:
         odd = sorted(set(names) ^ set(feature_names)) or ["the same, in another order"]

@@ -155,7 +155,7 @@ def _pairs(counts: Int64[np.ndarray, "n"], first: int) -> tuple[np.ndarray, np.n
     """All (grasp, branch) with first <= branch < counts[grasp]."""
     many = np.maximum(counts - first, 0)
     grasp = np.repeat(np.arange(len(counts)), many)
-    start = np.concatenate([[0], np.cumsum(many)[:-1]])
+    start = np.cumsum(many) - many
     return grasp, first + np.arange(many.sum()) - np.repeat(start, many)
 
 

@@ -75,15 +75,21 @@ class TimingConfig:
     """Time parametrisation.
 
     Attributes:
+        backend: "compiled" (our TOPP-RA) or "toppra" (the library: same profile, slower, heavy to import).
         sample_s: time between samples of a trajectory.
-        grid_points: of toppra along the path. Coarser grids give far too slow trajectories.
+        grid_points: along the path, at least. Coarser grids give far too slow trajectories.
         speed_scale, acceleration_scale: share of the joints' limits that is used.
     """
 
+    backend: Literal["compiled", "toppra"] = "compiled"
     sample_s: float = 0.01
     grid_points: int = 200
     speed_scale: float = 0.9
     acceleration_scale: float = 0.9
+
+    def __post_init__(self) -> None:
+        if self.backend not in ("compiled", "toppra"):
+            raise InputError(f"TimingConfig.backend must be 'compiled' or 'toppra', not '{self.backend}'.")
 
 
 @dataclass(frozen=True)

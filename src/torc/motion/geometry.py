@@ -38,7 +38,7 @@ class PiecewisePath:
             return self.tangents[piece] + self.curvatures[piece] * t
         return self.curvatures[piece]
 
-    def grid(self, spacing: float, per_arc: int = 6) -> Float[np.ndarray, "g"]:
+    def grid(self, spacing: float, per_arc: int = 8) -> Float[np.ndarray, "g"]:
         """Values of s from end to end that contain every piece's ends, evenly between them."""
         parts = []
         for a, b, curvature in zip(self.starts[:-1], self.starts[1:], self.curvatures):

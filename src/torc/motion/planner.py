@@ -202,7 +202,9 @@ class OmplMotionPlanner:
             space = self._space(world, width_m, held)
         transfer = self._to_bin(space, start, rng)
         over_bin, rest = transfer.qpos[-1], self.robot.arm.rest_qpos
-        empty = self._opened(request.world.without_object(own), over_bin, self._opening_m, PlanStage.TRANSFER)
+        empty = request.world.without_object(own)
+        for place in (over_bin, rest):
+            empty = self._opened(empty, place, self._opening_m, PlanStage.TRANSFER)
         space = self._space(empty, self._opening_m)
         home, _ = self._motion(space, over_bin, rest[None], None, PlanStage.TRANSFER, rng)
         return transfer, home
@@ -249,7 +251,9 @@ class OmplMotionPlanner:
             return world
         world = carved(world, self._arrays, qpos, width_m, self.config.carve_margin_m, held)
         if self._space(world, width_m, held).collides(qpos[None])[0]:
-            raise _StageFailed(stage, "Where the motion starts, the arm touches table, bin or itself.")
+            raise _StageFailed(
+                stage, "Where a motion has to start or end, the arm touches table, bin or itself."
+            )
         return world
 
     def _space(

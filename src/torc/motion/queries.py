@@ -27,7 +27,11 @@ def free_path(
     cost: seconds that the choice of each goal costs later. Only the cheapest config.goals are looked at: the
     first that a straight edge reaches is taken; else a tree search decides. Start and goals must be free.
     """
-    order = np.argsort(space.seconds_between(start, goals) + cost, kind="stable")[: config.goals]
+    usable = np.flatnonzero(~space.collides(goals))
+    if len(usable) == 0 or space.collides(start[None])[0]:
+        return None
+    later = space.seconds_between(start, goals[usable]) + cost[usable]
+    order = usable[np.argsort(later, kind="stable")][: config.goals]
     for chosen in order:
         if space.edge_free(start, goals[chosen]):
             return np.stack([start, goals[chosen]]), int(chosen)

@@ -1,59 +1,33 @@
 """From paths to trajectories within the joints' speed and acceleration limits, at rest at both ends."""
 
-import logging
-
 import numpy as np
-import toppra
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
-from toppra.interpolator import AbstractGeometricPath
 
 from torc.motion.config import TimingConfig
 from torc.motion.geometry import PiecewisePath
+from torc.motion.profile import fastest_speeds
 from torc.records import Trajectory
 from torc.robots.description import ArmDescription
 
 
-class _ToppraPath(AbstractGeometricPath):
-    """A PiecewisePath in the form toppra wants."""
-
-    def __init__(self, path: PiecewisePath) -> None:
-        self.path = path
-
-    def __call__(self, path_positions: np.ndarray, order: int = 0) -> np.ndarray:
-        values = self.path(np.atleast_1d(path_positions), order)
-        return values if np.ndim(path_positions) else values[0]
-
-    @property
-    def dof(self) -> int:
-        return self.path.points.shape[1]
-
-    @property
-    def path_interval(self) -> np.ndarray:
-        return np.array([0.0, self.path.length])
-
-
 def time_path(path: PiecewisePath, arm: ArmDescription, config: TimingConfig) -> Trajectory | None:
-    """The fastest motion along a path (TOPP-RA, Pham and Pham 2018); None if the solver finds none.
+    """The fastest motion along a path; None if there is none (toppra only).
 
-    The trajectory stays on the path exactly: between grid points the speed follows constant path
-    acceleration.
+    The trajectory stays on the path exactly: between grid points the speed follows constant path acceleration.
     """
-    limits = np.stack([-arm.max_speed, arm.max_speed], axis=1) * config.speed_scale
-    accelerations = (
-        np.stack([-arm.max_acceleration, arm.max_acceleration], axis=1) * config.acceleration_scale
-    )
-    constraints = [
-        toppra.constraint.JointVelocityConstraint(limits),
-        toppra.constraint.JointAccelerationConstraint(accelerations),
-    ]
+    speed, acceleration = config.speed_scale * arm.max_speed, config.acceleration_scale * arm.max_acceleration
     grid = path.grid(path.length / config.grid_points)
-    logging.getLogger("toppra").setLevel(logging.ERROR)
-    solver = toppra.algorithm.TOPPRA(constraints, _ToppraPath(path), gridpoints=grid, solver_wrapper="seidel")
-    _, speeds, _ = solver.compute_parameterization(0.0, 0.0)
-    if speeds is None or not np.all(np.isfinite(speeds)):
-        return None
-    return _sample(path, grid, np.maximum(speeds, 0.0), config.sample_s)
+    if config.backend == "toppra":
+        from torc.motion.toppra_profile import toppra_speeds
+
+        speeds = toppra_speeds(path, grid, speed, acceleration)
+        return None if speeds is None else _sample(path, grid, speeds, config.sample_s)
+    curvatures = path(grid[:-1], 2)
+    starts = path(grid[:-1], 1)
+    ends = starts + np.diff(grid)[:, None] * curvatures
+    speeds = fastest_speeds(grid, starts, ends, curvatures, speed, acceleration)
+    return _sample(path, grid, speeds, config.sample_s)
 
 
 def join(trajectories: list[Trajectory]) -> Trajectory:

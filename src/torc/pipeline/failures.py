@@ -1,4 +1,4 @@
-"""What failed is not tried again in the same way: a robot that repeats a failed grasp on an unchanged object wastes picks.
+"""What failed is not tried again in the same way: repeating a failed grasp on an unchanged object wastes picks.
 
 An executed grasp that failed lowers the scores of grasps like it; one for which no motion was found makes them
 invalid. Both are forgotten when the object is seen elsewhere, the latter also when anything was removed.
@@ -44,7 +44,9 @@ class FailureConfig:
     moved_m: float = 0.015
 
 
-def still_valid(failed: tuple[FailedGrasp, ...], scene: SegmentedScene, config: FailureConfig) -> tuple[FailedGrasp, ...]:
+def still_valid(
+    failed: tuple[FailedGrasp, ...], scene: SegmentedScene, config: FailureConfig
+) -> tuple[FailedGrasp, ...]:
     """The failures that still tell something: their object is in sight and where it was."""
     places = {o.id: o.points.mean(axis=0) for o in scene.objects}
     return tuple(
@@ -63,7 +65,9 @@ def lower_scores(grasps: GraspSet, failed: tuple[FailedGrasp, ...], config: Fail
     return replace(grasps, scores=grasps.scores * factor) if np.any(factor != 1) else grasps
 
 
-def veto(report: GraspReport, grasps: GraspSet, failed: tuple[FailedGrasp, ...], config: FailureConfig) -> GraspReport:
+def veto(
+    report: GraspReport, grasps: GraspSet, failed: tuple[FailedGrasp, ...], config: FailureConfig
+) -> GraspReport:
     """The report with NO_MOTION for valid grasps like one for which no motion was found."""
     status = report.status.copy()
     for f in failed:
@@ -82,4 +86,8 @@ def _alike(grasps: GraspSet, failed: FailedGrasp, config: FailureConfig) -> Bool
     # After a half turn about z the trace is -r00 - r11 + r22.
     cosine = (np.maximum(trace, 2 * z - trace) - 1) / 2
     angle = np.arccos(np.clip(cosine, -1, 1))
-    return (grasps.object_ids == failed.object_id) & (distance <= config.distance_m) & (angle <= config.angle_rad)
+    return (
+        (grasps.object_ids == failed.object_id)
+        & (distance <= config.distance_m)
+        & (angle <= config.angle_rad)
+    )

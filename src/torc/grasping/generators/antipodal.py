@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from torc.grasping.axes import approach_directions
+from torc.grasping.axes import approach_directions, in_cone
 from torc.grasping.generators.common import (
     GeneratorInput,
     RawCandidates,
@@ -29,11 +29,9 @@ def propose_antipodal(given: GeneratorInput, rng: np.random.Generator) -> RawCan
     start = rng.integers(len(cloud.points), size=len(sources))
     pairs = _pairs(cloud.points, cloud.normals, sources, start, given.hand.max_width_m - config.spread_m)
     approaches = approach_directions(given.forward, config)
+    order = rng.permuted(np.tile(np.arange(len(approaches)), (len(pairs), 1)), axis=1)
     Rs, tips = _approach_pairs(
-        cloud.points,
-        pairs,
-        approaches,
-        rng.permuted(np.tile(np.arange(len(approaches)), (len(pairs), 1)), axis=1),
+        cloud.points, pairs, approaches, order, given.forward, float(np.cos(config.max_yaw_rad))
     )
     raw = drawn(RawCandidates(Rs, tips, np.zeros(len(tips))), config.max_raw, rng)
     return settled(raw, given)
@@ -97,7 +95,12 @@ def _pairs(
 
 @njit(cache=True)
 def _approach_pairs(
-    points: np.ndarray, pairs: np.ndarray, approaches: np.ndarray, order: np.ndarray
+    points: np.ndarray,
+    pairs: np.ndarray,
+    approaches: np.ndarray,
+    order: np.ndarray,
+    forward: np.ndarray,
+    yaw_cos: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rotations and TCPs: up to three approaches per pair, each at two depths of the contact on the pad."""
     per_pair = 3
@@ -116,7 +119,7 @@ def _approach_pairs(
             if norm < _MAX_TURN_COS:
                 continue
             across /= norm
-            if across[2] > 0.15:
+            if not in_cone(across, forward, yaw_cos):
                 continue
             for depth in _CONTACT_DEPTHS_M:
                 make_rotation(closing, across, Rs[n])

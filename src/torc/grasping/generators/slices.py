@@ -25,7 +25,7 @@ def propose_slices(given: GeneratorInput, rng: np.random.Generator) -> RawCandid
     approaches = approach_directions(given.forward, config)
     clusters = normal_clusters(cloud.normals[: cloud.visible], config.normal_clusters)
     closings, turned, first = grasp_frames(
-        approaches, cloud.seen, clusters, cloud.completion.view, config.closing_merge_rad
+        approaches, cloud.seen, clusters, cloud.completion.view, given.forward, config
     )
     frames = _drawn_frames(len(closings), first, config.max_frames, rng)
     Rs, tips, widths = np.empty((_CAPACITY, 3, 3)), np.empty((_CAPACITY, 3)), np.empty(_CAPACITY)

@@ -20,7 +20,7 @@ from torc.grasping.training.dataset import (
     save_shard,
     shard_ranges,
 )
-from torc.grasping.training.floating import FloatingGripper
+from torc.grasping.training.floating import FloatingGripper, TrialOutcome
 from torc.grasping.training.floating_model import build_floating
 from torc.grasping.training.sampling import SamplingConfig, choose_for_evaluation, choose_for_training
 from torc.grasping.training.scenes import SceneConfig, make_scene, take_away
@@ -154,9 +154,18 @@ def _try_all(
         i: gripper.trial(int(grasps.object_ids[i]), grasps.Ts_world_tcp[i], float(grasps.widths_m[i]))
         for i in sorted({i for i, _ in tried})
     }
-    index = np.array([i for i, _ in tried])
-    outcomes = [outcome_of[i] for i, _ in tried]
-    n = len(tried)
+    return _rows(problem, snapshot, tried, [outcome_of[i] for i, _ in tried], (bench.seed, number, stage))
+
+
+def _rows(
+    problem: Problem,
+    snapshot: Snapshot,
+    tried: list[tuple[int, Policy]],
+    outcomes: list[TrialOutcome],
+    place: tuple[int, int, int],
+) -> Trials:
+    """The table of one snapshot; `place` is seed, scene and stage."""
+    grasps, index, n = snapshot.grasps, np.array([i for i, _ in tried]), len(tried)
     models = [load_object(placement.model) for placement in problem.ordered()]
     of = grasps.object_ids[index]
     return Trials(
@@ -165,9 +174,9 @@ def _try_all(
         held=np.array([o.held for o in outcomes]),
         cause=np.array([o.cause for o in outcomes], dtype=np.uint8),
         policy=np.array([p for _, p in tried], dtype=np.uint8),
-        scene=np.full(n, number, np.int64),
-        stage=np.full(n, stage, np.uint8),
-        seed=np.full(n, bench.seed, np.int64),
+        scene=np.full(n, place[1], np.int64),
+        stage=np.full(n, place[2], np.uint8),
+        seed=np.full(n, place[0], np.int64),
         object_id=of.astype(np.int16),
         kind=np.array([models[k].kind for k in of], dtype=np.str_),
         structured=np.full(n, problem.category == "structured"),

@@ -108,12 +108,11 @@ def causes_section(trials: Trials) -> str:
     )
 
 
-def curve_section(trials: Trials, config: TrainConfig, shares: tuple[float, ...]) -> str:
-    """Quality against the number of training trials."""
-    rows = [
-        [n, f"{auc(p, trials.held):.3f}", f"{log_loss(p, trials.held):.3f}"]
-        for n, p in learning_curve(trials, shares, config)
-    ]
+def curve_section(trials: Trials, fitted: Fit, config: TrainConfig, shares: tuple[float, ...]) -> str:
+    """Quality against the number of training trials; the last row is that of the fit itself."""
+    all_rows = len(trials) * (config.folds - 1) // config.folds
+    curve = [*learning_curve(trials, shares, config), (all_rows, fitted.p_raw)]
+    rows = [[n, f"{auc(p, trials.held):.3f}", f"{log_loss(p, trials.held):.3f}"] for n, p in curve]
     return table(["trials", "AUC", "log loss"], rows)
 
 
@@ -219,11 +218,11 @@ def write_report(
         f"![calibration](img/{picture.name})\n",
         reliability_section(fitted.p, train),
     ]
-    parts += ["### Learning curve\n", curve_section(train, config, (0.06, 0.12, 0.25, 0.5, 1.0))]
+    parts += ["### Learning curve\n", curve_section(train, fitted, config, (0.03, 0.06, 0.12, 0.25, 0.5))]
     if held_out is not None and len(held_out):
         p = fitted.predict(held_out.features)
         parts += _choice_parts(held_out, p, rng)
-    parts += ["## What the score listens to\n", importance_section(train, config, rng)]
+    parts += ["## What the score listens to\n", importance_section(train, config, rng), _LIMITS]
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text("\n".join(parts))
     return fitted
@@ -244,6 +243,14 @@ def _choice_parts(held_out: Trials, p: np.ndarray, rng: np.random.Generator) -> 
         "Kinds on which they fail most:\n",
         kinds_section(held_out),
     ]
+
+
+_LIMITS = """## What this does not cover
+
+- The arm: a real pick also needs a reachable, collision-free arm, and its approach may differ by a few millimetres.
+- Reality: rigid objects, friction coefficients near 1 on the pads, exact masks, depth noise of about a millimetre.
+- One snapshot: the occlusion volume in training knows one view of the scene; later in an episode it knows more.
+"""
 
 
 def _opening(train: Trials) -> str:

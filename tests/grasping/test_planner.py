@@ -1,0 +1,162 @@
+"""Laws of the whole planner."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from grasping_scenes import TABLE_Z, standing_box, view_of
+
+from torc.errors import InputError
+from torc.grasping.config import GraspConfig, SelectionConfig
+from torc.grasping.features import FEATURE_NAMES
+from torc.grasping.planner import GeometricGraspPlanner, candidates_with_features
+from torc.grasping.scoring import HandScore
+from torc.testing.synthetic import SyntheticCylinder, SyntheticSphere
+
+
+def plan(planner, view, seed=0):
+    return planner.plan(view.scene, view.volume, np.random.default_rng(seed))
+
+
+def arrays(grasps):
+    return {k: v for k, v in vars(grasps).items() if isinstance(v, np.ndarray)}
+
+
+def test_the_same_generator_state_gives_the_same_grasps(planner, pile):
+    a, b, c = plan(planner, pile, 4), plan(planner, pile, 4), plan(planner, pile, 5)
+    for name, value in arrays(a).items():
+        assert np.array_equal(value, arrays(b)[name]), name
+    assert not np.array_equal(a.Ts_world_tcp, c.Ts_world_tcp)
+
+
+def test_grasps_are_grouped_by_object_the_best_first(planner, pile):
+    grasps = plan(planner, pile)
+    assert set(grasps.object_ids.tolist()) <= set(pile.scene.ids)
+    for i in pile.scene.ids:
+        rows = np.flatnonzero(grasps.object_ids == i)
+        assert len(rows) <= planner.config.selection.max_per_object
+        assert np.array_equal(rows, np.arange(rows[0], rows[0] + len(rows)))
+        assert np.all(np.diff(grasps.scores[rows]) <= 0)
+        assert grasps.of(i)[0] == rows[0]
+    assert np.all((grasps.scores >= 0) & (grasps.scores <= 1))
+    assert set(np.unique(grasps.generators)) <= set(range(len(grasps.generator_names)))
+
+
+def test_all_fields_fit_together(planner, gripper, pile):
+    g = plan(planner, pile)
+    assert np.allclose(
+        np.swapaxes(g.Ts_world_tcp[:, :3, :3], 1, 2) @ g.Ts_world_tcp[:, :3, :3], np.eye(3), atol=1e-9
+    )
+    assert np.allclose(g.Ts_world_tcp[:, 3], [0, 0, 0, 1])
+    assert np.all((g.widths_m >= 0) & (g.widths_m <= gripper.max_width_m))
+    between = g.contacts[:, 1] - g.contacts[:, 0]
+    assert np.allclose(between, g.widths_m[:, None] * g.Ts_world_tcp[:, :3, 0])
+    behind = np.einsum(
+        "ij,ij->i", g.Ts_world_tcp[:, :3, 3] - g.contacts.mean(axis=1), g.Ts_world_tcp[:, :3, 2]
+    )
+    assert np.all((behind > -1e-9) & (behind < gripper.pad_height_m + 1e-9))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.3, -0.6])
+def test_the_best_grasp_of_a_lone_box_closes_across_its_faces(planner, yaw):
+    shape = standing_box(0, 0.65, -0.12, (0.05, 0.07, 0.12), yaw)
+    g = plan(planner, view_of(shape))
+    R, tip = g.Ts_world_tcp[0, :3, :3], g.Ts_world_tcp[0, :3, 3]
+    c, s = np.cos(yaw), np.sin(yaw)
+    axes = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
+    cosines = np.abs(axes @ R[:, 0])
+    face = int(np.argmax(cosines))
+    assert cosines[face] > np.cos(np.deg2rad(4))
+    assert abs((tip - np.array(shape.center)) @ axes[face]) < 0.005
+    assert g.widths_m[0] == pytest.approx(shape.size[face], abs=0.005)
+    assert g.scores[0] > 0.8
+
+
+def test_the_best_grasp_of_a_ball_passes_its_middle(planner):
+    ball = SyntheticSphere(0, (0.65, -0.12, TABLE_Z + 0.035), 0.035)
+    g = plan(planner, view_of(ball))
+    R, tip = g.Ts_world_tcp[0, :3, :3], g.Ts_world_tcp[0, :3, 3]
+    to_center = np.array(ball.center) - tip
+    assert abs(to_center @ R[:, 0]) < 0.006
+    assert abs(to_center @ R[:, 1]) < 0.012
+    assert g.widths_m[0] == pytest.approx(0.07, abs=0.006)
+
+
+def test_candidates_are_what_plan_chooses_from(planner, pile):
+    found = planner.candidates(pile.scene, pile.volume, np.random.default_rng(4))
+    g = plan(planner, pile, 4)
+    assert found.features.shape == (len(found.grasps), len(FEATURE_NAMES))
+    assert found.features.dtype == np.float32
+    assert np.all(np.isfinite(found.features))
+    assert found.proposed >= len(found.grasps) > len(g)
+    offered = {t.tobytes(): s for t, s in zip(found.grasps.Ts_world_tcp, found.grasps.scores)}
+    assert all(offered[t.tobytes()] == s for t, s in zip(g.Ts_world_tcp, g.scores))
+    assert np.array_equal(found.blockers != 0, found.blocked | (found.blockers != 0))
+    again = candidates_with_features(
+        pile.scene, pile.volume, _gripper(planner), TABLE_Z, np.random.default_rng(4)
+    )
+    assert np.array_equal(again.features, found.features)
+
+
+def _gripper(planner):
+    from torc.robots.description import load_robot
+
+    return load_robot().gripper
+
+
+def test_what_is_drawn_for_one_object_does_not_depend_on_the_others(planner, pile):
+    everything = planner.candidates(pile.scene, pile.volume, np.random.default_rng(4))
+    alone = replace(pile.scene, objects=tuple(o for o in pile.scene.objects if o.id == 3))
+    single = planner.candidates(alone, pile.volume, np.random.default_rng(4))
+    mine = everything.grasps.object_ids == 3
+    assert np.array_equal(single.grasps.Ts_world_tcp, everything.grasps.Ts_world_tcp[mine])
+
+
+def test_wedged_objects_keep_blocked_grasps_that_name_the_neighbours(planner):
+    row = [standing_box(i, 0.65, -0.24 + 0.062 * i, (0.06, 0.06, 0.14)) for i in range(3)]
+    view = view_of(*row)
+    found = planner.candidates(view.scene, view.volume, np.random.default_rng(0))
+    mine = (found.grasps.object_ids == 1) & (np.abs(found.grasps.Ts_world_tcp[:, 1, 0]) > 0.98)
+    assert mine.sum() > 3
+    assert np.all(found.blocked[mine])
+    assert set(found.blockers[mine].tolist()) <= {0b001, 0b100, 0b101}
+    g = plan(planner, view)
+    assert np.any((g.object_ids == 1) & (np.abs(g.Ts_world_tcp[:, 1, 0]) > 0.98))
+
+
+def test_small_and_hidden_objects_get_none(planner):
+    view = view_of(
+        SyntheticSphere(2, (0.8, 0.0, TABLE_Z + 0.008), 0.008), standing_box(0, 0.6, -0.2, (0.05, 0.05, 0.1))
+    )
+    g = plan(planner, view)
+    assert set(g.object_ids.tolist()) == {0}
+
+
+def test_an_empty_table_gives_an_empty_set(planner):
+    view = view_of()
+    g = plan(planner, view)
+    assert len(g) == 0
+    assert g.Ts_world_tcp.shape == (0, 4, 4)
+    found = planner.candidates(view.scene, view.volume, np.random.default_rng(0))
+    assert found.features.shape == (0, len(FEATURE_NAMES))
+
+
+def test_any_scorer_decides_the_order(gripper, pile):
+    class Backwards:
+        def score(self, features):
+            return 1 - HandScore().score(features)
+
+    config = GraspConfig(selection=SelectionConfig(max_per_object=4))
+    best = GeometricGraspPlanner(gripper, TABLE_Z, config, HandScore())
+    worst = GeometricGraspPlanner(gripper, TABLE_Z, config, Backwards())
+    assert plan(best, pile).scores.mean() > 1 - plan(worst, pile).scores.mean()
+
+
+def test_a_support_height_that_is_no_number_is_refused(gripper):
+    with pytest.raises(InputError, match="support"):
+        GeometricGraspPlanner(gripper, float("nan"))
+
+
+def test_a_tall_can_in_a_corner_of_the_view_is_found(planner):
+    g = plan(planner, view_of(SyntheticCylinder(0, (0.75, 0.2, TABLE_Z + 0.08), 0.033, 0.16)))
+    assert len(g) > 10

@@ -1,0 +1,155 @@
+"""The tree file and its compiled evaluation."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from torc.errors import InputError
+from torc.grasping.features import FEATURE_NAMES
+from torc.grasping.scoring import MODEL_PATH, HandScore, TreeScore, default_scorer
+from torc.grasping.trees import TreeModel, load_trees, save_trees
+
+NAMES = tuple(f"f{k}" for k in range(5))
+
+
+def random_model(rng, trees=12, names=NAMES):
+    """Random trees grown by splitting random leaves; children come after their parents."""
+    rows = {k: [] for k in ("feature", "threshold", "left", "right", "value", "missing_left")}
+    roots = []
+
+    def leaf():
+        for name, value in (("feature", -1), ("threshold", 0.0), ("left", 0), ("right", 0)):
+            rows[name].append(value)
+        rows["value"].append(rng.normal())
+        rows["missing_left"].append(False)
+        return len(rows["feature"]) - 1
+
+    for _ in range(trees):
+        leaves = [leaf()]
+        roots.append(leaves[0])
+        for _ in range(rng.integers(0, 9)):
+            node = leaves.pop(int(rng.integers(len(leaves))))
+            left, right = leaf(), leaf()
+            rows["feature"][node], rows["threshold"][node] = int(rng.integers(len(names))), rng.normal()
+            rows["left"][node], rows["right"][node] = left, right
+            rows["missing_left"][node] = bool(rng.random() < 0.5)
+            leaves += [left, right]
+    kinds = {"feature": np.int32, "left": np.int32, "right": np.int32, "missing_left": bool}
+    arrays = {k: np.array(v, dtype=kinds.get(k, float)) for k, v in rows.items()}
+    return TreeModel(
+        **arrays,
+        roots=np.array(roots, dtype=np.int32),
+        baseline=0.3,
+        feature_names=names,
+        knots_p=np.array([0.0, 0.3, 0.7, 1.0]),
+        knots_held=np.array([0.1, 0.2, 0.9, 0.95]),
+        data_sha256="ab" * 32,
+        notes="made up",
+    )
+
+
+def slow_probability(model, row):
+    total = model.baseline
+    for root in model.roots:
+        node = root
+        while model.feature[node] >= 0:
+            x = row[model.feature[node]]
+            left = model.missing_left[node] if np.isnan(x) else x <= model.threshold[node]
+            node = model.left[node] if left else model.right[node]
+        total += model.value[node]
+    return np.interp(1 / (1 + np.exp(-total)), model.knots_p, model.knots_held)
+
+
+def test_the_kernel_equals_a_slow_walk_with_missing_values(rng):
+    model = random_model(rng)
+    x = rng.normal(size=(200, 5)).astype(np.float32)
+    x[rng.random(x.shape) < 0.1] = np.nan
+    expected = [slow_probability(model, row) for row in x]
+    assert np.allclose(model.probability(x), expected)
+    assert len(model.probability(x[:0])) == 0
+
+
+def test_a_saved_model_comes_back_as_it_was(rng, tmp_path):
+    model = random_model(rng)
+    save_trees(tmp_path / "m.npz", model)
+    again = load_trees(tmp_path / "m.npz", NAMES)
+    for name in (
+        "feature",
+        "threshold",
+        "left",
+        "right",
+        "value",
+        "missing_left",
+        "roots",
+        "knots_p",
+        "knots_held",
+    ):
+        assert np.array_equal(getattr(again, name), getattr(model, name))
+    assert (again.baseline, again.data_sha256, again.notes) == (0.3, "ab" * 32, "made up")
+    assert [p.name for p in tmp_path.iterdir()] == ["m.npz"]
+
+
+def test_a_model_for_other_features_is_refused(rng, tmp_path):
+    save_trees(tmp_path / "m.npz", random_model(rng))
+    with pytest.raises(InputError, match="f9"):
+        load_trees(tmp_path / "m.npz", (*NAMES[:4], "f9"))
+    with pytest.raises(InputError, match="another order"):
+        load_trees(tmp_path / "m.npz", NAMES[::-1])
+    with pytest.raises(InputError, match="other features"):
+        TreeScore.load(tmp_path / "m.npz")
+
+
+@pytest.mark.parametrize("content", [b"", b"nonsense", b"PK\x03\x04broken"])
+def test_a_damaged_file_is_refused(tmp_path, content):
+    (tmp_path / "m.npz").write_bytes(content)
+    with pytest.raises(InputError, match="not a grasp model"):
+        load_trees(tmp_path / "m.npz", NAMES)
+
+
+def test_pickled_objects_are_not_opened(tmp_path):
+    np.savez(tmp_path / "m.npz", version=np.array([{"a": 1}], dtype=object))
+    with pytest.raises(InputError, match="not a grasp model"):
+        load_trees(tmp_path / "m.npz", NAMES)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (lambda m: {"left": np.where(m.feature >= 0, 0, m.left)}, "does not come after"),
+        (lambda m: {"right": np.where(m.feature >= 0, 10**6, m.right)}, "does not come after"),
+        (lambda m: {"feature": np.where(m.feature >= 0, 5, m.feature)}, "does not exist"),
+        (lambda m: {"roots": m.roots + 10**6}, "outside"),
+        (lambda m: {"value": m.value * np.nan}, "not finite"),
+        (lambda m: {"threshold": m.threshold[:-1]}, "differ in length"),
+        (lambda m: {"knots_p": m.knots_p[::-1]}, "does not rise"),
+        (lambda m: {"knots_held": m.knots_held + 0.5}, "0..1"),
+        (lambda m: {"knots_p": m.knots_p[:1], "knots_held": m.knots_held[:1]}, "two knots"),
+    ],
+)
+def test_unsound_arrays_are_refused(rng, change, why):
+    model = random_model(rng)
+    with pytest.raises(InputError, match=why):
+        replace(model, **change(model))
+
+
+def test_hand_score_is_a_share_and_prefers_what_should_be_better(rng):
+    x = rng.uniform(0, 1, (300, len(FEATURE_NAMES))).astype(np.float32)
+    score = HandScore()
+    p = score.score(x)
+    assert np.all((p > 0) & (p < 1))
+    for name, better in (
+        ("all_aligned_min", 5.0),
+        ("penetration", 0.04),
+        ("lever", -0.1),
+        ("foreign_palm", -9),
+    ):
+        y = x.copy()
+        y[:, FEATURE_NAMES.index(name)] += better
+        assert np.all(score.score(y) >= p)
+        assert np.any(score.score(y) > p), name
+
+
+def test_the_default_is_the_shipped_model_where_there_is_one():
+    expected = TreeScore if MODEL_PATH.is_file() else HandScore
+    assert isinstance(default_scorer(), expected)

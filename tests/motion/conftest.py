@@ -1,0 +1,107 @@
+"""Cluttered scenes with simple grasps from above and from the robot's side."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+
+from torc.collision.checks import blockers
+from torc.collision.world import build_collision_world
+from torc.geometry.transforms import invert, make_pose
+from torc.motion.planner import OmplMotionPlanner
+from torc.motion.protocol import PickRequest
+from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
+from torc.perception.privileged import LabelPerception
+from torc.records import GraspReport, GraspSet, GraspStatus
+from torc.robots.description import RobotDescription, load_robot
+from torc.robots.ik import solve_ik
+from torc.scenes.workspace import Workspace
+from torc.testing.synthetic import Shape, half_sizes, random_clutter, synthetic_observation
+
+
+@pytest.fixture(scope="session")
+def robot() -> RobotDescription:
+    return load_robot()
+
+
+@pytest.fixture(scope="session")
+def workspace() -> Workspace:
+    return Workspace()
+
+
+@pytest.fixture(scope="session")
+def planner(robot: RobotDescription, workspace: Workspace) -> OmplMotionPlanner:
+    return OmplMotionPlanner(robot, workspace)
+
+
+@pytest.fixture(scope="session")
+def request_for(robot: RobotDescription, workspace: Workspace) -> Callable[[int], list[PickRequest]]:
+    """Requests for all graspable objects of the scene with a seed, the arm at rest."""
+
+    @cache
+    def requests(seed: int) -> list[PickRequest]:
+        shapes = random_clutter(np.random.default_rng(seed), 9)
+        scene = LabelPerception().perceive(synthetic_observation(shapes, workspace.camera))
+        volume = update_volume(empty_volume(workspace.grid), scene, OcclusionConfig(out_of_view_is_free=True))
+        world = build_collision_world(volume, workspace)
+        grasps = simple_grasps([s for s in shapes if s.id in scene.ids], robot)
+        report = simple_report(grasps, world, robot, scene.ids)
+        return [
+            PickRequest(scene, volume, world, grasps, report, k, robot.arm.rest_qpos)
+            for k in report.graspable_ids
+        ]
+
+    return requests
+
+
+def simple_grasps(shapes: list[Shape], robot: RobotDescription) -> GraspSet:
+    """Grasps near the tops of shapes: straight down and tilted, several yaws."""
+    poses, ids = [], []
+    for shape in shapes:
+        top = shape.center[2] + half_sizes(shape)[2]
+        p = np.array([shape.center[0], shape.center[1], max(top - 0.02, 1.056)])
+        for tilt in (0.0, 0.5, 0.9):
+            for yaw in (0.0, 0.8, -0.8, 1.6):
+                z = np.array([np.sin(tilt), 0.0, -np.cos(tilt)])
+                across = np.array([0.0, 1.0, 0.0])
+                x = np.cos(yaw) * across + np.sin(yaw) * np.cross(z, across)
+                poses.append(make_pose(np.stack([x, np.cross(z, x), z], axis=1), p))
+                ids.append(shape.id)
+    n = len(poses)
+    return GraspSet(
+        Ts_world_tcp=np.array(poses),
+        widths_m=np.full(n, 0.05),
+        scores=np.linspace(1.0, 0.1, n),
+        object_ids=np.array(ids, dtype=np.int16),
+        contacts=np.zeros((n, 2, 3)),
+        generators=np.zeros(n, dtype=np.uint8),
+        generator_names=("simple",),
+    )
+
+
+def simple_report(grasps: GraspSet, world, robot: RobotDescription, ids: tuple[int, ...]) -> GraspReport:
+    """Valid is what has a free inverse-kinematics solution."""
+    n = len(grasps)
+    status = np.full(n, GraspStatus.UNREACHABLE, dtype=np.uint8)
+    qpos = np.full((n, robot.arm.dof), np.nan)
+    T_tcp_tool0 = invert(robot.gripper.T_tool0_tcp(0.05))
+    solutions = solve_ik(robot.arm, grasps.Ts_world_tcp @ T_tcp_tool0)
+    for i in range(n):
+        q = solutions.of(i)[:8]
+        if len(q) == 0:
+            continue
+        free = blockers(world, robot, q, robot.gripper.max_width_m, int(grasps.object_ids[i])).free
+        status[i] = GraspStatus.VALID if free.any() else GraspStatus.BLOCKED
+        qpos[i] = q[int(np.argmax(free))]
+    valid = [int(np.sum((grasps.object_ids == k) & (status == GraspStatus.VALID))) for k in ids]
+    k = len(ids)
+    return GraspReport(
+        status,
+        qpos,
+        np.zeros(n, dtype=np.uint64),
+        ids,
+        np.zeros((k, k), dtype=np.int32),
+        np.zeros(k, dtype=np.int32),
+        np.array(valid, dtype=np.int32),
+    )

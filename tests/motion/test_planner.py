@@ -1,0 +1,149 @@
+"""Pick plans hold what they promise, on an independent check of the robot's full geometry."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
+from torc.motion.planner import OmplMotionPlanner, with_backend
+from torc.records import GraspStatus, PickPlan, PlanFailure, PlanStage
+from torc.testing.motion_checker import PlanChecker
+
+SEGMENTS = ("free", "approach", "lift", "transfer", "home")
+
+
+@pytest.fixture(scope="session")
+def checker(robot, workspace):
+    return PlanChecker(robot, workspace)
+
+
+def _same(a, b):
+    return all(
+        np.array_equal(getattr(getattr(a, s), f), getattr(getattr(b, s), f))
+        for s in SEGMENTS
+        for f in ("times_s", "qpos", "qvel")
+    )
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_plans_pass_the_independent_checker(planner, checker, request_for, seed):
+    requests = request_for(seed)
+    assert requests
+    # One object per scene, another one in each.
+    request = requests[seed % len(requests)]
+    plan = planner.plan_pick(request, np.random.default_rng(seed))
+    assert isinstance(plan, PickPlan), plan
+    assert checker.faults(plan, request) == []
+    assert plan.object_id == request.object_id
+    assert request.grasps.object_ids[plan.grasp_index] == request.object_id
+
+
+def test_the_checker_sees_what_is_wrong(planner, checker, request_for):
+    request = request_for(0)[0]
+    plan = planner.plan_pick(request, np.random.default_rng(0))
+    assert isinstance(plan, PickPlan)
+    assert checker.faults(plan, request) == []
+    fast = replace(plan.free, times_s=plan.free.times_s / 2, qvel=plan.free.qvel * 2)
+    through = replace(plan.free, qpos=plan.free.qpos.copy())
+    through.qpos[len(through.qpos) // 2, 1] += 0.9
+    bent = replace(plan.approach, qpos=plan.approach.qpos.copy())
+    bent.qpos[len(bent.qpos) // 2, 3] += 0.05
+    wrong = {
+        "too fast": replace(plan, free=fast),
+        "touch": replace(plan, free=through),
+        "off its line": replace(plan, approach=bent),
+        "does not start": replace(plan, transfer=plan.home),
+    }
+    for text, broken in wrong.items():
+        assert any(text in fault for fault in checker.faults(broken, request)), text
+
+
+@pytest.mark.parametrize("backend", ["ompl", "numba"])
+def test_the_same_request_has_the_same_answer(robot, workspace, request_for, backend):
+    requests = [request_for(seed)[-1] for seed in range(3)]
+    plans = []
+    for _ in range(2):
+        planner = OmplMotionPlanner(robot, workspace, with_backend(MotionConfig(), backend))
+        plans.append([planner.plan_pick(r, np.random.default_rng(1)) for r in requests])
+    for a, b in zip(*plans):
+        assert isinstance(a, PickPlan)
+        assert _same(a, b)
+
+
+def test_the_compiled_follower_alone_serves_too(robot, workspace, checker, request_for):
+    config = MotionConfig(cartesian=CartesianConfig(use_pink=False))
+    request = request_for(2)[0]
+    plan = OmplMotionPlanner(robot, workspace, config).plan_pick(request, np.random.default_rng(0))
+    assert isinstance(plan, PickPlan)
+    assert checker.faults(plan, request) == []
+
+
+def test_it_starts_from_anywhere_free(planner, checker, request_for):
+    request = request_for(1)[0]
+    first = planner.plan_pick(request, np.random.default_rng(0))
+    moved = replace(request, qpos_start=first.free.qpos[len(first.free.qpos) // 2])
+    plan = planner.plan_pick(moved, np.random.default_rng(0))
+    assert isinstance(plan, PickPlan)
+    assert checker.faults(plan, moved) == []
+
+
+def test_a_start_among_voxels_is_taken_to_be_free(planner, request_for):
+    request = request_for(3)[0]
+    first = planner.plan_pick(request, np.random.default_rng(0))
+    inside = replace(request, qpos_start=first.approach.qpos[-1], object_id=request_for(3)[-1].object_id)
+    plan = planner.plan_pick(inside, np.random.default_rng(0))
+    assert isinstance(plan, PickPlan), plan
+
+
+def test_an_object_without_valid_grasps_fails_at_the_choice(planner, request_for):
+    request = request_for(0)[0]
+    status = np.full(len(request.grasps), GraspStatus.BLOCKED, dtype=np.uint8)
+    failed = planner.plan_pick(
+        replace(request, report=replace(request.report, status=status)), np.random.default_rng(0)
+    )
+    assert failed == PlanFailure(PlanStage.GRASP_CHOICE, failed.reason, 0)
+
+
+def test_a_grasp_out_of_reach_fails_at_inverse_kinematics(planner, request_for):
+    request = request_for(0)[0]
+    far = request.grasps.Ts_world_tcp.copy()
+    far[:, 0, 3] += 2.0
+    report = replace(request.report, qpos=np.full_like(request.report.qpos, np.nan))
+    failed = planner.plan_pick(
+        replace(request, grasps=replace(request.grasps, Ts_world_tcp=far), report=report),
+        np.random.default_rng(0),
+    )
+    assert isinstance(failed, PlanFailure)
+    assert failed.stage == PlanStage.INVERSE_KINEMATICS
+    assert 1 <= failed.grasps_tried <= MotionConfig().max_grasps
+
+
+def test_impossible_lines_fail_at_the_approach(robot, workspace, request_for):
+    config = MotionConfig(cartesian=CartesianConfig(back_offs_m=(1.5,)))
+    failed = OmplMotionPlanner(robot, workspace, config).plan_pick(
+        request_for(0)[0], np.random.default_rng(0)
+    )
+    assert isinstance(failed, PlanFailure)
+    assert failed.stage == PlanStage.APPROACH
+
+
+def test_a_walled_in_arm_fails_at_the_free_motion(robot, workspace, request_for):
+    request = request_for(0)[0]
+    # A wall between the arm at rest and all pre-grasps, wider and higher than the arm reaches.
+    boxes = np.vstack([request.world.boxes, [0.36, -2.0, 0.0, 0.38, 2.0, 3.0]])
+    world = replace(request.world, boxes=boxes, box_names=(*request.world.box_names, "wall"))
+    config = MotionConfig(max_grasps=2, search=SearchConfig(max_iterations=100))
+    failed = OmplMotionPlanner(robot, workspace, config).plan_pick(
+        replace(request, world=world), np.random.default_rng(0)
+    )
+    assert isinstance(failed, PlanFailure)
+    assert failed.stage in (PlanStage.INVERSE_KINEMATICS, PlanStage.APPROACH, PlanStage.FREE)
+
+
+def test_a_bin_out_of_reach_fails_at_the_transfer(robot, workspace, request_for):
+    away = replace(workspace, drop_position=(-1.5, -1.5, 1.0))
+    config = MotionConfig(max_grasps=1)
+    failed = OmplMotionPlanner(robot, away, config).plan_pick(request_for(0)[0], np.random.default_rng(0))
+    assert isinstance(failed, PlanFailure)
+    assert failed.stage == PlanStage.TRANSFER

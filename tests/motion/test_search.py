@@ -1,0 +1,97 @@
+"""Both searches find free paths, never draw from anywhere but the generator, and give up when told."""
+
+import numpy as np
+import pytest
+
+from torc.collision.checks import robot_arrays
+from torc.motion.config import MotionConfig, SearchConfig
+from torc.motion.ompl_search import ompl_search
+from torc.motion.queries import free_path, timed_motion
+from torc.motion.smoothing import corner_blends, shortcut
+from torc.motion.space import free_space
+from torc.motion.tree_search import tree_search
+from torc.records import PlanStage
+
+SEARCHES = [ompl_search, tree_search]
+
+
+@pytest.fixture(scope="module")
+def space(robot, request_for):
+    arm = robot.arm
+    return free_space(
+        robot_arrays(robot), request_for(0)[0].world, 0.085, (arm.lower, arm.upper), arm.max_speed
+    )
+
+
+@pytest.fixture(scope="module")
+def queries(robot, space):
+    """Pairs of free configurations, both near the clutter, without a free straight edge."""
+    rng = np.random.default_rng(8)
+    arm, out = robot.arm, []
+    while len(out) < 6:
+        a, b = np.clip(arm.rest_qpos + rng.normal(0, 0.8, (2, arm.dof)), arm.lower, arm.upper)
+        if not space.collides(np.stack([a, b])).any() and not space.edge_free(a, b):
+            out.append((a, b))
+    return out
+
+
+@pytest.mark.parametrize("search", SEARCHES)
+def test_paths_are_free_and_reproducible(space, queries, search):
+    config = SearchConfig(max_iterations=4000)
+    found = 0
+    for a, b in queries:
+        path = search(space, a, b[None], config, np.random.default_rng(3))
+        again = search(space, a, b[None], config, np.random.default_rng(3))
+        other = search(space, a, b[None], config, np.random.default_rng(4))
+        if path is None:
+            continue
+        found += 1
+        np.testing.assert_array_equal(path, again)
+        assert other is None or not np.array_equal(path, other)
+        np.testing.assert_allclose(path[[0, -1]], [a, b], atol=1e-12)
+        assert space.path_free(path)
+        short = shortcut(path, 40, space, np.random.default_rng(0))
+        assert space.path_free(short)
+        assert _length(short) <= _length(path) + 1e-9
+        np.testing.assert_array_equal(short[[0, -1]], path[[0, -1]])
+        blends = corner_blends(short, 0.3, space)
+        legs = np.linalg.norm(np.diff(short, axis=0), axis=1)
+        assert np.all(blends[1:-1] <= 0.5 * np.minimum(legs[:-1], legs[1:]) + 1e-12)
+    assert found >= 5
+
+
+@pytest.mark.parametrize("search", SEARCHES)
+def test_a_query_ends_after_its_samples(space, queries, search):
+    config = SearchConfig(max_iterations=1)
+    paths = [search(space, a, b[None], config, np.random.default_rng(0)) for a, b in queries]
+    assert any(path is None for path in paths)
+
+
+def test_one_of_several_goals_is_reached(space, queries):
+    a, b = queries[0]
+    goals = np.stack([b, queries[1][1], queries[2][1]])
+    path, chosen = free_path(space, a, goals, np.zeros(3), SearchConfig(), np.random.default_rng(0))
+    np.testing.assert_array_equal(path[-1], goals[chosen])
+    np.testing.assert_array_equal(path[0], a)
+
+
+def test_goals_or_starts_that_touch_something_are_none(robot, space, queries):
+    low = np.array([0.0, 1.2, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert space.collides(low[None])[0]
+    config = MotionConfig()
+    for start, goal in ((queries[0][0], low), (low, queries[0][0])):
+        rng = np.random.default_rng(0)
+        failed = timed_motion(space, start, goal[None], np.zeros(1), robot.arm, config, rng)
+        assert failed is PlanStage.FREE
+
+
+def test_standing_still_takes_no_time_to_speak_of(robot, space):
+    rest = robot.arm.rest_qpos
+    rng = np.random.default_rng(0)
+    trajectory, _ = timed_motion(space, rest, rest[None], np.zeros(1), robot.arm, MotionConfig(), rng)
+    assert trajectory.duration_s < 0.1
+    assert not trajectory.qvel.any()
+
+
+def _length(path):
+    return np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
