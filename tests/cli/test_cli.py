@@ -21,7 +21,7 @@ def _torc(*arguments, capsys):
 @pytest.fixture
 def frame(tmp_path):
     shapes = [
-        SyntheticBox(0, (0.68, -0.19, 1.08), (0.05, 0.05, 0.06)),
+        SyntheticBox(0, (0.66, -0.33, 1.08), (0.05, 0.05, 0.06)),
         SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20)),
     ]
     o = synthetic_observation(shapes)
@@ -91,7 +91,7 @@ def test_decide_answers_for_a_frame(frame, tmp_path, capsys):
     code, out, _ = _torc("decide", frame, "--json", "--out", tmp_path / "answer", capsys=capsys)
     answer = json.loads(out[out.index("{") :])
     assert code == 0
-    assert answer["label"] == 2  # the box that hides the target, as the frame labels it
+    assert answer["label"] == 1  # the target, by the label that the frame gives it
     assert {p.name for p in (tmp_path / "answer").iterdir()} == {"decision.json", "seen.png", "graph.png"}
 
 

@@ -22,9 +22,9 @@ def test_spheres_cover_the_hulls_surface(size):
     gap = np.linalg.norm(points[:, None] + center - spheres[:, :3], axis=2) - spheres[:, 3]
     uncovered = gap.min(axis=1)
     assert uncovered.max() < 0.01
-    assert np.mean(uncovered > 0) < 0.25
+    assert np.mean(uncovered > 0) < 0.2
     beyond = np.abs(spheres[:, :3] - center) + spheres[:, 3:] - half
-    assert beyond.max() < 0.75 * spheres[0, 3] + 0.002
+    assert beyond.max() < 1.2 * spheres[0, 3] + 0.002
 
 
 def test_flat_clouds_few_points_and_none_have_spheres_too():

@@ -103,7 +103,8 @@ def test_the_profile_is_that_of_the_toppra_library(robot, seed):
     (part,) = rounded_path(path, np.array([0, 0.15, 0.05, 0.2, 0.02, 0]))
     ours = time_path(part, robot.arm, CONFIG)
     theirs = time_path(part, robot.arm, TimingConfig(backend="toppra"))
-    assert ours.duration_s == pytest.approx(theirs.duration_s, rel=2e-3)
+    # The library takes the sharper of two curvatures on both sides of a grid point where they differ.
+    assert 0.98 * theirs.duration_s < ours.duration_s < 1.005 * theirs.duration_s
 
 
 def test_unknown_backends_are_refused():

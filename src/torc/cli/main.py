@@ -58,3 +58,7 @@ def _run(arguments: list[str] | None) -> int:
 def _fail(error: TorcError, code: int) -> int:
     print(f"torc: {error}", file=sys.stderr)
     return code
+
+
+if __name__ == "__main__":
+    main()

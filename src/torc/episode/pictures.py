@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Int16, UInt8
 from PIL import Image, ImageDraw, ImageFont
 
 from torc.records import PickOutcome, PickResult
@@ -27,6 +27,33 @@ class Frame:
     def with_outcome(self, outcome: PickOutcome) -> "Frame":
         """The same frame, its outcome known."""
         return replace(self, outcome=outcome)
+
+
+@dataclass(frozen=True)
+class Crop:
+    """The part of the camera's image that is worth looking at."""
+
+    rows: slice
+    cols: slice
+
+    def of(self, image: np.ndarray) -> np.ndarray:
+        """That part of an image."""
+        return image[self.rows, self.cols]
+
+
+def crop_around_objects(label_image: Int16[np.ndarray, "h w"], margin_px: int = 28) -> Crop:
+    """The objects with a margin, in the image's own aspect ratio; the whole image if there are none."""
+    height, width = label_image.shape
+    rows, cols = np.nonzero(label_image >= 0)
+    if rows.size == 0:
+        return Crop(slice(0, height), slice(0, width))
+    h = min(
+        height, max(int(np.ptp(rows)) + 2 * margin_px, (int(np.ptp(cols)) + 2 * margin_px) * height // width)
+    )
+    w = min(width, h * width // height)
+    top = int(np.clip((rows.min() + rows.max() - h) // 2, 0, height - h))
+    left = int(np.clip((cols.min() + cols.max() - w) // 2, 0, width - w))
+    return Crop(slice(top, top + h), slice(left, left + w))
 
 
 def picture_strip(frames: list[Frame]) -> UInt8[np.ndarray, "h w 3"]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from torc.episode.event_log import event_line
 from torc.episode.events import Decided, Event, Executed, Looked
-from torc.episode.pictures import Frame, picture_strip
+from torc.episode.pictures import Crop, Frame, crop_around_objects, picture_strip
 from torc.errors import InputError
 from torc.perception.marking import mark_image
 from torc.records import GraspReport, SegmentedScene
@@ -40,6 +40,7 @@ class TrialRecorder:
     ) -> None:
         self.out, self.partial, self.records = out, out.with_name(out.name + ".partial"), records
         self.frames: list[Frame] = []
+        self._crop: Crop | None = None
         if out.exists() and not overwrite:
             raise InputError(
                 f"'{out}' exists already. Choose another --out, or add --overwrite to replace it."
@@ -61,6 +62,7 @@ class TrialRecorder:
         match event:
             case Looked():
                 scene, report = event.look.context.scene, event.look.context.report
+                self._crop = self._crop or crop_around_objects(scene.label_image)
                 self._picture(event.pick, "seen", mark_image(scene))
                 if self.records:
                     save_record(scene.observation, self._pick_path(event.pick, "observation.npz"))
@@ -93,7 +95,8 @@ class TrialRecorder:
     def _decision_pictures(self, event: Decided, scene: SegmentedScene, report: GraspReport) -> None:
         chosen = event.decision.object_id
         marked = mark_image(scene, highlight=chosen)
-        self.frames.append(Frame(event.pick, marked, chosen, event.decision.reason))
+        cropped = self._crop.of(marked) if self._crop else marked
+        self.frames.append(Frame(event.pick, cropped, chosen, event.decision.reason))
         graph = event.decision.evidence.get("graph")
         if graph is not None:
             probabilities = event.decision.evidence.get("probabilities")

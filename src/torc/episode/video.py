@@ -10,19 +10,23 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from torc.episode.events import Decided, Event, Executed, Started
+from torc.episode.pictures import Crop, crop_around_objects
 from torc.geometry.transforms import look_at
 from torc.perception.marking import mark_image
 from torc.scenes.workspace import CameraMount
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import World
 
-WIDTH, HEIGHT, FPS = 960, 720, 25
-INSET_WIDTH = 320
-MOUNT = CameraMount(look_at((1.75, -1.35, 1.95), (0.48, -0.25, 1.08)), WIDTH, HEIGHT, float(np.deg2rad(45)))
+WIDTH, HEIGHT = 800, 600
+GRABS_PER_FRAME = 2
+FPS = Fraction(25, GRABS_PER_FRAME)
+SECOND = round(FPS)
+INSET_WIDTH = 300
+MOUNT = CameraMount(look_at((1.95, -1.75, 2.05), (0.42, -0.36, 1.12)), WIDTH, HEIGHT, float(np.deg2rad(45)))
 
 
 class VideoRecorder:
-    """Grabs a frame every 1/25 s of simulated time; still frames show each decision.
+    """Grabs a frame every other 1/25 s of simulated time; still frames show each decision.
 
     Use as a context manager: the file is complete when it is closed. H.264, plays in browsers.
 
@@ -35,7 +39,9 @@ class VideoRecorder:
         self._container = av.open(str(path), "w", options={"movflags": "faststart"})
         self._stream = self._container.add_stream("h264", rate=FPS)
         self._stream.width, self._stream.height, self._stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
-        self._stream.time_base = Fraction(1, FPS)
+        self._stream.time_base = 1 / FPS
+        self._grabs = 0
+        self._crop: Crop | None = None
         self._inset: np.ndarray | None = None
         self._caption = ""
 
@@ -53,21 +59,25 @@ class VideoRecorder:
         """Called by the simulation 25 times a simulated second; changes no result."""
         if self._renderer is None:
             self._renderer = CameraRenderer(world, MOUNT)
-        self._write(1)
+        self._grabs += 1
+        if self._grabs % GRABS_PER_FRAME == 0:
+            self._write(1)
 
     def __call__(self, event: Event) -> None:
         """Show a decision for a second, and the outcome in the caption."""
         match event:
             case Started():
                 self._caption = f"{event.problem}: {event.target_description}"
-                self._write(FPS)
+                self._write(SECOND)
             case Decided():
-                self._inset = mark_image(event.look.context.scene, highlight=event.decision.object_id)
+                scene = event.look.context.scene
+                self._crop = self._crop or crop_around_objects(scene.label_image)
+                self._inset = self._crop.of(mark_image(scene, highlight=event.decision.object_id))
                 self._caption = f"{event.pick + 1}. {event.decision.reason}"
-                self._write(FPS)
+                self._write(SECOND)
             case Executed():
                 self._caption = f"{event.pick + 1}. {event.outcome.result.value}"
-                self._write(FPS // 2)
+                self._write(SECOND // 2)
             case _:
                 pass
 
@@ -84,9 +94,9 @@ class VideoRecorder:
         if self._inset is not None:
             h = round(INSET_WIDTH * self._inset.shape[0] / self._inset.shape[1])
             small = cv2.resize(self._inset, (INSET_WIDTH, h), interpolation=cv2.INTER_AREA)
-            picture[8 : 8 + h, 8 : 8 + INSET_WIDTH] = small
+            picture[8 : 8 + h, -8 - INSET_WIDTH : -8] = small
         image = Image.fromarray(picture)
         draw = ImageDraw.Draw(image)
         draw.rectangle((0, HEIGHT - 34, WIDTH, HEIGHT), fill=(25, 25, 25))
-        draw.text((12, HEIGHT - 28), self._caption[:110], (245, 245, 245), ImageFont.load_default(18))
+        draw.text((12, HEIGHT - 28), self._caption[:95], (245, 245, 245), ImageFont.load_default(18))
         return np.asarray(image)

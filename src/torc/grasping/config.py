@@ -46,7 +46,8 @@ class CandidateConfig:
         max_frames: pairs of approach and closing axis that are sliced per object, drawn at random if there are more;
             those straight down always are.
         slices_per_frame: slices per such pair, spread over the object.
-        max_raw: candidates per object and generator that are examined, drawn at random if there are more.
+        max_raw: candidates per object and generator that are examined; of more, a choice is drawn at random.
+        max_blocked: candidates per object that touch other objects and are examined further, drawn at random.
     """
 
     tilts_rad: tuple[float, ...] = tuple(np.deg2rad([25.0, 50.0, 70.0, 85.0]).tolist())
@@ -61,7 +62,8 @@ class CandidateConfig:
     normal_clusters: int = 6
     max_frames: int = 100
     slices_per_frame: int = 4
-    max_raw: int = 160
+    max_raw: int = 120
+    max_blocked: int = 80
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,7 @@ class SelectionConfig:
 
     max_per_object: int = 48
     spare: int = 3
-    min_blocked_share: float = 0.25
+    min_blocked_share: float = 0.2
     position_m: float = 0.012
     angle_rad: float = float(np.deg2rad(18.0))
 

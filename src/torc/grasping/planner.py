@@ -81,15 +81,15 @@ class GeometricGraspPlanner:
         parts, config = self._propose(scene, volume, rng), self.config.selection
         scores = [self.scorer.score(p.features) for p in parts]
         kept = [thinned(s, p.blocked, p.raw.Rs, p.raw.tips, config) for p, s in zip(parts, scores)]
-        spread = [_records(p, s, self.hand, k) for p, s, k in zip(parts, scores, kept)]
-        together = concatenated(spread)
-        ids = together.object_ids.astype(np.int64)
-        in_the_way = voxel_blockers(together.Ts_world_tcp, together.widths_m, ids, volume, self.hand) != 0
+        free = [k[~p.blocked[k]] for p, k in zip(parts, kept)]
+        spread = concatenated([_records(p, s, self.hand, k) for p, s, k in zip(parts, scores, free)])
+        ids = spread.object_ids.astype(np.int64)
+        in_the_way = voxel_blockers(spread.Ts_world_tcp, spread.widths_m, ids, volume, self.hand) != 0
         out, start = [], 0
-        for part, s, k in zip(parts, scores, kept):
+        for part, s, k, f in zip(parts, scores, kept, free):
             blocked = part.blocked.copy()
-            blocked[k] |= in_the_way[start : start + len(k)]
-            start += len(k)
+            blocked[f] = in_the_way[start : start + len(f)]
+            start += len(f)
             out.append(_records(part, s, self.hand, chosen(k, s, blocked, config)))
         return concatenated(out)
 
@@ -149,7 +149,9 @@ class GeometricGraspPlanner:
             self.support_z_m,
             checks,
         )
-        keep = found.fault == Fault.NONE
+        keep = _drawn_blocked(
+            found.fault == Fault.NONE, found.blocked(checks), self.config.candidates.max_blocked, rng
+        )
         kept = RawCandidates(raw.Rs[keep], raw.tips[keep], raw.widths_m[keep])
         features = compute_features(
             kept,
@@ -170,6 +172,17 @@ class GeometricGraspPlanner:
             found.blockers[keep],
             len(raw),
         )
+
+
+def _drawn_blocked(
+    sound: Bool[np.ndarray, "n"], blocked: Bool[np.ndarray, "n"], limit: int, rng: np.random.Generator
+) -> Bool[np.ndarray, "n"]:
+    """The sound candidates, of the blocked ones only a random choice."""
+    index = np.flatnonzero(sound & blocked)
+    keep = sound.copy()
+    if len(index) > limit:
+        keep[rng.permutation(index)[limit:]] = False
+    return keep
 
 
 def candidates_with_features(

@@ -33,7 +33,7 @@ def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np
         if len(centers) <= max_spheres:
             break
         cell *= 1.15
-    radius = np.full((len(centers), 1), 0.6 * cell)
+    radius = np.full((len(centers), 1), 0.7 * cell)
     return np.hstack([centers @ axes.T + center, radius])
 
 

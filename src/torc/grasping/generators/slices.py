@@ -101,7 +101,7 @@ def _slices(
                 if side < sizes[3]:
                     strip[count, 0], strip[count, 1] = local[i, 0], local[i, 2]
                     strip[count, 2] = 1.0 if i < visible else 0.0
-                    strip[count, 3] = 1.0 if i < visible and side < sizes[1] else 0.0
+                    strip[count, 3] = 1.0 if side < sizes[1] else 0.0
                     count += 1
             n = _reach_into(strip[:count], y, R, depths, limits, min_points, sizes, Rs, tips, widths, n)
     return n
@@ -122,7 +122,7 @@ def _reach_into(
     n: int,
 ) -> int:
     """Candidates of one slice at every depth: centred on all that is behind the fingertips if that fits, else on
-    each of its parts. Columns of `strip`: x, z, whether seen, whether seen and within the pads."""
+    each of its parts. Columns of `strip`: x, z, whether seen, whether within the pads."""
     top, left, right = 1e9, 1e9, -1e9
     for i in range(len(strip)):
         left, right = min(left, strip[i, 0]), max(right, strip[i, 0])
@@ -163,7 +163,7 @@ def _within(
         if strip[i, 1] > z or x < x_low or x > x_high:
             continue
         low, high = min(low, x), max(high, x)
-        if strip[i, 3] > 0.0 and strip[i, 1] > z - sizes[2]:
+        if strip[i, 2] * strip[i, 3] > 0.0 and strip[i, 1] > z - sizes[2]:
             count += 1
     return low, high, count
 

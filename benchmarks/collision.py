@@ -1,0 +1,128 @@
+"""How long the collision world and its checks take, beside coal on the same spheres and voxels.
+
+    python benchmarks/collision.py [--objects 15] [--configurations 1000]
+
+coal (a development dependency) gets one octree per object, since it has to say who is touched, not only whether.
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from torc.collision.checks import blockers, collides, edges_collide, robot_arrays
+from torc.collision.distance import distance_field
+from torc.collision.world import CollisionWorld, build_collision_world
+from torc.geometry.transforms import invert, make_pose
+from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
+from torc.perception.privileged import LabelPerception
+from torc.records import OcclusionVolume
+from torc.robots.description import RobotDescription, load_robot
+from torc.robots.ik import solve_ik
+from torc.robots.kinematics import sphere_centers
+from torc.scenes.workspace import Workspace
+from torc.testing.synthetic import random_clutter, synthetic_observation
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--objects", type=int, default=15)
+    parser.add_argument("--configurations", type=int, default=1000)
+    args = parser.parse_args()
+    robot, workspace = load_robot(), Workspace()
+    volume = _volume(workspace, args.objects)
+    world = build_collision_world(volume, workspace)
+    print(
+        f"{np.count_nonzero(world.kind)} of {world.kind.size} voxels occupied, {len(robot.spheres)} spheres"
+    )
+
+    report("distance field", _best(lambda: distance_field(world.kind > 0, 0.01)))
+    report("collision world, all of it", _best(lambda: build_collision_world(volume, workspace)))
+
+    arrays = robot_arrays(robot)
+    q = _grasping(robot, args.configurations)
+    n = len(q)
+    ours = _best(lambda: blockers(world, arrays, q, 0.085, 0))
+    report(f"blocker masks, {n} configurations", ours, n)
+    theirs = _best(lambda: coal_masks(world, robot, q[:50]), 2) * n / 50
+    report(f"the same by coal, {args.objects} octrees (50 measured)", theirs, n)
+    print(f"  ratio {theirs / ours:.0f}")
+    report("in collision at all", _best(lambda: collides(world, arrays, q, 0.085)), n)
+    a, b = q[: n // 2], q[n // 2 : 2 * (n // 2)]
+    report("edges between them", _best(lambda: edges_collide(world, arrays, a, b, 0.085)), len(a))
+    free = q[~collides(world, arrays, q, 0.085)]
+    near = free + np.random.default_rng(0).normal(0, 0.1, free.shape)
+    report(
+        "short edges from free ones",
+        _best(lambda: edges_collide(world, arrays, free, near, 0.085)),
+        len(free),
+    )
+
+
+def coal_masks(world: CollisionWorld, robot: RobotDescription, qpos: np.ndarray) -> np.ndarray:
+    """Blocker masks with coal, sphere by sphere; table, bin and self collision left out."""
+    import coal
+
+    centers, trees = world.grid.centers(), []
+    for k in range(64):
+        mine = (world.kind > 0) & (world.bits & (np.uint64(1) << np.uint64(k)) != 0)
+        if mine.any():
+            trees.append((k, coal.makeOctree(np.ascontiguousarray(centers[mine]), world.grid.voxel_size_m)))
+    arm = robot.spheres.link < robot.arm.dof
+    padding = np.where(arm, world.config.padding_m, world.config.gripper_padding_m)
+    shapes = [coal.Sphere(float(r)) for r in robot.spheres.radii + padding]
+    places = sphere_centers(robot, qpos, np.full(len(qpos), 0.085))
+    identity, request = coal.Transform3s.Identity(), coal.CollisionRequest()
+    masks = np.zeros(len(qpos), dtype=np.uint64)
+    for i, spheres in enumerate(places):
+        for k, tree in trees:
+            for shape, p in zip(shapes, spheres):
+                result = coal.CollisionResult()
+                if coal.collide(tree, identity, shape, coal.Transform3s(np.eye(3), p), request, result):
+                    masks[i] |= np.uint64(1) << np.uint64(k)
+                    break
+    return masks
+
+
+def report(what: str, seconds: float, n: int | None = None) -> None:
+    """One line."""
+    each = f"   {1e6 * seconds / n:8.2f} us each" if n else ""
+    print(f"{what:55s} {1e3 * seconds:9.2f} ms{each}")
+
+
+def _best(call: Callable[[], object], repeats: int = 7) -> float:
+    """Least time of several calls, after one that compiles."""
+    call()
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def _volume(workspace: Workspace, objects: int) -> OcclusionVolume:
+    shapes = random_clutter(np.random.default_rng(0), objects)
+    scene = LabelPerception().perceive(synthetic_observation(shapes, workspace.camera))
+    return update_volume(empty_volume(workspace.grid), scene, OcclusionConfig(out_of_view_is_free=True))
+
+
+def _grasping(robot: RobotDescription, n: int) -> np.ndarray:
+    """Configurations with the gripper low in the clutter."""
+    rng = np.random.default_rng(1)
+    poses = []
+    for _ in range(2 * n):
+        tilt, yaw = rng.uniform(0, 1.2), rng.uniform(-1, 1)
+        z = np.array([np.sin(tilt) * np.cos(yaw), np.sin(tilt) * np.sin(yaw), -np.cos(tilt)])
+        x = np.cross(z, rng.normal(size=3))
+        x /= np.linalg.norm(x)
+        p = rng.uniform([0.5, -0.35, 1.06], [0.75, 0.1, 1.25])
+        poses.append(make_pose(np.stack([x, np.cross(z, x), z], axis=1), p))
+    T_tcp_tool0 = invert(robot.gripper.T_tool0_tcp(0.05))
+    solutions = solve_ik(robot.arm, np.stack(poses) @ T_tcp_tool0)
+    return solutions.qpos[solutions.count > 0, 0][:n].copy()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,93 @@
+"""Whole trials in simulation: the same again, interrupted, errored."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from torc.episode.event_log import without_seconds
+from torc.episode.events import Decided, Looked
+from torc.episode.trial import TrialSpec, run_trial
+from torc.errors import InputError, PhysicsError
+
+SPEC = TrialSpec("structured-04", "dg-select", seed=3, max_picks=3)
+
+
+def _silent(text: str) -> None:
+    pass
+
+
+def _log(directory):
+    return [
+        without_seconds(json.loads(line)) for line in (directory / "events.jsonl").read_text().splitlines()
+    ]
+
+
+def test_same_trial_same_log_also_in_another_process(tmp_path):
+    for name in ("a", "b"):
+        assert run_trial(SPEC, tmp_path / name, say=_silent).result["status"] == "completed"
+    arguments = [
+        "run",
+        SPEC.problem,
+        "--seed",
+        "3",
+        "--max-picks",
+        "3",
+        "--out",
+        str(tmp_path / "c"),
+        "--json",
+    ]
+    subprocess.run([sys.executable, "-m", "torc.cli.main", *arguments], check=True, capture_output=True)
+    log = _log(tmp_path / "a")
+    assert log == _log(tmp_path / "b") == _log(tmp_path / "c")
+    assert {line["event"] for line in log} == {"started", "looked", "decided", "planned", "executed", "ended"}
+
+
+def test_another_seed_makes_another_log(tmp_path):
+    for seed in (0, 1):
+        run_trial(TrialSpec("structured-04", "random", seed, max_picks=1), tmp_path / str(seed), say=_silent)
+    assert _log(tmp_path / "0")[1:] != _log(tmp_path / "1")[1:]
+
+
+def test_ctrl_c_leaves_a_readable_partial_log(tmp_path):
+    def interrupt(event):
+        if isinstance(event, Decided):
+            raise KeyboardInterrupt
+
+    trial = run_trial(SPEC, tmp_path / "trial", listeners=[interrupt], say=_silent)
+    assert trial.result["status"] == "interrupted"
+    assert trial.directory == tmp_path / "trial.partial"
+    assert not (tmp_path / "trial").exists()
+    assert [line["event"] for line in _log(trial.directory)] == ["started", "looked", "decided"]
+    assert json.loads((trial.directory / "result.json").read_text())["status"] == "interrupted"
+
+
+@pytest.mark.parametrize("error", [PhysicsError("a body flew away"), ZeroDivisionError("a bug")])
+def test_what_breaks_is_errored_never_a_failed_retrieval(tmp_path, error):
+    def explode(event):
+        if isinstance(event, Looked):
+            raise error
+
+    trial = run_trial(SPEC, tmp_path / "trial", listeners=[explode], say=_silent)
+    assert trial.result["status"] == "errored"
+    assert str(error) in trial.result["error"]
+    assert "retrieved" not in trial.result
+    assert "Traceback" in (tmp_path / "trial" / "error.txt").read_text()
+
+
+def test_nothing_is_written_for_a_problem_that_is_not_there(tmp_path):
+    with pytest.raises(InputError):
+        run_trial(TrialSpec("no-such-problem", "random"), tmp_path / "trial", say=_silent)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_video_plays(tmp_path):
+    import av
+
+    trial = run_trial(
+        TrialSpec("structured-04", "dg-select", max_picks=1), tmp_path / "trial", video=True, say=_silent
+    )
+    with av.open(str(trial.directory / "video.mp4")) as container:
+        frames = sum(1 for _ in container.decode(video=0))
+    assert frames > 50
