@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from torc.collision.checks import blockers, collides, edges_collide, robot_arrays, static_contacts
-from torc.collision.distance import distance_field
-from torc.collision.world import SURFACE, UNKNOWN, CollisionWorld
+from torc.collision.world import SURFACE, UNKNOWN, CollisionWorld, world_from_voxels
 from torc.errors import InputError
 from torc.geometry.transforms import invert, make_pose
 from torc.robots.description import RobotDescription
@@ -71,7 +70,7 @@ def test_blockers_agree_with_brute_force(world, robot, qpos, own, grasping):
 
 def test_unknown_voxels_hidden_by_nothing_are_static(world, robot, grasping):
     q = grasping[:80]
-    nobody = replace(world, bits=np.zeros_like(world.bits))
+    nobody = _with_voxels(world, world.kind, np.zeros_like(world.bits))
     before, after = blockers(world, robot, q, 0.085, -1), blockers(nobody, robot, q, 0.085, -1)
     assert not after.bits.any()
     np.testing.assert_array_equal(after.static, before.static | (before.bits != 0))
@@ -84,7 +83,7 @@ def test_more_voxels_never_block_less(world, robot, qpos, grasping):
     extra = (rng.random(world.kind.shape) < 0.02) & (world.kind == 0)
     kind, bits = world.kind.copy(), world.bits.copy()
     kind[extra], bits[extra] = SURFACE, np.uint64(1) << np.uint64(40)
-    fuller = replace(world, kind=kind, bits=bits, distance_m=distance_field(kind > 0, 0.01))
+    fuller = _with_voxels(world, kind, bits)
     after = blockers(fuller, robot, q, 0.06, 2)
     assert np.all(before.bits & ~after.bits == 0)
     assert np.all(after.static >= before.static)
@@ -94,7 +93,7 @@ def test_more_voxels_never_block_less(world, robot, qpos, grasping):
 def test_own_surface_counts_for_the_arm_but_not_for_the_gripper(world, robot, qpos, grasping):
     q = np.vstack([qpos[:40], grasping[:80]])
     bit = np.uint64(1) << np.uint64(3)
-    everything = replace(world, bits=np.where(world.kind > 0, bit, world.bits))
+    everything = _with_voxels(world, world.kind, np.where(world.kind > 0, bit, world.bits))
     touched = blockers(everything, robot, q, 0.085, 3).bits == bit
     arm = np.stack([_arm_near_surface(everything, robot, x) for x in q])
     np.testing.assert_array_equal(touched, arm)
@@ -181,6 +180,10 @@ def test_bad_shapes_are_refused(world, robot):
         edges_collide(world, arrays, np.zeros((3, 7)), np.zeros((2, 7)), 0.05)
     with pytest.raises(InputError, match="finite"):
         edges_collide(world, arrays, np.full((1, 7), np.nan), np.zeros((1, 7)), 0.05)
+
+
+def _with_voxels(world: CollisionWorld, kind: np.ndarray, bits: np.ndarray) -> CollisionWorld:
+    return world_from_voxels(world.grid, kind, bits, world.boxes, world.box_names, world.config)
 
 
 def _arm_near_surface(world: CollisionWorld, robot: RobotDescription, q: np.ndarray) -> bool:

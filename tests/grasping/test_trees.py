@@ -13,7 +13,7 @@ from torc.grasping.trees import TreeModel, load_trees, save_trees
 NAMES = tuple(f"f{k}" for k in range(5))
 
 
-def random_model(rng, trees=12, names=NAMES):
+def random_model(rng, trees=12, names=NAMES, splits=9):
     """Random trees grown by splitting random leaves; children come after their parents."""
     rows = {k: [] for k in ("feature", "threshold", "left", "right", "value", "missing_left")}
     roots = []
@@ -28,7 +28,7 @@ def random_model(rng, trees=12, names=NAMES):
     for _ in range(trees):
         leaves = [leaf()]
         roots.append(leaves[0])
-        for _ in range(rng.integers(0, 9)):
+        for _ in range(rng.integers(0, splits)):
             node = leaves.pop(int(rng.integers(len(leaves))))
             left, right = leaf(), leaf()
             rows["feature"][node], rows["threshold"][node] = int(rng.integers(len(names))), rng.normal()
@@ -61,10 +61,15 @@ def slow_probability(model, row):
     return np.interp(1 / (1 + np.exp(-total)), model.knots_p, model.knots_held)
 
 
-def test_the_kernel_equals_a_slow_walk_with_missing_values(rng):
-    model = random_model(rng)
+@pytest.mark.parametrize("missing", [0.0, 0.1])
+@pytest.mark.parametrize("splits", [9, 90])
+def test_the_kernels_equal_a_slow_walk(rng, missing, splits):
+    """Without missing values and with up to 64 leaves by sorted tests, else node by node."""
+    model = random_model(rng, splits=splits)
+    assert (model.sorted_tests is None) == (splits > 64)
     x = rng.normal(size=(200, 5)).astype(np.float32)
-    x[rng.random(x.shape) < 0.1] = np.nan
+    x[0, :] = model.threshold[model.feature >= 0][0]
+    x[rng.random(x.shape) < missing] = np.nan
     expected = [slow_probability(model, row) for row in x]
     assert np.allclose(model.probability(x), expected)
     assert len(model.probability(x[:0])) == 0

@@ -21,10 +21,11 @@ def test_spheres_cover_the_hulls_surface(size):
     assert 1 <= len(spheres) <= 40
     gap = np.linalg.norm(points[:, None] + center - spheres[:, :3], axis=2) - spheres[:, 3]
     uncovered = gap.min(axis=1)
-    assert uncovered.max() < 0.01
-    assert np.mean(uncovered > 0) < 0.2
+    # A third of the points went into the spheres; the others lie between those.
+    assert uncovered.max() < 0.003
+    assert np.mean(uncovered > 0) < 0.01
     beyond = np.abs(spheres[:, :3] - center) + spheres[:, 3:] - half
-    assert beyond.max() < 1.2 * spheres[0, 3] + 0.002
+    assert beyond.max() < 1.3 * spheres[0, 3] + 0.002
 
 
 def test_flat_clouds_few_points_and_none_have_spheres_too():
@@ -34,3 +35,8 @@ def test_flat_clouds_few_points_and_none_have_spheres_too():
     assert 1 <= len(hull_spheres(flat, 30)) <= 30
     assert len(hull_spheres(flat[:1], 30)) == 1
     assert hull_spheres(np.zeros((0, 3)), 30).shape == (0, 4)
+    for n in range(2, 12):
+        few = rng.uniform(-0.1, 0.1, (n, 3))
+        spheres = hull_spheres(few, 30)
+        gap = np.linalg.norm(few[:, None] - spheres[:, :3], axis=2) - spheres[:, 3]
+        assert gap.min(axis=1).max() < 1e-9

@@ -202,6 +202,8 @@ def world_arrays(world: CollisionWorld) -> WorldArrays:
         world.kind,
         world.bits,
         world.distance_m,
+        world.block_bits,
+        world.block_static,
         _f64(world.boxes),
         padding,
         float(c.self_padding_m),

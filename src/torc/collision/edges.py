@@ -35,7 +35,7 @@ def _world_advance(spheres, dof, own, robot, world, moved, step_m):
                 continue
             gap = voxel_bound(x, y, z, world) - radius
             if gap < 0.0:
-                bits, flags = voxels_touched(x, y, z, radius, world, own, row == 0, True)
+                bits, flags = voxels_touched(x, y, z, radius, world, own, row == 0, np.uint64(0), 0, True)
                 if bits != 0 or flags != 0:
                     return -1.0
                 gap = 0.0

@@ -73,10 +73,8 @@ def contacts_at(q, width_m, own, robot, world, first_only, voxels_too, Ts, scrat
                     return bits, flags
             radius = robot.radii[s] + world.padding[row, 0]
             if voxels_too and radius > 0.0 and voxel_bound(x, y, z, world) < radius:
-                b, f = voxels_touched(x, y, z, radius, world, own, row == 0, first_only)
-                bits |= b
-                flags |= f
-                if first_only and (b != 0 or f != 0):
+                bits, flags = voxels_touched(x, y, z, radius, world, own, row == 0, bits, flags, first_only)
+                if first_only and (bits != 0 or flags != 0):
                     return bits, flags
     if self_clearance(robot, spheres, world.self_padding) < world.self_padding:
         flags |= SELF

@@ -12,18 +12,27 @@ from numba import njit
 
 STATIC, SELF = 1, 2
 """Flags beside the bits of touched objects."""
-_UNKNOWN = 2
+BLOCK = 4
+"""Edge of the blocks whose owners are summed up, in voxels."""
+_SURFACE, _UNKNOWN = 1, 2
 _HALF_DIAGONAL = 0.8660254037844387
 
 
 class WorldArrays(NamedTuple):
-    """The world, and the paddings for arm, gripper and attached spheres: columns voxels, boxes."""
+    """The world.
+
+    block_bits: of each block of BLOCK^3 voxels the bits of all its surface voxels, and of all its unknown ones.
+    block_static: the block has occupied voxels of no object.
+    padding: for arm, gripper and attached spheres; columns: against voxels, against boxes.
+    """
 
     origin: np.ndarray
     voxel_size_m: float
     kind: np.ndarray
     bits: np.ndarray
     distance_m: np.ndarray
+    block_bits: np.ndarray
+    block_static: np.ndarray
     boxes: np.ndarray
     padding: np.ndarray
     self_padding: float
@@ -56,39 +65,93 @@ def voxel_bound(x, y, z, world):
 
 
 @njit(cache=True)
-def voxels_touched(x, y, z, radius, world, own, own_surface_counts, first_only):
-    """(bits, flags) of the occupied voxels whose cubes a sphere touches. own: bits to ignore."""
-    h = world.voxel_size_m
+def sum_up_blocks(kind, bits):
+    """(block_bits, block_static) of a grid, see WorldArrays."""
+    nx, ny, nz = kind.shape
+    shape = ((nx + BLOCK - 1) // BLOCK, (ny + BLOCK - 1) // BLOCK, (nz + BLOCK - 1) // BLOCK)
+    block_bits = np.zeros((shape[0], shape[1], shape[2], 2), np.uint64)
+    block_static = np.zeros(shape, np.bool_)
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                if kind[i, j, k] == 0:
+                    continue
+                a, b, c = i // BLOCK, j // BLOCK, k // BLOCK
+                block_bits[a, b, c, kind[i, j, k] - _SURFACE] |= bits[i, j, k]
+                if bits[i, j, k] == 0:
+                    block_static[a, b, c] = True
+    return block_bits, block_static
+
+
+@njit(cache=True)
+def _voxels_of_block(a, b, c, g, r2, world, own, own_surface_counts, bits, flags, first_only):
+    """(bits, flags) with those of the voxels of one block added whose cubes the sphere touches; g, r2 in voxels."""
     nx, ny, nz = world.kind.shape
-    gx, gy, gz = (x - world.origin[0]) / h, (y - world.origin[1]) / h, (z - world.origin[2]) / h
-    r = radius / h
-    r2 = r * r
-    bits, flags = np.uint64(0), 0
-    for i in range(max(0, int(np.floor(gx - r))), min(nx, int(np.floor(gx + r)) + 1)):
-        dx = max(i - gx, gx - i - 1.0, 0.0)
-        for j in range(max(0, int(np.floor(gy - r))), min(ny, int(np.floor(gy + r)) + 1)):
-            dy = max(j - gy, gy - j - 1.0, 0.0)
+    for i in range(a * BLOCK, min(nx, (a + 1) * BLOCK)):
+        dx = max(i - g[0], g[0] - i - 1.0, 0.0)
+        for j in range(b * BLOCK, min(ny, (b + 1) * BLOCK)):
+            dy = max(j - g[1], g[1] - j - 1.0, 0.0)
             rest = r2 - dx * dx - dy * dy
             if rest <= 0.0:
                 continue
-            half = np.sqrt(rest)
-            k, end = max(0, int(np.floor(gz - half))), min(nz, int(np.floor(gz + half)) + 1)
-            while k < end:
+            for k in range(c * BLOCK, min(nz, (c + 1) * BLOCK)):
                 kind = world.kind[i, j, k]
                 if kind == 0:
-                    k += max(1, int(world.distance_m[i, j, k] / h - 0.001))
                     continue
-                dz = max(k - gz, gz - k - 1.0, 0.0)
-                if dz * dz < rest:
-                    owner = world.bits[i, j, k]
-                    ours = (owner & own) != 0
-                    if not (ours and (kind == _UNKNOWN or not own_surface_counts)):
-                        if owner == 0:
-                            flags = STATIC
-                        bits |= owner
-                        if first_only:
-                            return bits, flags
-                k += 1
+                dz = max(k - g[2], g[2] - k - 1.0, 0.0)
+                if dz * dz >= rest:
+                    continue
+                owner = world.bits[i, j, k]
+                if (owner & own) != 0 and (kind == _UNKNOWN or not own_surface_counts):
+                    continue
+                if owner == 0:
+                    flags |= STATIC
+                bits |= owner
+                if first_only:
+                    return bits, flags
+    return bits, flags
+
+
+@njit(cache=True)
+def _blocks_between(low, high, count):
+    """First and one past the last block of a row of count blocks that meet an interval given in voxels."""
+    return max(0, int(np.floor(low / BLOCK))), min(count, int(np.floor(high / BLOCK)) + 1)
+
+
+@njit(cache=True)
+def _outside(x, block):
+    """How far x lies outside a block along one axis, in voxels."""
+    return max(block * BLOCK - x, x - (block + 1) * BLOCK, 0.0)
+
+
+@njit(cache=True)
+def voxels_touched(x, y, z, radius, world, own, own_surface_counts, bits, flags, first_only):
+    """(bits, flags) with those of the occupied voxels added whose cubes a sphere touches.
+
+    own: bits to ignore. Blocks that cannot add anything new are left out.
+    """
+    h = world.voxel_size_m
+    g = ((x - world.origin[0]) / h, (y - world.origin[1]) / h, (z - world.origin[2]) / h)
+    r = radius / h
+    blocks = world.block_static.shape
+    a0, a1 = _blocks_between(g[0] - r, g[0] + r, blocks[0])
+    b0, b1 = _blocks_between(g[1] - r, g[1] + r, blocks[1])
+    c0, c1 = _blocks_between(g[2] - r, g[2] + r, blocks[2])
+    for a in range(a0, a1):
+        for b in range(b0, b1):
+            rest = r * r - _outside(g[0], a) ** 2 - _outside(g[1], b) ** 2
+            for c in range(c0, c1):
+                if _outside(g[2], c) ** 2 >= rest:
+                    continue
+                surface, unknown = world.block_bits[a, b, c, 0], world.block_bits[a, b, c, 1]
+                news = (unknown & ~own) | (surface if own_surface_counts else surface & ~own)
+                if (news & ~bits) == 0 and not (world.block_static[a, b, c] and flags & STATIC == 0):
+                    continue
+                bits, flags = _voxels_of_block(
+                    a, b, c, g, r * r, world, own, own_surface_counts, bits, flags, first_only
+                )
+                if first_only and (bits != 0 or flags != 0):
+                    return bits, flags
     return bits, flags
 
 

@@ -1,13 +1,14 @@
 """The collision world: voxels with owners, their distance field, and the fixed boxes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Float32, UInt8, UInt64
+from jaxtyping import Bool, Float, Float32, UInt8, UInt64
 
 from torc.collision.config import CollisionConfig
 from torc.collision.distance import distance_field
+from torc.collision.obstacles import sum_up_blocks
 from torc.records import BACKGROUND, OcclusionVolume, VoxelGrid
 from torc.scenes.workspace import Box, Workspace
 
@@ -29,6 +30,8 @@ class CollisionWorld:
         boxes: fixed boxes, lower and upper corner.
         box_names: their names.
         config: paddings.
+        block_bits, block_static: owners summed up over blocks of voxels, see `WorldArrays`; never less than the
+            truth.
     """
 
     grid: VoxelGrid
@@ -37,7 +40,9 @@ class CollisionWorld:
     distance_m: Float32[np.ndarray, "nx ny nz"]
     boxes: Float[np.ndarray, "b 6"]
     box_names: tuple[str, ...]
-    config: CollisionConfig = field(default_factory=CollisionConfig)
+    config: CollisionConfig
+    block_bits: UInt64[np.ndarray, "bx by bz 2"]
+    block_static: Bool[np.ndarray, "bx by bz"]
 
     def without_object(self, object_id: int, unknown: bool = True) -> "CollisionWorld":
         """This world without an object's surface voxels and, if wanted, without those that it hides."""
@@ -64,8 +69,20 @@ def build_collision_world(
     static = fixed.static_boxes() if isinstance(fixed, Workspace) else tuple(fixed)
     boxes = _corners(static)
     kind, bits = _classify(volume, boxes, config)
-    distance = distance_field(kind != FREE, volume.grid.voxel_size_m)
-    return CollisionWorld(volume.grid, kind, bits, distance, boxes, tuple(b.name for b in static), config)
+    return world_from_voxels(volume.grid, kind, bits, boxes, tuple(b.name for b in static), config)
+
+
+def world_from_voxels(
+    grid: VoxelGrid,
+    kind: UInt8[np.ndarray, "nx ny nz"],
+    bits: UInt64[np.ndarray, "nx ny nz"],
+    boxes: Float[np.ndarray, "b 6"],
+    box_names: tuple[str, ...],
+    config: CollisionConfig,
+) -> CollisionWorld:
+    """The world of classified voxels and fixed boxes; see CollisionWorld."""
+    distance = distance_field(kind != FREE, grid.voxel_size_m)
+    return CollisionWorld(grid, kind, bits, distance, boxes, box_names, config, *sum_up_blocks(kind, bits))
 
 
 def _bit(object_id: int) -> np.uint64:

@@ -1,4 +1,4 @@
-"""Paths made of straight pieces and quadratic arcs: exactly the geometry that was checked, with its derivatives."""
+"""Paths of straight pieces and quadratic arcs: exactly what was checked, with its derivatives."""
 
 from dataclasses import dataclass
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 _MAX_POINTS = 1000
 _NEIGHBOURS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
@@ -33,7 +33,12 @@ def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np
         if len(centers) <= max_spheres:
             break
         cell *= 1.15
-    radius = np.full((len(centers), 1), 0.7 * cell)
+    if len(centers) == 0:
+        # A hull so thin that it passes between all centres: the cubes that hold points.
+        centers = (np.unique(np.floor(local / cell), axis=0) + 0.5) * cell
+    # Large enough to cover their cubes' faces and every given point.
+    reach = float(np.max(cKDTree(centers).query(local)[0]))
+    radius = np.full((len(centers), 1), max(0.7 * cell, reach))
     return np.hstack([centers @ axes.T + center, radius])
 
 

@@ -1,11 +1,12 @@
 """Approach and lift: which inverse-kinematics branch can do both, and from where."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-from torc.collision.checks import Contacts, blockers, static_contacts
+from torc.collision.checks import Contacts, blockers, collides, static_contacts
 from torc.collision.placement import RobotArrays
 from torc.collision.world import CollisionWorld
 from torc.motion.config import CartesianConfig
@@ -42,8 +43,10 @@ class LineContext:
     Attributes:
         arm, robot: the arm, and the robot for the compiled checks.
         world: obstacles.
-        opening_m: of the gripper.
+        opening_m: of the gripper before it closes.
         own_id: the object to be grasped.
+        width_m: of the closed gripper.
+        held: the object as spheres in the tool0 frame, once it is held.
     """
 
     arm: ArmDescription
@@ -51,10 +54,20 @@ class LineContext:
     world: CollisionWorld
     opening_m: float
     own_id: int
+    width_m: float
+    held: Float[np.ndarray, "a 4"]
 
     def contacts(self, qpos: Float[np.ndarray, "n dof"]) -> Contacts:
         """What is touched, the object to be grasped left out."""
         return blockers(self.world, self.robot, qpos, self.opening_m, self.own_id)
+
+    def free_when_lifted(self, qpos: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
+        """Whether nothing is touched with the object in the hand."""
+        return ~collides(self._without_object, self.robot, qpos, self.width_m, attached=self.held)
+
+    @cached_property
+    def _without_object(self) -> CollisionWorld:
+        return self.world.without_object(self.own_id)
 
     def hits_fixed(self, qpos: Float[np.ndarray, "n dof"]) -> bool:
         """Whether table, bin or the robot itself is touched anywhere."""
@@ -69,7 +82,7 @@ def line_pairs(
     qpos_start: Float[np.ndarray, "dof"],
     config: CartesianConfig,
 ) -> tuple[list[LinePair], list[LinePair]]:
-    """Per branch the longest approach and lift that it can follow; those with a free pre-grasp, and the
+    """Per branch an approach and a lift that it can follow; those with a free pre-grasp, and the
     others.
 
     A line must keep off table, bin and the robot itself. Other objects are not forbidden on lines (paper: A
@@ -86,21 +99,24 @@ def line_pairs(
     ranked: list[tuple[tuple[float, ...], LinePair]] = []
     blocked: list[tuple[tuple[float, ...], LinePair]] = []
     for b, q in enumerate(branches):
-        raised = _longest(config.lifts_m, config.step_m, max(config.lifts_m), int(up_count[b]))
-        lift = np.vstack([q, upward[b, :raised]])
-        if raised == 0 or context.hits_fixed(lift[::2]):
+        raised = _lift(context, upward[b], int(up_count[b]), config)
+        if raised is None:
+            continue
+        n_up, clear = raised
+        lift = np.vstack([q, upward[b, :n_up]])
+        if context.hits_fixed(lift[::2]):
             continue
         found = _pre_grasp(context, q, backward[b], int(back_count[b]), config)
         if found is None:
             continue
         n, free = found
         approach = np.vstack([backward[b, :n][::-1], q])
-        touches = _touches(context, approach) + _touches(context, lift[-1:])
+        touches = _touches(context, approach) + (not clear)
         pair = LinePair(
             approach,
             np.concatenate([back[:n][::-1], T_world_tool0[None]]),
             lift,
-            np.concatenate([T_world_tool0[None], up[:raised]]),
+            np.concatenate([T_world_tool0[None], up[:n_up]]),
             touches,
         )
         distance = float(np.max(np.abs(approach[0] - qpos_start) / context.arm.max_speed))
@@ -140,14 +156,22 @@ def line_fault(
     return None
 
 
-def _longest(lengths_m: tuple[float, ...], step_m: float, total_m: float, reached: int) -> int:
-    """Number of waypoints of the longest permitted length among those reached; 0 if there is none."""
-    n = max(1, int(np.ceil(total_m / step_m - 1e-9)))
-    for length in sorted(lengths_m, reverse=True):
-        count = round(length / total_m * n)
-        if count <= reached:
-            return count
-    return 0
+def _lift(
+    context: LineContext, upward: Float[np.ndarray, "m dof"], reached: int, config: CartesianConfig
+) -> tuple[int, bool] | None:
+    """Number of waypoints of the lift, and whether nothing is touched at its end; None if none is long enough."""
+    counts = _counts(config.lifts_m, len(upward), reached)
+    if not counts:
+        return None
+    free = context.free_when_lifted(upward[[c - 1 for c in counts]])
+    best = int(np.argmax(free))
+    return counts[best], bool(free[best])
+
+
+def _counts(lengths_m: tuple[float, ...], waypoints: int, reached: int) -> list[int]:
+    """Number of waypoints of each length among those reached, in the order given; the longest takes them all."""
+    counts = (max(1, round(length / max(lengths_m) * waypoints)) for length in lengths_m)
+    return [c for c in counts if c <= reached]
 
 
 def _pre_grasp(
@@ -158,9 +182,7 @@ def _pre_grasp(
     config: CartesianConfig,
 ) -> tuple[int, bool] | None:
     """Number of waypoints back to the pre-grasp, and whether it is free; None if the line hits something fixed."""
-    total = max(config.back_offs_m)
-    n = len(backward)
-    counts = [c for c in (round(d / total * n) for d in config.back_offs_m) if c <= reached]
+    counts = _counts(config.back_offs_m, len(backward), reached)
     if not counts:
         return None
     free = context.contacts(backward[[c - 1 for c in counts]]).free

@@ -1,7 +1,8 @@
-"""The motions of a pick: for each valid grasp, best first, until all of them exist (paper: A Modular Pipeline)."""
+"""The motions of a pick, for each valid grasp, best first, until all exist (paper: A Modular Pipeline)."""
 
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -22,8 +23,11 @@ from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
 from torc.scenes.workspace import Workspace
 
+if TYPE_CHECKING:
+    from torc.motion.pink_lines import PinkFollower
 
-class _StageFailed(Exception):
+
+class _StageError(Exception):
     """A query found nothing; becomes a PlanFailure."""
 
     def __init__(self, stage: PlanStage, reason: str) -> None:
@@ -32,7 +36,7 @@ class _StageFailed(Exception):
 
 
 class OmplMotionPlanner:
-    """Plans picks with RRT-Connect for the free motions and differential inverse kinematics for the straight ones."""
+    """Plans picks: RRT-Connect for the free motions, differential inverse kinematics for the straight ones."""
 
     def __init__(
         self, robot: RobotDescription, workspace: Workspace, config: MotionConfig | None = None
@@ -42,7 +46,7 @@ class OmplMotionPlanner:
         self._arrays = robot_arrays(robot)
 
     def plan_pick(self, request: PickRequest, rng: np.random.Generator) -> PickPlan | PlanFailure:
-        """Motions for the best valid grasp of the object for which all of them exist, or where the last one failed."""
+        """Motions for the best valid grasp for which all of them exist, or where the last one failed."""
         order = request.grasps.of(request.object_id)
         order = order[request.report.status[order] == GraspStatus.VALID][: self.config.max_grasps]
         failure = PlanFailure(
@@ -51,7 +55,7 @@ class OmplMotionPlanner:
         for tried, grasp in enumerate(order, start=1):
             try:
                 return self._plan_grasp(request, int(grasp), tried, rng)
-            except _StageFailed as failed:
+            except _StageError as failed:
                 failure = PlanFailure(failed.stage, failed.reason, tried)
         return failure
 
@@ -59,17 +63,19 @@ class OmplMotionPlanner:
         T_world_tcp = request.grasps.Ts_world_tcp[grasp].astype(float)
         width = float(np.clip(request.grasps.widths_m[grasp], 0.0, self.robot.gripper.max_width_m))
         T_world_tool0 = T_world_tcp @ invert(self.robot.gripper.T_tool0_tcp(width))
-        context = LineContext(self.robot.arm, self._arrays, request.world, self._opening_m, request.object_id)
+        points = request.scene.object(request.object_id).points
+        held = hull_spheres(
+            transform_points(invert(T_world_tool0), points.astype(float)), self.config.attached_spheres
+        )
+        context = LineContext(
+            self.robot.arm, self._arrays, request.world, self._opening_m, request.object_id, width, held
+        )
         pairs = self._lines(request, grasp, context, T_world_tool0, T_world_tcp[:3, 2])
         free, pair = self._free(request, pairs, rng)
         approach_path, lift_path = self._refined(pair)
         cartesian = self.config.cartesian
         approach = self._timed_line(approach_path, pair.approach_poses, cartesian.approach_speed_m_s)
         lift = self._timed_line(lift_path, pair.lift_poses, cartesian.lift_speed_m_s)
-        points = request.scene.object(request.object_id).points
-        held = hull_spheres(
-            transform_points(invert(T_world_tool0), points.astype(float)), self.config.attached_spheres
-        )
         transfer, home = self._deliver(request, lift_path[-1], width, held, rng)
         return PickPlan(
             request.object_id, grasp, T_world_tcp, width, free, approach, lift, transfer, home, tried
@@ -98,7 +104,7 @@ class OmplMotionPlanner:
                 return pairs
             blocked += others
         why = "no pre-grasp is free" if blocked else "no straight approach and lift within reach"
-        raise _StageFailed(PlanStage.APPROACH, f"Grasp {grasp}: {why}.")
+        raise _StageError(PlanStage.APPROACH, f"Grasp {grasp}: {why}.")
 
     def _branches(
         self, request: PickRequest, grasp: int, context: LineContext, T_world_tool0: np.ndarray
@@ -109,10 +115,10 @@ class OmplMotionPlanner:
         if np.all(np.isfinite(reported)):
             solutions = np.vstack([reported, solutions])
         if len(solutions) == 0:
-            raise _StageFailed(PlanStage.INVERSE_KINEMATICS, f"Grasp {grasp} is out of reach.")
+            raise _StageError(PlanStage.INVERSE_KINEMATICS, f"Grasp {grasp} is out of reach.")
         free = context.contacts(solutions).free
         if not free.any():
-            raise _StageFailed(
+            raise _StageError(
                 PlanStage.INVERSE_KINEMATICS, f"Grasp {grasp}: the arm touches something in every solution."
             )
         return solutions[free]
@@ -138,7 +144,7 @@ class OmplMotionPlanner:
             cartesian.max_joint_step_rad,
         )
         if counts[0] < len(pair.lift_poses) - 1:
-            raise _StageFailed(PlanStage.LIFT, "The lift cannot be followed from where the approach ends.")
+            raise _StageError(PlanStage.LIFT, "The lift cannot be followed from where the approach ends.")
         return np.vstack([q_grasp, paths[0]])
 
     def _pink_line(
@@ -179,7 +185,7 @@ class OmplMotionPlanner:
         open_goals = ~space.collides(goals)
         pairs = [pair for pair, good in zip(pairs, open_goals) if good]
         if not pairs:
-            raise _StageFailed(PlanStage.FREE, "Every pre-grasp touches something.")
+            raise _StageError(PlanStage.FREE, "Every pre-grasp touches something.")
         motion, chosen = self._motion(space, start, goals[open_goals], None, PlanStage.FREE, rng)
         return motion, pairs[chosen]
 
@@ -218,7 +224,7 @@ class OmplMotionPlanner:
             if len(goals):
                 later = space.seconds_between(goals, self.robot.arm.rest_qpos)
                 return self._motion(space, start, goals, later, PlanStage.TRANSFER, rng)[0]
-        raise _StageFailed(PlanStage.TRANSFER, "No free configuration above the bin.")
+        raise _StageError(PlanStage.TRANSFER, "No free configuration above the bin.")
 
     def _motion(
         self,
@@ -233,9 +239,9 @@ class OmplMotionPlanner:
         cost = np.zeros(len(goals)) if cost is None else cost
         found = timed_motion(space, start, goals, cost, self.robot.arm, self.config, rng)
         if found is PlanStage.TIMING:
-            raise _StageFailed(found, f"The path found for the {stage} could not be timed and stay free.")
+            raise _StageError(found, f"The path found for the {stage} could not be timed and stay free.")
         if isinstance(found, PlanStage):
-            raise _StageFailed(stage, f"No free path was found for the {stage}.")
+            raise _StageError(stage, f"No free path was found for the {stage}.")
         return found
 
     def _opened(
@@ -251,7 +257,7 @@ class OmplMotionPlanner:
             return world
         world = carved(world, self._arrays, qpos, width_m, self.config.carve_margin_m, held)
         if self._space(world, width_m, held).collides(qpos[None])[0]:
-            raise _StageFailed(
+            raise _StageError(
                 stage, "Where a motion has to start or end, the arm touches table, bin or itself."
             )
         return world
@@ -271,7 +277,8 @@ class OmplMotionPlanner:
         return widest if self.config.opening_m is None else min(self.config.opening_m, widest)
 
     @cached_property
-    def _follower(self):  # type: ignore[no-untyped-def]
+    def _follower(self) -> "PinkFollower":
+        # Imported when needed: pink and pinocchio take a second to load.
         from torc.motion.pink_lines import PinkFollower
 
         return PinkFollower(self.robot.arm, self.config.cartesian.limit_margin_rad)
@@ -282,7 +289,7 @@ class OmplMotionPlanner:
         T_tcp_tool0 = invert(self.robot.gripper.T_tool0_tcp(self._opening_m))
         out = []
         for raised in self.config.drop_raises_m:
-            position = np.asarray(self.workspace.drop_position) + [0.0, 0.0, raised]
+            position = np.add(self.workspace.drop_position, (0.0, 0.0, raised))
             poses = []
             for yaw in even_yaws(self.config.drop_yaws):
                 c, s = np.cos(yaw), np.sin(yaw)
@@ -293,6 +300,6 @@ class OmplMotionPlanner:
         return out
 
 
-def with_backend(config: MotionConfig, backend: str) -> MotionConfig:
+def with_backend(config: MotionConfig, backend: Literal["ompl", "numba"]) -> MotionConfig:
     """The same settings with another search backend."""
     return replace(config, search=replace(config.search, backend=backend))

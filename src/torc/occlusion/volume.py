@@ -42,6 +42,11 @@ class OcclusionConfig:
     out_of_view_is_free: bool = False
 
 
+FIXED_CAMERA = OcclusionConfig(out_of_view_is_free=True)
+"""For a camera that never moves: what it can never see counts as outside of the volume, since as "unknown" it would bar
+the arm's way for ever."""
+
+
 def empty_volume(grid: VoxelGrid) -> OcclusionVolume:
     """The volume before any snapshot: everything unknown, hidden by nothing."""
     if min(grid.shape) < 1 or grid.voxel_size_m <= 0:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from torc.collision.world import CollisionWorld, build_collision_world
 from torc.grasping.protocol import GraspPlanner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
-from torc.occlusion.volume import OcclusionConfig, update_volume
+from torc.occlusion.volume import FIXED_CAMERA, OcclusionConfig, update_volume
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import Perception
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
@@ -49,8 +49,7 @@ class Pipeline:
         robot: whose reach decides which grasps are valid; a GripperDescription alone checks only the gripper.
         workspace: fixed obstacles.
         noise: sensor noise to add to each snapshot, None for none.
-        occlusion: settings of the occlusion volume; what the fixed camera can never see counts as outside of it,
-            since as "unknown" it would bar the way for ever.
+        occlusion: settings of the occlusion volume.
         failures: how failed grasps count.
     """
 
@@ -59,7 +58,7 @@ class Pipeline:
     robot: RobotDescription | GripperDescription
     workspace: Workspace
     noise: NoiseConfig | None = None
-    occlusion: OcclusionConfig = field(default_factory=lambda: OcclusionConfig(out_of_view_is_free=True))
+    occlusion: OcclusionConfig = FIXED_CAMERA
     failures: FailureConfig = field(default_factory=FailureConfig)
 
     def look(

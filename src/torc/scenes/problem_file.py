@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from torc.errors import InputError
 from torc.records.camera import MAX_OBJECTS
@@ -23,7 +23,19 @@ BELOW_TABLE_M, ABOVE_TABLE_M = 0.02, 1.0
 
 
 _Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}$")]
-_Text = Annotated[str, Field(max_length=2000)]
+
+
+def _printable(text: str) -> str:
+    """Text is shown in terminals and pages: no control characters."""
+    strange = sorted({c for c in text if not (c.isprintable() or c == "\n")})
+    if strange:
+        raise ValueError(
+            f"has characters that cannot be printed: {', '.join(map(ascii, strange))}. Remove them."
+        )
+    return text
+
+
+_Text = Annotated[str, Field(max_length=2000), AfterValidator(_printable)]
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 

@@ -118,7 +118,8 @@ class PlanChecker:
         out = []
         for name, t in _segments(plan):
             width = plan.width_m if name in ("lift", "transfer") else self._robot.gripper.max_width_m
-            everything, arm_only = ([], [])
+            everything: list[Obstacle] = []
+            arm_only: list[Obstacle] = []
             if name in ("free", "transfer", "home"):
                 everything, arm_only = self._voxels(name, plan, request, t.qpos[0], width)
             found = self._first_contact(t, width, [*self._fixed, *everything], arm_only)

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Float32
 
 from torc.grasping.features import FEATURE_NAMES
 from torc.grasping.planner import candidates_with_features
-from torc.occlusion.volume import empty_volume, update_volume
+from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.privileged import LabelPerception
 from torc.records import GraspSet, Observation, OcclusionVolume, SegmentedScene
@@ -64,7 +64,7 @@ def perceive(
     if noisy:
         observation = add_sensor_noise(observation, SENSOR_NOISE, rng)
     scene = LabelPerception().perceive(observation)
-    return scene, update_volume(empty_volume(workspace.grid), scene)
+    return scene, update_volume(empty_volume(workspace.grid), scene, FIXED_CAMERA)
 
 
 def observe(world: World, mount: CameraMount) -> Observation:

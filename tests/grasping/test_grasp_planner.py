@@ -82,7 +82,7 @@ def test_the_best_grasp_of_a_ball_passes_its_middle(planner):
     assert g.widths_m[0] == pytest.approx(0.07, abs=0.006)
 
 
-def test_candidates_are_what_plan_chooses_from(planner, pile):
+def test_candidates_are_what_plan_chooses_from(planner, gripper, pile):
     found = planner.candidates(pile.scene, pile.volume, np.random.default_rng(4))
     g = plan(planner, pile, 4)
     assert found.features.shape == (len(found.grasps), len(FEATURE_NAMES))
@@ -91,17 +91,9 @@ def test_candidates_are_what_plan_chooses_from(planner, pile):
     assert found.proposed >= len(found.grasps) > len(g)
     offered = {t.tobytes(): s for t, s in zip(found.grasps.Ts_world_tcp, found.grasps.scores)}
     assert all(offered[t.tobytes()] == s for t, s in zip(g.Ts_world_tcp, g.scores))
-    assert np.array_equal(found.blockers != 0, found.blocked | (found.blockers != 0))
-    again = candidates_with_features(
-        pile.scene, pile.volume, _gripper(planner), TABLE_Z, np.random.default_rng(4)
-    )
+    assert np.all(found.blockers[found.blocked] != 0)
+    again = candidates_with_features(pile.scene, pile.volume, gripper, TABLE_Z, np.random.default_rng(4))
     assert np.array_equal(again.features, found.features)
-
-
-def _gripper(planner):
-    from torc.robots.description import load_robot
-
-    return load_robot().gripper
 
 
 def test_what_is_drawn_for_one_object_does_not_depend_on_the_others(planner, pile):
@@ -122,6 +114,19 @@ def test_wedged_objects_keep_blocked_grasps_that_name_the_neighbours(planner):
     assert set(found.blockers[mine].tolist()) <= {0b001, 0b100, 0b101}
     g = plan(planner, view)
     assert np.any((g.object_ids == 1) & (np.abs(g.Ts_world_tcp[:, 1, 0]) > 0.98))
+
+
+def test_of_the_blocked_candidates_only_so_many_are_kept(gripper, pile):
+    few = replace(GraspConfig().candidates, max_blocked=5)
+    small = GeometricGraspPlanner(gripper, TABLE_Z, GraspConfig(candidates=few), HandScore())
+    found = small.candidates(pile.scene, pile.volume, np.random.default_rng(0))
+    per_object = np.bincount(found.grasps.object_ids[found.blocked])
+    assert per_object.max() == 5
+    everything = GeometricGraspPlanner(gripper, TABLE_Z, scorer=HandScore()).candidates(
+        pile.scene, pile.volume, np.random.default_rng(0)
+    )
+    free = everything.grasps.Ts_world_tcp[~everything.blocked]
+    assert np.array_equal(found.grasps.Ts_world_tcp[~found.blocked], free)
 
 
 def test_small_and_hidden_objects_get_none(planner):

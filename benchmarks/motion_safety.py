@@ -1,0 +1,106 @@
+"""Every motion of many picks on the shipped problems against the independent checker (full geometry, not spheres).
+
+    python benchmarks/motion_safety.py --picks 200
+
+For each problem, object after object is planned for and taken away, so that scenes of all stages are met. Checked
+are joint limits and speeds, continuity, straightness of the Cartesian parts, and collisions (see
+torc.testing.motion_checker).
+"""
+
+import itertools
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import tyro
+
+from torc.episode.trial import default_pipeline
+from torc.motion.planner import OmplMotionPlanner
+from torc.motion.protocol import PickRequest
+from torc.occlusion.volume import empty_volume
+from torc.pipeline.look import Look
+from torc.pipeline.seeding import stage_rng
+from torc.records import PickPlan
+from torc.robots.description import RobotDescription, load_robot
+from torc.scenes.problem import Problem, load_problem, problem_names
+from torc.scenes.workspace import Workspace
+from torc.sim.robot import SimulatedRobot
+from torc.sim.world import build_world
+from torc.testing.motion_checker import PlanChecker
+
+
+@dataclass(frozen=True)
+class Args:
+    """Plan picks until enough are planned, and check each."""
+
+    picks: int = 200
+    """How many plans to check."""
+
+
+def main() -> None:
+    """Run and print the table."""
+    args = tyro.cli(Args)
+    robot, workspace = load_robot(), Workspace()
+    planner, checker = OmplMotionPlanner(robot, workspace), PlanChecker(robot, workspace)
+    seconds, failures, faulty, checked = [], Counter(), [], 0
+    for name, seed, request in itertools.islice(all_requests(robot, workspace), args.picks):
+        start = time.perf_counter()
+        plan = planner.plan_pick(request, stage_rng(seed, 0, "motion"))
+        seconds.append(time.perf_counter() - start)
+        if not isinstance(plan, PickPlan):
+            failures[str(plan.stage)] += 1
+            continue
+        checked += 1
+        faults = checker.faults(plan, request)
+        if faults:
+            faulty.append(f"{name}, object {request.object_id}: " + "; ".join(faults))
+    median, p95 = np.percentile(seconds, [50, 95])
+    print(f"plans checked {checked}, with faults {len(faulty)}")
+    print(f"not planned {sum(failures.values())} of {len(seconds)}: {dict(failures)}")
+    print(f"planning time: median {median:.3f} s, p95 {p95:.3f} s (budget .150 / .500)")
+    print("\n".join(faulty))
+
+
+def all_requests(robot: RobotDescription, workspace: Workspace) -> Iterator[tuple[str, int, PickRequest]]:
+    """Requests from all problems, seed after seed: (problem, seed, request)."""
+    for seed in itertools.count():
+        for name in problem_names():
+            for request in requests(load_problem(name), robot, workspace, seed):
+                yield name, seed, request
+
+
+def requests(
+    problem: Problem, robot: RobotDescription, workspace: Workspace, seed: int
+) -> Iterator[PickRequest]:
+    """A request for each graspable object of the scene, then of the scene without one of them, and so on."""
+    rng = np.random.default_rng(seed)
+    pipeline = default_pipeline(robot, workspace)
+    while len(problem.objects) > 1:
+        with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
+            observation = simulated.capture()
+        look: Look = pipeline.look(
+            observation, empty_volume(workspace.grid), target_description="", seed=seed
+        )
+        context = look.context
+        graspable = context.report.graspable_ids
+        for object_id in graspable:
+            yield PickRequest(
+                scene=context.scene,
+                volume=context.volume,
+                world=look.world,
+                grasps=context.grasps,
+                report=context.report,
+                object_id=object_id,
+                qpos_start=observation.qpos,
+            )
+        removable = [k for k in graspable if k != 0]
+        if not removable:
+            return
+        gone = problem.ordered()[int(rng.choice(removable))].name
+        problem = replace(problem, objects=tuple(o for o in problem.objects if o.name != gone))
+
+
+if __name__ == "__main__":
+    main()
