@@ -9,7 +9,7 @@ _NEIGHBOURS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1],
 
 
 def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np.ndarray, "a 4"]:
-    """At most max_spheres equal spheres (x, y, z, radius) that cover about the surface of the points' convex
+    """About max_spheres equal spheres (x, y, z, radius) that cover about the surface of the points' convex
     hull.
 
     The hull is cut into cubes along its principal axes, as small as the number allows; each outer cube
@@ -36,10 +36,12 @@ def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np
     if len(centers) == 0:
         # A hull so thin that it passes between all centres: the cubes that hold points.
         centers = (np.unique(np.floor(local / cell), axis=0) + 0.5) * cell
-    # Large enough to cover their cubes' faces and every given point.
-    reach = float(np.max(cKDTree(centers).query(local)[0]))
-    radius = np.full((len(centers), 1), max(0.7 * cell, reach))
-    return np.hstack([centers @ axes.T + center, radius])
+    # Corners of the hull may stick out between the spheres: those get spheres of their own, one per cube.
+    radius = 0.87 * cell
+    uncovered = local[cKDTree(centers).query(local)[0] > radius]
+    _, first = np.unique(np.floor(uncovered / (0.7 * radius)), axis=0, return_index=True)
+    centers = np.vstack([centers, uncovered[np.sort(first)]])
+    return np.hstack([centers @ axes.T + center, np.full((len(centers), 1), radius)])
 
 
 def _hull_planes(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "f 4"]:

@@ -255,11 +255,12 @@ _LIMITS = """## What this does not cover
 
 def _opening(train: Trials) -> str:
     scenes = len(np.unique(train.scene_key))
+    seeds = ", ".join(str(s) for s in np.unique(train.seed))
     return (
         "# The learned grasp score\n\n"
         f"Gradient-boosted trees on {len(train.feature_names)} features of a grasp candidate, fitted to {len(train)} "
         f"simulated trials in {scenes} scenes ({100 * train.held.mean():.0f} % held), then calibrated. A trial: a "
         "floating, force-limited 2F-85 approaches, closes, lifts 15 cm, moves 20 cm sideways in .6 s and holds; held = "
         "risen 9 cm and between both fingers at the end. No arm. Made by\n"
-        "`python -m torc.grasping.training collect`, `train`, `evaluate` and `report`.\n"
+        f"`python -m torc.grasping.training collect`, `train`, `evaluate` and `report`; seeds of the scenes: {seeds}.\n"
     )
