@@ -79,18 +79,24 @@ def load(args: Args) -> list[dict]:
         if (path / "result.json").exists():
             result = json.loads((path / "result.json").read_text())
             events = [json.loads(line) for line in (path / "events.jsonl").read_text().splitlines()]
-            category = load_problem(problem).category
-            rows.append(
-                {
-                    "problem": problem,
-                    "planner": planner,
-                    "seed": seed,
-                    "category": category,
-                    **result,
-                    "events": events,
-                }
-            )
+            facts = {
+                "problem": problem,
+                "planner": planner,
+                "seed": seed,
+                "category": load_problem(problem).category,
+            }
+            rows.append({**facts, **result, **unseen_kinds(problem, events), "events": events})
     return rows
+
+
+def unseen_kinds(problem: str, events: list[dict]) -> dict[str, int]:
+    """Executed and held grasps of objects of kinds that the grasp model was never trained on."""
+    from torc.scenes.library import load_object
+    from torc.scenes.problem import load_problem
+
+    unseen = [load_object(placement.model).held_out for placement in load_problem(problem).ordered()]
+    tried = [e for e in events if e["event"] == "executed" and e["duration_s"] > 0 and unseen[e["object_id"]]]
+    return {"unseen_executed": len(tried), "unseen_held": sum(e["held_after_lift"] for e in tried)}
 
 
 def interval(rows: list[dict], statistic: Callable[[list[dict]], float], draws: int = 2000) -> str:
@@ -112,17 +118,23 @@ def share(predicate: Callable[[dict], bool]) -> Callable[[list[dict]], float]:
     return lambda rows: float(np.mean([predicate(row) for row in rows]))
 
 
-def grasp_rate(rows: list[dict]) -> float:
-    """Held after the lift / executed."""
-    executed = sum(row["grasps_executed"] for row in rows)
-    return sum(row["grasps_held"] for row in rows) / executed if executed else float("nan")
+def rate(held: str, executed: str) -> Callable[[list[dict]], float]:
+    """Sum of one column over the sum of another; NaN where the latter is 0."""
+    return lambda rows: (
+        sum(r[held] for r in rows) / n if (n := sum(r[executed] for r in rows)) else float("nan")
+    )
+
+
+GRASPS_HELD = rate("grasps_held", "grasps_executed")
+UNSEEN_HELD = rate("unseen_held", "unseen_executed")
 
 
 def summary(rows: list[dict], planners: tuple[str, ...]) -> str:
     """The table: a row per planner and category."""
     lines = [
-        "| planner | scenes | trials | errored | retrieved | with no drop | median picks | mean drops | grasps held |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| planner | scenes | trials | errored | retrieved | with no drop | median picks | mean drops | grasps held "
+        "| of unseen kinds |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for planner in planners:
         for category in ("all", "structured", "unstructured"):
@@ -135,7 +147,7 @@ def summary(rows: list[dict], planners: tuple[str, ...]) -> str:
                 f"| {interval(done, share(lambda r: r['retrieved']))} "
                 f"| {interval(done, share(lambda r: r['retrieved'] and r['drops'] == 0))} "
                 f"| {np.median([r['picks'] for r in done]):.0f} | {np.mean([r['drops'] for r in done]):.2f} "
-                f"| {interval(done, grasp_rate)} |"
+                f"| {interval(done, GRASPS_HELD)} | {interval(done, UNSEEN_HELD)} |"
             )
     return "\n".join(lines)
 

@@ -7,6 +7,7 @@ import pytest
 
 from torc.geometry.transforms import make_pose, rotation_about
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
+from torc.pipeline.report import hold_back_unlikely
 from torc.records import GraspReport, GraspSet, GraspStatus, SegmentedObject, SegmentedScene
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 
@@ -43,9 +44,8 @@ def test_scores_fall_for_grasps_alike_only():
     assert np.array_equal(lower_scores(_grasps(), (_failed(False),), CONFIG).scores, _grasps().scores)
 
 
-def test_grasps_without_a_motion_become_invalid():
-    n = 5
-    report = GraspReport(
+def _report(n=5):
+    return GraspReport(
         status=np.zeros(n, np.uint8),
         qpos=np.zeros((n, 7)),
         blockers=np.zeros(n, np.uint64),
@@ -54,6 +54,18 @@ def test_grasps_without_a_motion_become_invalid():
         blocked_total=np.zeros(2, np.int32),
         valid_total=np.array([4, 1], np.int32),
     )
+
+
+def test_unlikely_grasps_wait_until_there_are_no_others():
+    grasps = replace(_grasps(), scores=np.array([0.9, 0.1, 0.3, 0.2, 0.1]))
+    after = hold_back_unlikely(_report(), grasps, 0.25)
+    assert after.status.tolist() == [0, GraspStatus.UNLIKELY, 0, GraspStatus.UNLIKELY, GraspStatus.UNLIKELY]
+    assert after.valid_total.tolist() == [2, 0]
+    assert hold_back_unlikely(_report(), grasps, 0.95).valid_total.tolist() == [4, 1]
+
+
+def test_grasps_without_a_motion_become_invalid():
+    report = _report()
     after = veto(report, _grasps(), (_failed(False),), CONFIG)
     assert after.status.tolist() == [GraspStatus.NO_MOTION] * 2 + [GraspStatus.VALID] * 3
     assert after.valid_total.tolist() == [2, 1]

@@ -123,10 +123,11 @@ def carved(
     attached: Float[np.ndarray, "a 4"] | None = None,
     only_id: int = -1,
 ) -> CollisionWorld:
-    """The world without the voxels that the robot touches at one configuration, grown by its paddings and a
-    margin.
+    """The world without the voxels that the robot touches at one configuration.
 
-    For places where the robot is known to be, or allowed to be. only_id: remove only this object's voxels.
+    For places where the robot is known to be, or allowed to be. The robot is grown by its paddings and a margin,
+    attached spheres by half of it: they are larger than what they stand for already. only_id: remove only this
+    object's voxels.
     """
     arrays = with_attached(_arrays(robot), attached)
     q, _, only = _batch(arrays, np.asarray(qpos)[None], width_m, only_id)
@@ -134,14 +135,14 @@ def carved(
     spheres = np.empty((sphere_rows(arrays), 3))
     place_spheres(q[0], float(width_m), arrays, np.empty((dof + 1, 3, 4)), np.empty((3, 4)), spheres)
     link = np.repeat(np.arange(len(arrays.link_start) - 1), np.diff(arrays.link_start))
-    config = world.config
-    padding = np.where(
-        link < dof, config.padding_m, np.maximum(config.gripper_padding_m, config.attached_padding_m)
+    c = world.config
+    growth = np.select(
+        [link < dof, link < dof + 3],
+        [c.padding_m + margin_m, c.gripper_padding_m + margin_m],
+        c.attached_padding_m + 0.5 * margin_m,
     )
     kind = world.kind.copy()
-    clear_touched(
-        spheres[: len(padding)], arrays.radii + padding, float(margin_m), world_arrays(world), kind, only[0]
-    )
+    clear_touched(spheres[: len(link)], arrays.radii + growth, world_arrays(world), kind, only[0])
     return replace(world, kind=kind)
 
 

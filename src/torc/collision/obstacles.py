@@ -168,11 +168,11 @@ def box_distance(x, y, z, boxes):
 
 
 @njit(cache=True)
-def clear_touched(spheres, radii, margin_m, world, kind, only):
-    """Set kind to free where a grown sphere touches a voxel; only: bits of the owners affected, 0 for all."""
+def clear_touched(spheres, radii, world, kind, only):
+    """Set kind to free where a sphere touches a voxel; only: bits of the owners affected, 0 for all."""
     h = world.voxel_size_m
     for s in range(spheres.shape[0]):
-        r = (radii[s] + margin_m) / h
+        r = radii[s] / h
         lo, hi = np.empty(3, np.int64), np.empty(3, np.int64)
         g = np.empty(3)
         for axis in range(3):

@@ -15,7 +15,7 @@ class CartesianConfig:
     Attributes:
         back_offs_m: distances of the pre-grasp from the grasp, against the approach direction; the first one
             that is feasible and free is taken.
-        lifts_m: heights of the lift; the first one at whose end nothing is touched is taken, else the first feasible.
+        lifts_m: heights of the lift; the first one at whose end nothing is touched is taken, else the highest.
         step_m: distance between waypoints of a line.
         max_branches: inverse-kinematics solutions of a grasp that are followed along both lines at a time.
         max_rounds: how many times so many are followed before the grasp is given up.

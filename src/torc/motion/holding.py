@@ -37,7 +37,7 @@ def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np
         # A hull so thin that it passes between all centres: the cubes that hold points.
         centers = (np.unique(np.floor(local / cell), axis=0) + 0.5) * cell
     # Corners of the hull may stick out between the spheres: those get spheres of their own, one per cube.
-    radius = 0.87 * cell
+    radius = 0.78 * cell
     uncovered = local[cKDTree(centers).query(local)[0] > radius]
     _, first = np.unique(np.floor(uncovered / (0.7 * radius)), axis=0, return_index=True)
     centers = np.vstack([centers, uncovered[np.sort(first)]])

@@ -164,7 +164,7 @@ def _lift(
     if not counts:
         return None
     free = context.free_when_lifted(upward[[c - 1 for c in counts]])
-    best = int(np.argmax(free))
+    best = int(np.argmax(free)) if free.any() else int(np.argmax(counts))
     return counts[best], bool(free[best])
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from torc.geometry.transforms import Pose
+from torc.pipeline.report import with_status
 from torc.records import GraspReport, GraspSet, GraspStatus, SegmentedScene
 
 
@@ -73,8 +74,7 @@ def veto(
     for f in failed:
         if not f.executed:
             status[_alike(grasps, f, config) & (status == GraspStatus.VALID)] = GraspStatus.NO_MOTION
-    valid = [np.count_nonzero(status[grasps.object_ids == k] == GraspStatus.VALID) for k in report.object_ids]
-    return replace(report, status=status, valid_total=np.array(valid, dtype=np.int32))
+    return with_status(report, grasps, status)
 
 
 def _alike(grasps: GraspSet, failed: FailedGrasp, config: FailureConfig) -> Bool[np.ndarray, "n"]:

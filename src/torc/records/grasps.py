@@ -23,6 +23,8 @@ class GraspStatus(IntEnum):
     """A finger intersects surface points of the object to be grasped."""
     NO_MOTION = 6
     """No motion was found for it, or for one like it, in an earlier pick since which nothing has changed."""
+    UNLIKELY = 7
+    """Its probability to hold is too low to be worth a pick while other grasps are valid."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,113 @@
+"""Each stage of a pick against its budget, and against what the paper's system took.
+
+    python benchmarks/stages.py [--seeds 3] [--picks 3]
+
+Plays the first picks of every shipped problem with DG-SELECT, kernels warm, one process. The paper's times are its
+authors': grasp planning 16-20 s, motion planning 4-5 s, DG-SELECT 27 s (5 s in a later rerun), an episode
+380-630 s, all on a GPU workstation.
+"""
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+import tyro
+
+from torc.episode.events import Decided, Event, Executed, Looked, Planned, Started
+from torc.episode.loop import EpisodeConfig, EpisodeParts, rehearse, run_episode
+from torc.episode.trial import default_pipeline
+from torc.motion.planner import OmplMotionPlanner
+from torc.robots.description import load_robot
+from torc.scenes.problem import load_problem, problem_names
+from torc.scenes.workspace import Workspace
+from torc.sim.robot import SimulatedRobot
+from torc.sim.world import build_world
+from torc.task_planning.registry import make_planner
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the table: the budget's median and 95th percentile, and the paper's time; seconds."""
+
+    median_s: float
+    p95_s: float
+    paper_s: float = float("nan")
+
+
+BUDGETS = {
+    "perceive + occlusion update": Row(0.060, 0.100),
+    "grasps, IK, validity, blocking": Row(0.300, 0.600, 18.0),
+    "DG-SELECT decision": Row(0.010, 0.050, 27.3),
+    "image to decision": Row(0.500, float("nan"), 45.0),
+    "motion plans of one pick": Row(0.150, 0.500, 4.5),
+    "simulated pick": Row(1.5, 4.0),
+}
+
+
+@dataclass(frozen=True)
+class Args:
+    """Time the stages."""
+
+    seeds: int = 3
+    """Seeds per problem."""
+    picks: int = 3
+    """Picks per episode."""
+
+
+class Stopwatch:
+    """Collects the seconds of each stage from the events."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, list[float]] = defaultdict(list)
+
+    def __call__(self, event: Event) -> None:
+        """Note one event's times."""
+        match event:
+            case Looked():
+                s = event.look.seconds
+                self.seconds["perceive + occlusion update"].append(s["perceive"] + s["occlusion"])
+                grasps = s["collision world"] + s["grasps"] + s["validity"]
+                self.seconds["grasps, IK, validity, blocking"].append(grasps)
+                self._look_s = sum(s.values())
+            case Decided():
+                self.seconds["DG-SELECT decision"].append(event.seconds)
+                self.seconds["image to decision"].append(self._look_s + event.seconds)
+            case Planned():
+                self.seconds["motion plans of one pick"].append(event.seconds)
+            case Executed() if event.seconds > 0:
+                self.seconds["simulated pick"].append(event.seconds)
+            case _:
+                pass
+
+
+def main() -> None:
+    """Run and print the table."""
+    args = tyro.cli(Args)
+    robot, workspace, planner = load_robot(), Workspace(), make_planner("dg-select")
+    watch, warm = Stopwatch(), False
+    for seed in range(args.seeds):
+        for problem in map(load_problem, problem_names()):
+            with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
+                motion = OmplMotionPlanner(robot, workspace)
+                parts = EpisodeParts(simulated, default_pipeline(robot, workspace), planner, motion)
+                if not warm:
+                    rehearse(parts)
+                    warm = True
+                started = Started(problem.name, planner.name, seed, problem.description, args.picks)
+                run_episode(parts, started, EpisodeConfig(args.picks, seed), [watch])
+    print("| step | samples | median, s | p95, s | budget, s | paper, s | paper / ours |")
+    print("|---|---|---|---|---|---|---|")
+    for name, budget in BUDGETS.items():
+        median, p95 = np.percentile(watch.seconds[name], [50, 95])
+        limits = f"{budget.median_s:g}" + ("" if np.isnan(budget.p95_s) else f" / {budget.p95_s:g}")
+        paper = (
+            ("-", "-")
+            if np.isnan(budget.paper_s)
+            else (f"{budget.paper_s:g}", f"{budget.paper_s / median:.0f} x")
+        )
+        count = len(watch.seconds[name])
+        print(f"| {name} | {count} | {median:.3f} | {p95:.3f} | {limits} | {paper[0]} | {paper[1]} |")
+
+
+if __name__ == "__main__":
+    main()
