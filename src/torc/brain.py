@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from torc.errors import InputError
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.occlusion.volume import empty_volume
 from torc.perception.marking import mark_image
@@ -22,7 +23,7 @@ from torc.pipeline.seeding import stage_rng
 from torc.records import Decision, OcclusionVolume
 from torc.records.serialization import to_plain
 from torc.robots.description import RobotDescription, load_robot
-from torc.scenes.workspace import Box, Workspace
+from torc.scenes.workspace import Bin, Box, Workspace
 from torc.task_planning.drawing import draw_graph
 from torc.task_planning.graph import DependencyGraph
 from torc.task_planning.protocol import TaskPlanner
@@ -81,13 +82,17 @@ class Answer:
         context = self.look.context
         target = "in sight" if context.scene.target_id is not None else "hidden"
         choice = "no choice" if self.label is None else f"pick object {self.label}"
+        renamed = {k: label for k, label in self.labels.items() if k != label and k in context.scene.ids}
         lines = [
             f"{choice}: {self.decision.reason}",
             f"target {target}; {len(context.scene.objects)} objects in sight",
         ]
         probabilities = self.decision.evidence.get("probabilities", {})
         for object_id, p in sorted(probabilities.items(), key=lambda item: -item[1]):
-            lines.append(f"  p({self.labels.get(int(object_id), object_id)}) = {p:.3f}")
+            lines.append(f"  p({object_id}) = {p:.3f}")
+        if renamed:
+            pairs = ", ".join(f"{k} = label {label}" for k, label in sorted(renamed.items()))
+            lines.append(f"numbers in reasons and pictures: {pairs}")
         return "\n".join(lines)
 
     def save_pictures(self, directory: Path) -> None:
@@ -131,14 +136,19 @@ def decide_frame(
     before = volume if volume is not None else empty_volume(frame.grid)
     look = pipeline.look(frame.observation, before, target_description=frame.target_description, seed=seed)
     decision = planner.decide(look.context, stage_rng(seed, 0, "decide"))
+    if decision.object_id is not None and decision.object_id not in look.context.scene.ids:
+        raise InputError(
+            f"Task planner '{planner.name}' named object {decision.object_id}, which is not in sight."
+        )
     return Answer(decision, look, dict(frame.labels))
 
 
 def _workspace(frame: Frame, *, with_robot: bool) -> Workspace:
     """The frame's support surface as the table; torc's own table only where its robot is meant too."""
-    own = Workspace()
     if with_robot:
         return Workspace(grid=frame.grid)
+    # A workspace has a bin; here it is out of everything's way.
+    nowhere = Bin(center=(0.0, 0.0, -100.0))
     (x, y, _), (dx, dy, _) = (
         0.5 * (frame.grid.upper + frame.grid.origin),
         frame.grid.upper - frame.grid.origin,
@@ -146,7 +156,7 @@ def _workspace(frame: Frame, *, with_robot: bool) -> Workspace:
     table = Box(
         "table", (float(x), float(y), frame.support_z_m - 0.05), (float(dx) + 0.4, float(dy) + 0.4, 0.10)
     )
-    return Workspace(table=table, bin=own.bin, camera=own.camera, grid=frame.grid)
+    return Workspace(table=table, bin=nowhere, grid=frame.grid)
 
 
 def _write_png(path: Path, rgb: np.ndarray) -> None:

@@ -111,6 +111,26 @@ def test_recorder_replaces_when_told(play, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["trial"]
 
 
+def test_recorder_takes_choices_that_do_not_exist(play, tmp_path):
+    recorder = TrialRecorder(tmp_path / "trial", {})
+    result = play(ScriptedPlanner([63, 0]), max_picks=2, listeners=[recorder])
+    recorder.complete({})
+    assert [o.result for o in result.outcomes] == [PickResult.NO_VALID_CHOICE] * 2  # the target, 0, is hidden
+
+
+def test_planners_see_nothing_privileged_in_the_history(play):
+    seen = []
+
+    class Spy(ScriptedPlanner):
+        def decide(self, context, rng):
+            seen.append(context.history)
+            return super().decide(context, rng)
+
+    told = PickOutcome(PickResult.STOPPED, 1, 0, dropped=(2,), detail="finger on object 0", duration_s=4.0)
+    play(Spy([1, 1]), results=[told], max_picks=2)
+    assert seen[1] == (PickOutcome(PickResult.STOPPED, 1, duration_s=4.0),)
+
+
 def test_unwritable_directory_is_a_clear_error(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="Choose another --out"):

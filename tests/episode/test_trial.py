@@ -44,10 +44,12 @@ def test_same_trial_same_log_also_in_another_process(tmp_path):
     assert {line["event"] for line in log} == {"started", "looked", "decided", "planned", "executed", "ended"}
 
 
-def test_another_seed_makes_another_log(tmp_path):
-    for seed in (0, 1):
-        run_trial(TrialSpec("structured-04", "random", seed, max_picks=1), tmp_path / str(seed), say=_silent)
-    assert _log(tmp_path / "0")[1:] != _log(tmp_path / "1")[1:]
+def test_another_seed_or_sensor_noise_makes_another_log(tmp_path):
+    for name, seed, noise in (("a", 0, False), ("b", 1, False), ("c", 0, True)):
+        spec = TrialSpec("structured-04", "random", seed, max_picks=1, noise=noise)
+        run_trial(spec, tmp_path / name, say=_silent)
+    digests = {_log(tmp_path / name)[1]["digest"] for name in "abc"}
+    assert len(digests) == 3
 
 
 def test_ctrl_c_leaves_a_readable_partial_log(tmp_path):

@@ -55,8 +55,14 @@ def test_force_on_the_robot_names_the_thing(stacked):
 
 
 @pytest.mark.parametrize(
-    ("carried", "wanted", "held"),
-    [({3: True, 5: False}, 5, 5), ({3: True, 0: False}, 5, 0), ({5: False, 7: True}, 1, 7), ({}, 0, None)],
+    ("carried", "delivered", "wanted", "held"),
+    [
+        ({3: True, 5: False}, set(), 5, 5),
+        ({3: True, 0: False}, set(), 5, 0),
+        ({5: False, 0: False}, {0, 5}, 5, 0),
+        ({5: False, 7: True}, {7}, 1, 7),
+        ({}, set(), 0, None),
+    ],
 )
-def test_which_of_several_counts(carried, wanted, held):
-    assert _choose_held(carried, wanted) == held
+def test_which_of_several_counts(carried, delivered, wanted, held):
+    assert _choose_held(carried, delivered, wanted) == held

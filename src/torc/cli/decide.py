@@ -11,9 +11,11 @@ import tyro
 class DecideCommand:
     """Decide which object to pick next in a saved RGB-D frame with masks.
 
-    FRAME is a .npz file (rgb, depth_m, K, T_world_camera, labels) or a directory with rgb.png, depth.png, labels.png
-    and frame.json. No robot, no simulator: the answer, the dependency graph and the probabilities, as text, as JSON
-    and as pictures.
+    FRAME is a .npz file with rgb, depth_m (or depth and depth_scale), K, T_world_camera (OpenCV camera frame, world z
+    up, metres) and labels (an integer per object, 0 for the background); or a directory with rgb.png, depth.png,
+    labels.png and frame.json, which holds the same. `target` is the target's label, or "hidden"; further optional keys
+    are target_description and support_z_m, the height of the table. No simulator is needed: the answer, the
+    dependency graph and the probabilities, as text, as JSON and as pictures.
     """
 
     frame: tyro.conf.Positional[Path]
@@ -40,7 +42,7 @@ class DecideCommand:
         from torc.task_planning.registry import make_planner
 
         planner, frame = make_planner(self.planner), load_frame(self.frame)
-        with compiling_once(lambda text: print(text, file=sys.stderr)):
+        with compiling_once(lambda text: print(text, file=sys.stderr), f"decide-{self.robot != 'none'}"):
             answer = decide_frame(
                 frame, planner, robot=None if self.robot == "none" else self.robot, seed=self.seed
             )

@@ -34,6 +34,8 @@ First steps:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; exits the process."""
+    # `--planner my_module:MyPlanner` finds a module in the working directory, as `python -m` would.
+    sys.path.append(os.getcwd())
     sys.exit(_run(arguments))
 
 

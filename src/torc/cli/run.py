@@ -25,7 +25,7 @@ class RunCommand:
     max_picks: int = 15
     """Attempts, failed ones included."""
     noise: bool = False
-    """Add sensor noise to what the camera sees."""
+    """Add the noise of a stereo camera: depth errors that grow with distance, lost edges, eroded masks."""
     video: bool = False
     """Also write video.mp4 (an outside view, with what the planner saw)."""
     save_records: bool = False
@@ -37,6 +37,7 @@ class RunCommand:
     def run(self) -> int:
         """Run the trial; returns the exit code."""
         from rich.console import Console
+        from rich.markup import escape
 
         from torc.errors import InputError
 
@@ -62,7 +63,7 @@ class RunCommand:
 
             print(json.dumps(trial.result, indent=2))
         elif trial.result["status"] == "errored":
-            console.print(f"\n[bold red]errored[/]: {trial.result['error']}")
+            console.print(f"\n[bold red]errored[/]: {escape(trial.result['error'])}")
         if not self.json:
-            console.print(f"Results and pictures: {trial.directory}", highlight=False)
+            console.print(f"Results and pictures: {escape(str(trial.directory))}", highlight=False)
         return {"completed": 0, "errored": 1, "interrupted": 130}[trial.result["status"]]

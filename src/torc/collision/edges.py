@@ -8,7 +8,7 @@ step.
 import numpy as np
 from numba import njit
 
-from torc.collision.kernels import contacts_at, padding_row, self_clearance
+from torc.collision.kernels import contacts_at, padding_row, sphere_gap
 from torc.collision.obstacles import box_distance, voxel_bound, voxels_touched
 from torc.collision.placement import place_spheres, sphere_rows
 
@@ -41,8 +41,79 @@ def _world_advance(spheres, dof, own, robot, world, moved, step_m):
                 gap = 0.0
             clearance = min(clearance, gap)
         if moved[link] > 0.0:
-            advance = min(advance, max(clearance, step_m) / moved[link])
+            advance = min(advance, max(3 * clearance, 8 * step_m) / moved[link])
     return advance
+
+
+@njit(cache=True)
+def _pair_gap(robot, spheres, a, b, limit):
+    """Distance between two links, up to a limit."""
+    n = robot.radii.shape[0]
+    if (
+        sphere_gap(spheres[n + a], robot.link_spheres[a, 3], spheres[n + b], robot.link_spheres[b, 3], limit)
+        == limit
+    ):
+        return limit
+    for s in range(robot.link_start[a], robot.link_start[a + 1]):
+        for t in range(robot.link_start[b], robot.link_start[b + 1]):
+            limit = sphere_gap(spheres[s], robot.radii[s], spheres[t], robot.radii[t], limit)
+    return limit
+
+
+@njit(cache=True)
+def _fixed_gap(robot, spheres, link, limit):
+    """Distance between a link and the parts of the robot that do not move, up to a limit."""
+    n = robot.radii.shape[0]
+    for t in range(robot.static_spheres.shape[0]):
+        fixed, r = robot.static_spheres[t], robot.static_spheres[t, 3]
+        if sphere_gap(spheres[n + link], robot.link_spheres[link, 3], fixed, r, limit) < limit:
+            for s in range(robot.link_start[link], robot.link_start[link + 1]):
+                limit = sphere_gap(spheres[s], robot.radii[s], fixed, r, limit)
+    return limit
+
+
+@njit(cache=True)
+def _self_advance(spheres, robot, padding, moved, between, step_m):
+    """Share of an edge that can be skipped without the robot touching itself; negative where it does.
+
+    between[p]: no point of one link of pair p moves further than this relative to the other on the whole edge.
+    """
+    advance = 1.0
+    for p in range(robot.self_pairs.shape[0]):
+        if between[p] == 0.0:
+            continue
+        # Beyond the limit the pair does not shorten the advance.
+        limit = padding + max(advance * between[p], step_m)
+        gap = _pair_gap(robot, spheres, robot.self_pairs[p, 0], robot.self_pairs[p, 1], limit) - padding
+        if gap < 0.0:
+            return -1.0
+        advance = min(advance, max(gap, step_m) / between[p])
+    for link in range(robot.static_links.shape[0]):
+        if not robot.static_links[link] or moved[link] == 0.0:
+            continue
+        limit = padding + max(advance * moved[link], step_m)
+        gap = _fixed_gap(robot, spheres, link, limit) - padding
+        if gap < 0.0:
+            return -1.0
+        advance = min(advance, max(gap, step_m) / moved[link])
+    return advance
+
+
+@njit(cache=True)
+def _motion_bounds(a, b, robot, reach, moved, between):
+    """Largest motion of any point of each link, and of each self pair's links relative to each other."""
+    dof = a.shape[0]
+    for link in range(reach.shape[1]):
+        moved[link] = 0.0
+        for d in range(dof):
+            moved[link] += abs(b[d] - a[d]) * reach[d, link]
+    for p in range(robot.self_pairs.shape[0]):
+        first = min(robot.self_pairs[p, 0], robot.self_pairs[p, 1])
+        last = max(robot.self_pairs[p, 0], robot.self_pairs[p, 1])
+        between[p] = 0.0
+        # Joints up to the first link move both alike.
+        for d in range(first + 1, dof):
+            between[p] += abs(b[d] - a[d]) * reach[d, last]
 
 
 @njit(cache=True)
@@ -56,30 +127,22 @@ def edge_collides(a, b, width_m, own, robot, world, reach, step_m, q, Ts, scratc
         bits, flags = contacts_at(q, width_m, own, robot, world, True, True, Ts, scratch, spheres)
         if bits != 0 or flags != 0:
             return True
-    moved = np.zeros(reach.shape[1])
-    for link in range(reach.shape[1]):
-        for d in range(dof):
-            moved[link] += abs(b[d] - a[d]) * reach[d, link]
-    most = np.max(moved)
-    if most == 0.0:
-        return False
-    t, self_gap = 0.0, 0.0
+    moved, between = np.empty(reach.shape[1]), np.empty(robot.self_pairs.shape[0])
+    _motion_bounds(a, b, robot, reach, moved, between)
+    t, self_free_until = 0.0, 0.0
     while t < 1.0:
         for d in range(dof):
             q[d] = a[d] + t * (b[d] - a[d])
         place_spheres(q, width_m, robot, Ts, scratch, spheres)
+        if t >= self_free_until:
+            advance = _self_advance(spheres, robot, world.self_padding, moved, between, step_m)
+            if advance < 0.0:
+                return True
+            self_free_until = t + advance
         advance = _world_advance(spheres, dof, own, robot, world, moved, step_m)
         if advance < 0.0:
             return True
-        # Two parts that both move come closer by at most twice what one of them moves: this stays valid for a
-        # while.
-        if self_gap < 2.0 * step_m:
-            self_gap = self_clearance(robot, spheres, 0.3) - world.self_padding
-            if self_gap < 0.0:
-                return True
-        advance = min(advance, max(step_m, 0.5 * self_gap) / most)
-        self_gap -= 2.0 * advance * most
-        t += advance
+        t = min(t + advance, self_free_until)
     return False
 
 

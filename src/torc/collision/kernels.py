@@ -8,7 +8,7 @@ from torc.collision.placement import place_spheres, sphere_rows
 
 
 @njit(cache=True)
-def _gap(a, radius_a, b, radius_b, limit):
+def sphere_gap(a, radius_a, b, radius_b, limit):
     """Distance of two spheres where it is below a limit, else the limit."""
     dx, dy, dz = a[0] - b[0], a[1] - b[1], a[2] - b[2]
     d2, r = dx * dx + dy * dy + dz * dz, radius_a + radius_b
@@ -23,20 +23,20 @@ def self_clearance(robot, spheres, limit):
     for p in range(robot.self_pairs.shape[0]):
         a, b = robot.self_pairs[p, 0], robot.self_pairs[p, 1]
         ra, rb = robot.link_spheres[a, 3], robot.link_spheres[b, 3]
-        if _gap(spheres[n + a], ra, spheres[n + b], rb, limit) == limit:
+        if sphere_gap(spheres[n + a], ra, spheres[n + b], rb, limit) == limit:
             continue
         for s in range(robot.link_start[a], robot.link_start[a + 1]):
             for t in range(robot.link_start[b], robot.link_start[b + 1]):
-                limit = _gap(spheres[s], robot.radii[s], spheres[t], robot.radii[t], limit)
+                limit = sphere_gap(spheres[s], robot.radii[s], spheres[t], robot.radii[t], limit)
     for link in range(robot.static_links.shape[0]):
         if not robot.static_links[link]:
             continue
         for t in range(robot.static_spheres.shape[0]):
             fixed, r = robot.static_spheres[t], robot.static_spheres[t, 3]
-            if _gap(spheres[n + link], robot.link_spheres[link, 3], fixed, r, limit) == limit:
+            if sphere_gap(spheres[n + link], robot.link_spheres[link, 3], fixed, r, limit) == limit:
                 continue
             for s in range(robot.link_start[link], robot.link_start[link + 1]):
-                limit = _gap(spheres[s], robot.radii[s], fixed, r, limit)
+                limit = sphere_gap(spheres[s], robot.radii[s], fixed, r, limit)
     return limit
 
 

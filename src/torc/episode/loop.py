@@ -1,7 +1,7 @@
 """The episode: one pick after another until the target is out (paper: A Modular Pipeline)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from torc.episode.events import (
     Decided,
@@ -32,6 +32,7 @@ from torc.records import (
     PlanFailure,
 )
 from torc.robots.protocols import Robot
+from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.protocol import TaskPlanner
 
 
@@ -84,6 +85,7 @@ def rehearse(parts: EpisodeParts) -> None:
     """Use every kernel once, to no effect: what is compiled now does not count as planning time later."""
     episode = _Episode(parts, "", EpisodeConfig(), ())
     look = episode.look(0)
+    DgSelectPlanner().decide(look.context, stage_rng(0, 0, "rehearsal"))
     for object_id in look.context.report.graspable_ids[:1]:
         episode.plan(0, look, object_id)
 
@@ -137,7 +139,7 @@ class _Episode:
                 self.volume,
                 target_description=self.target_description,
                 seed=self.config.seed,
-                history=self.outcomes,
+                history=tuple(map(unprivileged, self.outcomes)),
                 picks_left=self.config.max_picks - pick,
                 failed=self.failed,
             )
@@ -194,7 +196,9 @@ class _Episode:
     def result(self, end: EndReason) -> EpisodeResult:
         return EpisodeResult(
             retrieved=end is EndReason.RETRIEVED,
-            held_target=any(o.held_after_lift and o.held_id == TARGET_ID for o in self.outcomes),
+            held_target=any(
+                o.held_after_lift and o.held_id == o.object_id == TARGET_ID for o in self.outcomes
+            ),
             end=end,
             outcomes=self.outcomes,
             seconds=dict(self.clock.seconds),
@@ -204,9 +208,14 @@ class _Episode:
 def remembered(
     failed: tuple[FailedGrasp, ...], look: Look, plan: PickPlan | PlanFailure, outcome: PickOutcome
 ) -> tuple[FailedGrasp, ...]:
-    """The failed grasps to remember after this attempt; a removal makes ways free, so only executed ones stay."""
+    """The failed grasps to remember after this attempt.
+
+    A motion of the robot may have made ways free, so that only the executed failures stay after one.
+    """
+    if isinstance(plan, PickPlan):
+        failed = tuple(f for f in failed if f.executed)
     if outcome.delivered:
-        return tuple(f for f in failed if f.executed)
+        return failed
     grasps, report = look.context.grasps, look.context.report
     seen_at = look.context.scene.object(outcome.object_id).points.mean(axis=0)
     if isinstance(plan, PickPlan):
@@ -218,6 +227,12 @@ def remembered(
     return failed + tuple(
         FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed) for g in tried
     )
+
+
+def unprivileged(outcome: PickOutcome) -> PickOutcome:
+    """What a real robot would know of an outcome: not which unseen object it touched, held by mistake, or dropped."""
+    held_id = outcome.object_id if outcome.held_after_lift else None
+    return replace(outcome, held_id=held_id, dropped=(), detail="")
 
 
 def checked_choice(look: Look, decision: Decision) -> int | PickOutcome:

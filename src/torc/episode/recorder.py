@@ -93,7 +93,8 @@ class TrialRecorder:
         write_json(self.partial / "result.json", result)
 
     def _decision_pictures(self, event: Decided, scene: SegmentedScene, report: GraspReport) -> None:
-        chosen = event.decision.object_id
+        # What the planner names may not be there; the choice is judged later.
+        chosen = event.decision.object_id if event.decision.object_id in scene.ids else None
         marked = mark_image(scene, highlight=chosen)
         cropped = self._crop.of(marked) if self._crop else marked
         self.frames.append(Frame(event.pick, cropped, chosen, event.decision.reason))

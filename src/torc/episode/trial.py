@@ -19,7 +19,7 @@ from torc.episode.video import VideoRecorder
 from torc.errors import TorcError
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.motion.planner import OmplMotionPlanner
-from torc.perception.noise import NoiseConfig
+from torc.perception.noise import stereo_camera
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
 from torc.pipeline.warm_up import compiling_once
@@ -113,7 +113,7 @@ def default_pipeline(robot: RobotDescription, workspace: Workspace, *, noise: bo
         grasp_planner=GeometricGraspPlanner(robot.gripper, workspace.support_z_m),
         robot=robot,
         workspace=workspace,
-        noise=NoiseConfig() if noise else None,
+        noise=stereo_camera() if noise else None,
     )
 
 
@@ -142,7 +142,7 @@ def _play(
             planner,
             OmplMotionPlanner(robot, workspace),
         )
-        with compiling_once(say) as cold:
+        with compiling_once(say, "run") as cold:
             if cold:
                 rehearse(parts)
         run_episode(parts, started, EpisodeConfig(spec.max_picks, spec.seed), [*listeners, last])

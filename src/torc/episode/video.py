@@ -72,7 +72,8 @@ class VideoRecorder:
             case Decided():
                 scene = event.look.context.scene
                 self._crop = self._crop or crop_around_objects(scene.label_image)
-                self._inset = self._crop.of(mark_image(scene, highlight=event.decision.object_id))
+                chosen = event.decision.object_id if event.decision.object_id in scene.ids else None
+                self._inset = self._crop.of(mark_image(scene, highlight=chosen))
                 self._caption = f"{event.pick + 1}. {event.decision.reason}"
                 self._write(SECOND)
             case Executed():

@@ -199,14 +199,7 @@ class OmplMotionPlanner:
     ) -> tuple[Trajectory, Trajectory]:
         """With the object to the bin, and back to rest."""
         own = request.object_id
-        world = request.world.without_object(own, unknown=False)
-        space = self._space(world, width_m, held)
-        if space.collides(start[None])[0]:
-            # The arm has reached into what the object hides: nothing was there.
-            world = request.world.without_object(own)
-            world = self._opened(world, start, width_m, PlanStage.TRANSFER, held)
-            space = self._space(world, width_m, held)
-        transfer = self._to_bin(space, start, rng)
+        transfer = self._transfer(request, start, width_m, held, rng)
         over_bin, rest = transfer.qpos[-1], self.robot.arm.rest_qpos
         empty = request.world.without_object(own)
         for place in (over_bin, rest):
@@ -214,6 +207,33 @@ class OmplMotionPlanner:
         space = self._space(empty, self._opening_m)
         home, _ = self._motion(space, over_bin, rest[None], None, PlanStage.TRANSFER, rng)
         return transfer, home
+
+    def _transfer(
+        self,
+        request: PickRequest,
+        start: Float[np.ndarray, "dof"],
+        width_m: float,
+        held: Float[np.ndarray, "a 4"],
+        rng: np.random.Generator,
+    ) -> Trajectory:
+        """With the object to the bin.
+
+        What the object hid stays an obstacle at first: another object may stand there. Where arm or object are in
+        it already, or no way is found, it is taken to be free; and so is, at last, more of the start's surroundings.
+        """
+        cautious = request.world.without_object(request.object_id, unknown=False)
+        bold = request.world.without_object(request.object_id)
+        margin, stage = self.config.carve_margin_m, PlanStage.TRANSFER
+        if not self._space(cautious, width_m, held).collides(start[None])[0]:
+            worlds = [cautious, bold]
+        else:
+            worlds = [self._opened(bold, start, width_m, stage, held, m) for m in (margin, 2 * margin)]
+        for world in worlds[:-1]:
+            try:
+                return self._to_bin(self._space(world, width_m, held), start, rng)
+            except _StageError:
+                continue
+        return self._to_bin(self._space(worlds[-1], width_m, held), start, rng)
 
     def _to_bin(
         self, space: FreeSpace, start: Float[np.ndarray, "dof"], rng: np.random.Generator
@@ -251,11 +271,13 @@ class OmplMotionPlanner:
         width_m: float,
         stage: PlanStage,
         held: Float[np.ndarray, "a 4"] | None = None,
+        margin_m: float | None = None,
     ) -> CollisionWorld:
         """The world without the voxels that the robot touches where it is: it is there, so they are free."""
         if not self._space(world, width_m, held).collides(qpos[None])[0]:
             return world
-        world = carved(world, self._arrays, qpos, width_m, self.config.carve_margin_m, held)
+        margin_m = self.config.carve_margin_m if margin_m is None else margin_m
+        world = carved(world, self._arrays, qpos, width_m, margin_m, held)
         if self._space(world, width_m, held).collides(qpos[None])[0]:
             raise _StageError(
                 stage, "Where a motion has to start or end, the arm touches table, bin or itself."

@@ -18,31 +18,31 @@ import torc
 MESSAGE = "Compiling numerical kernels: about a minute, once; they are cached for the next time."
 
 
-def kernels_are_cached() -> bool:
-    """Whether these sources were compiled on this machine before."""
-    return _marker().exists()
+def kernels_are_cached(use: str = "run") -> bool:
+    """Whether these sources were compiled on this machine before, for this use of them."""
+    return _marker(use).exists()
 
 
 @contextmanager
-def compiling_once(say: Callable[[str], None]) -> Iterator[bool]:
+def compiling_once(say: Callable[[str], None], use: str) -> Iterator[bool]:
     """Around the first use of the kernels: says MESSAGE if they must be compiled, and remembers when it is done.
 
-    Yields whether they must be compiled.
+    Yields whether they must be compiled. `use` names what is about to run, since not everything uses all kernels.
     """
-    cold = not kernels_are_cached()
+    cold = not kernels_are_cached(use)
     if cold:
         say(MESSAGE)
     yield cold
     if cold:
         try:
-            _marker().parent.mkdir(parents=True, exist_ok=True)
-            _marker().touch()
+            _marker(use).parent.mkdir(parents=True, exist_ok=True)
+            _marker(use).touch()
         except OSError:
             pass  # a read-only home: the message comes again next time, nothing else
 
 
-def _marker() -> Path:
-    return cache_directory() / f"kernels-{_fingerprint()}"
+def _marker(use: str) -> Path:
+    return cache_directory() / f"kernels-{use}-{_fingerprint()}"
 
 
 def cache_directory() -> Path:

@@ -191,6 +191,7 @@ class SimulatedArm:
         self._come_to_rest(target)
 
     def _here(self) -> Float[np.ndarray, "3+dof"]:
-        """Flange position (world, one step old) and joint positions."""
+        """Flange position (world) and joint positions, now, whether or not somebody rendered in between."""
         data = self._stepper.world.data
+        mujoco.mj_kinematics(self._stepper.world.model, data)
         return np.concatenate([data.site_xpos[self._tool0], data.qpos[self._qpos_at]])

@@ -95,9 +95,9 @@ class SimulatedRobot:
         trace = execute_pick(self.arm, self.gripper, plan, self.config.execution, look)
         self.last_trace = trace
         self.wait_for_rest()
-        held_id = _choose_held(carried, plan.object_id)
-        delivered, left = self._clear(held_id)
-        return _outcome(plan, trace, held_id, delivered, left, self.world.time_s - start_s)
+        delivered, left = self._clear(set(carried))
+        held_id = _choose_held(carried, delivered, plan.object_id)
+        return _outcome(plan, trace, held_id, held_id in delivered, left, self.world.time_s - start_s)
 
     def wait_for_rest(self) -> float:
         """Runs until the scene is at rest, or config.rest.limit_s is over. Returns the simulated time it took."""
@@ -121,20 +121,22 @@ class SimulatedRobot:
     ) -> None:
         self.close()
 
-    def _clear(self, held_id: int | None) -> tuple[bool, tuple[int, ...]]:
-        """Takes what left the table out of the scene: whether the held object is in the bin, and which others left."""
+    def _clear(self, carried: set[int]) -> tuple[set[int], tuple[int, ...]]:
+        """Takes what left the table out of the scene: what the gripper carried to the bin, and what left otherwise."""
         on_table, in_bin = set(self.world.on_table()), set(self.world.in_bin())
         gone = [i for i in np.flatnonzero(self.world.present).tolist() if i not in on_table]
-        delivered = held_id is not None and held_id in in_bin
+        delivered = carried & in_bin
         for object_id in gone:
-            as_wanted = delivered and object_id == held_id
-            self.world.park(object_id, Presence.DELIVERED if as_wanted else Presence.DROPPED)
+            self.world.park(object_id, Presence.DELIVERED if object_id in delivered else Presence.DROPPED)
         self.world.update_position_stage()
-        return delivered, tuple(i for i in gone if not (delivered and i == held_id))
+        return delivered, tuple(i for i in gone if i not in delivered)
 
 
-def _choose_held(carried: dict[int, bool], wanted: int) -> int | None:
-    """Of all that came up, the one that counts: the wanted one, else the target, else what the gripper touches."""
+def _choose_held(carried: dict[int, bool], delivered: set[int], wanted: int) -> int | None:
+    """Of all that came up, the one that counts: a delivered target, the wanted one, the target, what the gripper
+    touches."""
+    if TARGET_ID in delivered:
+        return TARGET_ID
     for candidate in (wanted, TARGET_ID):
         if candidate in carried:
             return candidate
