@@ -41,7 +41,7 @@ def _world_advance(spheres, dof, own, robot, world, moved, step_m):
                 gap = 0.0
             clearance = min(clearance, gap)
         if moved[link] > 0.0:
-            advance = min(advance, max(3 * clearance, 8 * step_m) / moved[link])
+            advance = min(advance, max(clearance, step_m) / moved[link])
     return advance
 
 
