@@ -185,3 +185,14 @@ def test_a_bent_motion_starts_where_the_arm_is_and_ends_where_planned() -> None:
     np.testing.assert_allclose(bent.qpos[-1], PRE)
     np.testing.assert_allclose(bent.qvel[[0, -1]], 0.0, atol=1e-12)
     np.testing.assert_allclose(np.gradient(bent.qpos, bent.times_s, axis=0), bent.qvel, atol=5e-3)
+
+
+def test_a_blocked_way_back_from_the_transfer_ends_the_pick_with_the_object_held() -> None:
+    wanted = plan()
+    # The transfer (motion 3) stops half-way, and so does the way back along it.
+    arm, gripper = FakeArm(wanted.free.qpos[0].copy(), stop_at={3: 0.5, 4: 0.2}), FakeGripper()
+    trace = execute_pick(arm, gripper, wanted, ExecutionConfig(transfer_guard=ContactGuard()))
+    assert trace.result is PickResult.STOPPED
+    assert not trace.at_home
+    assert len(arm.followed) == 5  # nothing is commanded from off the path
+    assert gripper.commands[-1][0] == "close"

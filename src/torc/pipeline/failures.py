@@ -1,7 +1,8 @@
 """What failed is not tried again in the same way: repeating a failed grasp on an unchanged object wastes picks.
 
 An executed grasp that failed lowers the scores of grasps like it; one for which no motion was found makes them
-invalid. Both are forgotten when the object is seen elsewhere, the latter also when anything was removed.
+invalid. Both are forgotten when the object is seen elsewhere, the latter also when the robot
+has moved since.
 """
 
 from dataclasses import dataclass, replace

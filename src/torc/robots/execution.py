@@ -133,8 +133,10 @@ def execute_pick(
         return run.trace(PickResult.MISSED, home, "nothing was between the fingers after the lift")
     run.held_after_lift = True
     if not run.follow(Phase.TRANSFER, plan.transfer, run.config.transfer_guard):
-        # Put it back where it stood.
-        run.retreat(2)
+        # Put it back where it stood. Where the arm cannot get there it stops: letting go high up would drop the
+        # object, and from off its path the arm must not leap on to an earlier one.
+        if not run.retreat(2):
+            return run.trace(PickResult.STOPPED, False, run.last_words("transfer"))
         run.open(Phase.RELEASE, run.opening_m())
         return run.give_up("transfer")
     return _deliver(run)
@@ -243,7 +245,7 @@ class _Run:
 
     def give_up(self, what: str) -> ExecutionTrace:
         """Retreat; the pick ends as STOPPED."""
-        detail = self._last_words(what)
+        detail = self.last_words(what)
         return self.trace(PickResult.STOPPED, self.retreat(), detail)
 
     def trace(self, result: PickResult, at_home: bool, detail: str) -> ExecutionTrace:
@@ -270,7 +272,8 @@ class _Run:
         error = np.abs(result.qpos - trajectory.qpos[-1]).max()
         return not result.stopped_by_contact and bool(error <= self.config.goal_slack_rad)
 
-    def _last_words(self, what: str) -> str:
+    def last_words(self, what: str) -> str:
+        """Which motion ended the pick, and how."""
         moves = [p for p in self.phases if p.trajectory is not None and not p.reached]
         words = moves[-1].detail if moves else ""
         how = "stopped by contact" if moves and moves[-1].stopped_by_contact else "did not arrive"
