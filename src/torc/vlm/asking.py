@@ -1,0 +1,101 @@
+"""Asks a model about a scene until an answer is of use, at most three times (the authors' rule)."""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from torc.errors import InputError
+from torc.perception.marking import mark_image
+from torc.records import TARGET_ID, Exchange, PlanningContext
+from torc.records.files import png_bytes
+from torc.task_planning.protocol import MAX_ATTEMPTS
+from torc.vlm.answers import Useless
+from torc.vlm.prompt_files import fill_prompt
+from torc.vlm.protocol import Question, Reply, VlmClient
+
+Answer = TypeVar("Answer")
+_SEEDS = 2**31
+
+
+@dataclass(frozen=True)
+class Consultation(Generic[Answer]):
+    """All that was asked and answered for one pick.
+
+    Attributes:
+        answer: the first answer of use, or why the last one was of none.
+        exchanges: every prompt and reply.
+        evidence: plain data on the prompt, the picture and each try.
+    """
+
+    answer: Answer | Useless
+    exchanges: tuple[Exchange, ...]
+    evidence: Mapping[str, Any]
+
+
+def checked_client(client: VlmClient | None, planner: str) -> VlmClient:
+    """The client. Raises InputError if there is none: a planner that asks a model was named without one."""
+    if client is None:
+        raise InputError(
+            f"Task planner '{planner}' asks a VLM: say which with --vlm gemini:MODEL, anthropic:MODEL, openai:MODEL, "
+            "or openai:MODEL@URL for a server of your own."
+        )
+    return client
+
+
+def consult(
+    client: VlmClient,
+    context: PlanningContext,
+    prompt_name: str,
+    values: Mapping[str, object],
+    schema: Mapping[str, Any],
+    read: Callable[[Reply], Answer | Useless],
+    rng: np.random.Generator,
+) -> Consultation[Answer]:
+    """Ask about the marked image of a scene; ask the same again while `read` finds the reply useless.
+
+    Each asking draws its repetition from rng, so that another seed or pick asks anew, and the same one gets what a
+    cache holds of it. Raises VlmError if the server gives no reply.
+    """
+    prompt = fill_prompt(prompt_name, **_target_values(context), **values)
+    image = png_bytes(mark_image(context.scene))
+    exchanges: list[Exchange] = []
+    tries: list[dict[str, Any]] = []
+    answer: Answer | Useless = Useless("It was not asked.")
+    for _ in range(MAX_ATTEMPTS):
+        reply = client.ask(Question(prompt, (image,), schema, int(rng.integers(_SEEDS))))
+        answer = read(reply)
+        exchanges.append(Exchange(prompt, reply.text))
+        tries.append(_try_facts(reply, answer))
+        if not isinstance(answer, Useless):
+            break
+    digest = hashlib.sha256(image).hexdigest()
+    evidence = {"vlm": {"prompt": prompt_name, "image_sha256": digest, "tries": tries}}
+    return Consultation(answer, tuple(exchanges), evidence)
+
+
+def useless_reason(consultation: Consultation[Any], last: Useless) -> str:
+    """Why a pick is lost."""
+    return f"The VLM gave no answer of use in {len(consultation.exchanges)} tries. {last.reason}"
+
+
+def _target_values(context: PlanningContext) -> dict[str, object]:
+    if context.scene.target_id is None:
+        state = f"It is not in sight: nothing in the picture carries the number {TARGET_ID}."
+    else:
+        state = "It is in sight."
+    return {"target": TARGET_ID, "target_state": state}
+
+
+def _try_facts(reply: Reply, answer: object) -> dict[str, Any]:
+    """A try as plain data. "seconds": wall times stand under that name only, so that logs can be compared."""
+    t = reply.tokens
+    return {
+        "useless": answer.reason if isinstance(answer, Useless) else None,
+        "finish": reply.finish.value,
+        "model_version": reply.model_version,
+        "tokens": {"prompt": t.prompt, "reply": t.reply, "thinking": t.thinking},
+        "seconds": round(reply.latency_s, 4),
+    }

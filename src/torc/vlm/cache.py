@@ -1,0 +1,156 @@
+"""Replies on disk: an experiment's are recorded once, and replay it without a key, a network or a vendor's library.
+
+A cache is a directory with one JSON file per question asked: the question without its images (their digests stand for
+them), and the reply. Errors of a server are never recorded; refused, cut-off and senseless replies are, since they
+are part of what was measured: the question that follows one has a repetition of its own.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from torc.errors import InputError
+from torc.records.files import write_json
+from torc.vlm.config import VlmConfig
+from torc.vlm.json_text import find_json
+from torc.vlm.protocol import Finish, Question, Reply, Tokens, VlmClient
+
+FORMAT = "torc-vlm-cache/1"
+_MAX_FILE_BYTES = 4_000_000
+
+
+class CacheMode(StrEnum):
+    """What is done with replies: kept and used again, only those that are kept used, or neither."""
+
+    RECORD = "record"
+    REPLAY = "replay"
+    OFF = "off"
+
+
+@dataclass(frozen=True)
+class CacheConfig:
+    """Where replies are kept, and how they are used.
+
+    Attributes:
+        directory: of the cache; not used when off.
+        mode: see CacheMode.
+    """
+
+    directory: Path
+    mode: CacheMode = CacheMode.RECORD
+
+
+class CachedClient:
+    """A VlmClient that asks another one only for what its cache does not hold.
+
+    Args:
+        config: the model and how it is asked; all of it that can change a reply is part of a key.
+        directory: of the cache; made where needed.
+        client: asked for replies that are missing; None only replays.
+
+    Raises InputError if there is no cache to replay from.
+    """
+
+    def __init__(self, config: VlmConfig, directory: Path, client: VlmClient | None = None) -> None:
+        self.config, self.directory, self._client = config, directory, client
+        if client is None and not directory.is_dir():
+            raise InputError(f"There is no VLM cache at '{directory}' to replay from.")
+
+    def ask(self, question: Question) -> Reply:
+        """The recorded reply, else a new one, which is recorded.
+
+        Raises VlmError as the other client does, and InputError for a reply that is missing where there is no other
+        client, for a damaged file, and for a directory that cannot be written.
+        """
+        request = request_facts(self.config, question)
+        path = self.path(request)
+        if path.exists():
+            return _read(path, request)
+        if self._client is None:
+            raise InputError(
+                f"The VLM cache '{self.directory}' holds no reply to this question ({path.name}). It was recorded with "
+                "another model, prompt, problem, seed or version; use record mode to ask the model."
+            )
+        reply = self._client.ask(question)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_json(path, {"format": FORMAT, "request": request, "reply": _reply_facts(reply)})
+        except OSError as error:
+            raise InputError(
+                f"Cannot write to the VLM cache '{self.directory}': {error.strerror}."
+            ) from error
+        return reply
+
+    def path(self, request: Mapping[str, Any]) -> Path:
+        """The file of a request's reply."""
+        key = cache_key(request)
+        return self.directory / key[:2] / f"{key}.json"
+
+
+def request_facts(config: VlmConfig, question: Question) -> dict[str, Any]:
+    """All that can change a reply, as plain data. Time-outs and retries cannot."""
+    return {
+        "provider": config.provider,
+        "url": config.url,
+        "model": config.model,
+        "temperature": None if config.temperature is None else float(config.temperature),
+        "thinking": config.thinking,
+        "max_output_tokens": config.max_output_tokens,
+        "seeded": config.seeded,
+        "schema": dict(question.schema) if config.structured and question.schema is not None else None,
+        "prompt": question.prompt,
+        "images": [hashlib.sha256(png).hexdigest() for png in question.images],
+        "repeat": question.repeat,
+    }
+
+
+def cache_key(request: Mapping[str, Any]) -> str:
+    """SHA-256 of a request's facts; the order of a schema's entries counts, since models write in that order."""
+    facts = {k: request[k] for k in sorted(request)}
+    return hashlib.sha256(json.dumps(facts, ensure_ascii=True).encode()).hexdigest()
+
+
+def _reply_facts(reply: Reply) -> dict[str, Any]:
+    """A reply without its answer, which is read from the text again: a better reader profits old recordings."""
+    return {
+        "text": reply.text,
+        "finish": reply.finish.value,
+        "model_version": reply.model_version,
+        "tokens": {
+            "prompt": reply.tokens.prompt,
+            "reply": reply.tokens.reply,
+            "thinking": reply.tokens.thinking,
+        },
+        "latency_s": round(reply.latency_s, 4),
+    }
+
+
+def _read(path: Path, request: Mapping[str, Any]) -> Reply:
+    """A recorded reply; caches may come from strangers, so that nothing in a file is taken for granted."""
+    try:
+        if path.stat().st_size > _MAX_FILE_BYTES:
+            raise ValueError("it is too large")
+        data = json.loads(path.read_text(encoding="utf-8"))
+        if data["format"] != FORMAT or data["request"] != json.loads(json.dumps(request)):
+            raise ValueError("it answers another question")
+        return _reply(data["reply"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InputError(
+            f"'{path}' in the VLM cache is damaged ({type(error).__name__}: {error}). Delete it to have it recorded "
+            "again, or get the cache anew."
+        ) from error
+
+
+def _reply(facts: Mapping[str, Any]) -> Reply:
+    text, version, latency_s = facts["text"], facts["model_version"], facts["latency_s"]
+    tokens = {name: facts["tokens"][name] for name in ("prompt", "reply", "thinking")}
+    if not isinstance(text, str) or not isinstance(version, str) or not isinstance(latency_s, int | float):
+        raise ValueError("text, model_version or latency_s is of the wrong kind")
+    if not all(v is None or (isinstance(v, int) and v >= 0) for v in tokens.values()):
+        raise ValueError("a number of tokens is none")
+    finish = Finish(facts["finish"])
+    return Reply(text, find_json(text), finish, version, Tokens(**tokens), float(latency_s))

@@ -1,0 +1,84 @@
+"""VLM-FIXES-DG: the model corrects the relations that the dependency graph is built from (paper: Approach 3)."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from torc.records import Decision, PlanningContext
+from torc.task_planning.dg_select import DgSelectConfig, DgSelectPlanner, decide_by_graph
+from torc.task_planning.graph_building import build_dependency_graph
+from torc.task_planning.random_choice import graspable_ids
+from torc.task_planning.relations import Relation, behind_candidates, find_adjacencies
+from torc.vlm.answers import RELATIONS_SCHEMA, Corrected, read_corrections
+from torc.vlm.asking import Consultation, checked_client, consult, useless_reason
+from torc.vlm.protocol import VlmClient
+
+
+class VlmFixesDgPlanner:
+    """Gives the model the 'behind' pairs that depth suggests; decides as DG-SELECT by the pairs that it corrects.
+
+    Args:
+        client: asks the model.
+        config: as DG-SELECT's.
+    """
+
+    name = "vlm-fixes-dg"
+    prompt = "vlm-fixes-dg-1"
+
+    def __init__(self, client: VlmClient | None = None, config: DgSelectConfig | None = None) -> None:
+        self._client = checked_client(client, self.name)
+        self.config = DgSelectConfig() if config is None else config
+
+    def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
+        """The next object to pick; None after three useless answers, or if nothing is graspable.
+
+        The model is not asked where nothing is graspable or no two objects meet. Raises VlmError if its server gives no
+        reply: the trial is errored.
+        """
+        candidates = behind_candidates(find_adjacencies(context.scene, self.config.relations))
+        if not candidates or not graspable_ids(context):
+            return self._by_graph(context, candidates)
+        asked: Consultation[Corrected] = consult(
+            self._client,
+            context,
+            self.prompt,
+            {"relations": _as_json(candidates)},
+            RELATIONS_SCHEMA,
+            lambda reply: read_corrections(reply, candidates),
+            rng,
+        )
+        tries, answer = len(asked.exchanges), asked.answer
+        if not isinstance(answer, Corrected):
+            reason = useless_reason(asked, answer)
+            return Decision(None, reason, tries, exchanges=asked.exchanges, evidence=asked.evidence)
+        decision = self._by_graph(context, answer.relations)
+        corrections = {"changes": list(answer.changes), "refused": list(answer.refused)}
+        return replace(
+            decision,
+            reason=f"{decision.reason} {_in_words(answer, len(candidates))}",
+            attempts=tries,
+            exchanges=asked.exchanges,
+            evidence={**decision.evidence, **asked.evidence, "corrections": corrections},
+        )
+
+    def warm_up(self, context: PlanningContext) -> None:
+        """Use every compiled kernel once, to no effect; the model is not asked."""
+        DgSelectPlanner(self.config).warm_up(context)
+
+    def _by_graph(self, context: PlanningContext, relations: Sequence[Relation]) -> Decision:
+        graph = build_dependency_graph(context, relations=relations)
+        return decide_by_graph(graph, context, self.config.paths)
+
+
+def _as_json(relations: Sequence[Relation]) -> str:
+    lines = [
+        json.dumps({"source": r.source, "relation": r.kind.value, "target": r.target}) for r in relations
+    ]
+    return "[\n  " + ",\n  ".join(lines) + "\n]"
+
+
+def _in_words(corrected: Corrected, asked: int) -> str:
+    refused = f", {len(corrected.refused)} of its corrections refused" if corrected.refused else ""
+    return f"The VLM changed {len(corrected.changes)} of {asked} relations{refused}."

@@ -1,0 +1,78 @@
+"""What is asked of a vision-language model, what comes back, and the protocol in between."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, Protocol, runtime_checkable
+
+
+@dataclass(frozen=True)
+class Question:
+    """One prompt with its images. A model is given no tools: all that an answer can do is be read.
+
+    Attributes:
+        prompt: the text; it follows the images.
+        images: PNG files.
+        schema: JSON schema of the answer, for servers that can hold a model to one; None for free text.
+        repeat: tells one asking of the same question from another: part of the cache's key, and the sampling seed
+            where the configuration says so. At least 0, below 2**31.
+    """
+
+    prompt: str
+    images: tuple[bytes, ...] = field(default=(), repr=False)
+    schema: Mapping[str, Any] | None = None
+    repeat: int = 0
+
+
+class Finish(StrEnum):
+    """How a reply ended."""
+
+    COMPLETE = "complete"
+    TRUNCATED = "truncated"
+    REFUSED = "refused"
+    EMPTY = "empty"
+
+
+@dataclass(frozen=True)
+class Tokens:
+    """What a reply took, as the server counts; None where it does not tell.
+
+    Attributes:
+        prompt: of the question, images included.
+        reply: of the answer; vendors differ in whether thinking is in it.
+        thinking: of the model's thinking.
+    """
+
+    prompt: int | None = None
+    reply: int | None = None
+    thinking: int | None = None
+
+
+@dataclass(frozen=True)
+class Reply:
+    """A model's reply, however useless; a server that does not reply at all is a VlmError instead.
+
+    Attributes:
+        text: what it wrote, without its hidden thinking.
+        answer: the JSON object or array in the text that is taken as the answer; None if there is none.
+        finish: how it ended.
+        model_version: the model that answered, as the server names it.
+        tokens: what it took.
+        latency_s: from the request to the reply, of the last try; waiting between tries is not in it.
+    """
+
+    text: str
+    answer: Any
+    finish: Finish
+    model_version: str
+    tokens: Tokens
+    latency_s: float
+
+
+@runtime_checkable
+class VlmClient(Protocol):
+    """Asks one model. `torc.testing.vlm_conformance` checks an implementation."""
+
+    def ask(self, question: Question) -> Reply:
+        """The model's reply. Raises VlmError if the server gives none."""
+        ...

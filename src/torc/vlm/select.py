@@ -1,0 +1,77 @@
+"""VLM-SELECT and VLM+GRASPS: the model plans the picks, the first one is made (paper: Approaches 1 and 4)."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from torc.records import Decision, PlanningContext
+from torc.task_planning.random_choice import graspable_ids
+from torc.vlm.answers import PLAN_SCHEMA, Useless, read_first_pick
+from torc.vlm.asking import checked_client, consult, useless_reason
+from torc.vlm.protocol import Reply, VlmClient
+
+
+class VlmSelectPlanner:
+    """Shows the model the marked image; it is not told what is graspable, and asked again if its choice is not.
+
+    Args:
+        client: asks the model.
+    """
+
+    name = "vlm-select"
+    prompt = "vlm-select-1"
+
+    def __init__(self, client: VlmClient | None = None) -> None:
+        self._client = checked_client(client, self.name)
+
+    def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
+        """The next object to pick; None after three useless answers, or, unasked, if nothing is graspable.
+
+        Raises VlmError if the model's server gives no reply: the trial is errored.
+        """
+        graspable = graspable_ids(context)
+        if not graspable:
+            return Decision(None, "No visible object has a valid grasp, so the VLM was not asked.")
+
+        def read(reply: Reply) -> int | Useless:
+            chosen = read_first_pick(reply, context.scene.ids)
+            if isinstance(chosen, int) and chosen not in graspable:
+                return Useless(f"It names object {chosen}, which has no valid grasp.")
+            return chosen
+
+        asked = consult(self._client, context, self.prompt, self.facts(context), PLAN_SCHEMA, read, rng)
+        tries = len(asked.exchanges)
+        if isinstance(asked.answer, Useless):
+            chosen, reason = None, useless_reason(asked, asked.answer)
+        else:
+            chosen = asked.answer
+            reason = f"Pick {chosen}: the VLM's plan begins with it (answer {tries} of at most 3)."
+        return Decision(chosen, reason, tries, exchanges=asked.exchanges, evidence=asked.evidence)
+
+    def facts(self, context: PlanningContext) -> Mapping[str, str]:
+        """What the prompt says beyond the target."""
+        return {}
+
+
+class VlmGraspsPlanner(VlmSelectPlanner):
+    """The same, told what is graspable and what blocks what."""
+
+    name = "vlm-grasps"
+    prompt = "vlm-grasps-1"
+
+    def facts(self, context: PlanningContext) -> Mapping[str, str]:
+        """A sentence per graspable object, and per pair of an object that is not and one that blocks grasps of it."""
+        return {"facts": "\n".join(grasp_facts(context))}
+
+
+def grasp_facts(context: PlanningContext) -> list[str]:
+    """ "Object C is graspable." and "Object A is blocked by object B.", by rising ids."""
+    report, graspable = context.report, graspable_ids(context)
+    lines = []
+    for i, a in enumerate(report.object_ids):
+        if a in graspable:
+            lines.append(f"Object {a} is graspable.")
+        elif a in context.scene.ids:
+            blockers = [b for j, b in enumerate(report.object_ids) if report.blocking[i, j] > 0 and b != a]
+            lines += [f"Object {a} is blocked by object {b}." for b in blockers if b in context.scene.ids]
+    return lines
