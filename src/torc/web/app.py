@@ -1,0 +1,243 @@
+"""The addresses that the page uses. Everything that is shown can be asked for again at any time."""
+
+import asyncio
+import json
+import threading
+from collections.abc import AsyncIterator, Callable
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib import resources
+from typing import Any, Protocol
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.gzip import GZipMiddleware
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from torc.errors import InputError
+from torc.web.access import Gate
+from torc.web.arrays import pack_view
+from torc.web.frames import FrameBoard
+from torc.web.pick_page import pick_page, trial_page
+from torc.web.recorded import RecordedTrial
+from torc.web.session import Choice, RefusedError, Session
+from torc.web.shelf import Shelf
+from torc.web.thumbnails import thumbnail
+
+MAX_BODY_BYTES = 4096
+_POLL_S, _HEARTBEAT_S, _FRAME_WAIT_S = 0.05, 10.0, 8.0
+_TYPES = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
+_FRAME_NUMBER = "X-Frame"
+
+
+class TrialList(Protocol):
+    """What the page lists: a shelf, or the queue of experts."""
+
+    def lines(self) -> list[dict[str, Any]]:
+        """A line per trial."""
+        ...
+
+
+@dataclass(frozen=True)
+class Site:
+    """What a server shows.
+
+    Attributes:
+        shelf: the trials on disk.
+        trials: those that are listed.
+        session: the expert's session; None: nothing is played here.
+        frames: pictures of the working robot.
+        token: None where only this machine reaches the server.
+        port: where it listens.
+    """
+
+    shelf: Shelf
+    trials: TrialList
+    session: Session | None
+    frames: FrameBoard
+    token: str | None
+    port: int
+
+
+class _Start(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+    trial: str = Field(max_length=64)
+
+
+class _Choose(_Start):
+    pick: int
+    object_id: int | None = None
+    give_up: bool = False
+    note: str = Field("", max_length=500)
+
+
+def make_app(site: Site) -> Starlette:
+    """The server's application."""
+    app = _App(site)
+    routes = [
+        Route("/", app.page),
+        Route("/page/{name}", app.part),
+        Route("/api/trials", app.trials),
+        Route("/api/trials/{key}", app.trial),
+        Route("/api/trials/{key}/video.mp4", app.video),
+        Route("/api/trials/{key}/picks/{pick:int}", app.pick),
+        Route("/api/trials/{key}/picks/{pick:int}/seen.png", app.picture),
+        Route("/api/trials/{key}/picks/{pick:int}/small.jpg", app.small_picture),
+        Route("/api/trials/{key}/picks/{pick:int}/arrays", app.arrays),
+    ]
+    if site.session is not None:
+        routes += [
+            Route("/api/session", app.session),
+            Route("/api/session/changes", app.changes),
+            Route("/api/session/start", app.start, methods=["POST"]),
+            Route("/api/session/choose", app.choose, methods=["POST"]),
+            Route("/api/robot.jpg", app.robot),
+        ]
+    middleware = [
+        Middleware(Gate, token=site.token, port=site.port),
+        Middleware(GZipMiddleware, minimum_size=1000, compresslevel=1),
+    ]
+    starlette = Starlette(routes=routes, middleware=middleware, exception_handlers={InputError: _explained})
+    starlette.state.closing = app.closing
+    return starlette
+
+
+class _App:
+    """The answers."""
+
+    def __init__(self, site: Site) -> None:
+        self._site = site
+        self.closing = threading.Event()
+        """Set when the server ends, so that answers without an end find theirs."""
+
+    def page(self, request: Request) -> Response:
+        return _part("index.html")
+
+    def part(self, request: Request) -> Response:
+        return _part(request.path_params["name"])
+
+    def trials(self, request: Request) -> Response:
+        return _json({"mode": "human" if self._site.session else "view", "trials": self._site.trials.lines()})
+
+    def trial(self, request: Request) -> Response:
+        return _json({"key": request.path_params["key"], **trial_page(self._read(request))})
+
+    def pick(self, request: Request) -> Response:
+        return _json(pick_page(self._read(request), request.path_params["pick"]))
+
+    def picture(self, request: Request) -> Response:
+        return Response(self._read(request).picture(request.path_params["pick"]), media_type="image/png")
+
+    def small_picture(self, request: Request) -> Response:
+        small = thumbnail(self._read(request), request.path_params["pick"])
+        return Response(small, media_type="image/jpeg")
+
+    def arrays(self, request: Request) -> Response:
+        view = self._read(request).view(request.path_params["pick"])
+        if view is None:
+            raise InputError("This trial was recorded without its arrays: no masks, no 3-D.")
+        return Response(pack_view(view), media_type="application/octet-stream")
+
+    def video(self, request: Request) -> Response:
+        path = self._read(request).video
+        if path is None:
+            raise InputError("This trial has no video.")
+        return FileResponse(path, media_type="video/mp4")
+
+    async def session(self, request: Request) -> Response:
+        return _json(asdict(self._session.state))
+
+    async def changes(self, request: Request) -> Response:
+        """Server-sent events: the state now, and whenever it changes."""
+        return StreamingResponse(self._states(), media_type="text/event-stream")
+
+    async def start(self, request: Request) -> Response:
+        self._session.start((await _body(request, _Start)).trial)
+        return _json(asdict(self._session.state))
+
+    async def choose(self, request: Request) -> Response:
+        self._session.choose(Choice(**(await _body(request, _Choose)).model_dump()))
+        return _json(asdict(self._session.state))
+
+    async def robot(self, request: Request) -> Response:
+        """The next picture after number `after`, as soon as there is one; 204 if there is none for a while."""
+        after = request.query_params.get("after", "0")
+        seen = int(after) if after.isdecimal() and len(after) < 16 else 0
+        for _ in range(round(_FRAME_WAIT_S / _POLL_S)):
+            number, picture = self._site.frames.watch()
+            if number > seen or (number and number < seen):
+                return Response(picture, media_type="image/jpeg", headers={_FRAME_NUMBER: str(number)})
+            if self.closing.is_set() or await request.is_disconnected():
+                break
+            await asyncio.sleep(_POLL_S)
+        return Response(status_code=204)
+
+    @property
+    def _session(self) -> Session:
+        if self._site.session is None:
+            raise InputError("Nothing is played here.")
+        return self._site.session
+
+    async def _states(self) -> AsyncIterator[str]:
+        told, waited = -1, 0.0
+        while not self.closing.is_set():
+            state = self._session.state
+            if state.version != told:
+                told, waited = state.version, 0.0
+                yield f"data: {json.dumps(asdict(state))}\n\n"
+            elif waited > _HEARTBEAT_S:
+                # Shows a page that hears nothing that the connection is gone.
+                waited = 0.0
+                yield "event: alive\ndata: {}\n\n"
+            await asyncio.sleep(_POLL_S)
+            waited += _POLL_S
+
+    def _read(self, request: Request) -> RecordedTrial:
+        return self._site.shelf.read(request.path_params["key"])
+
+
+@cache
+def _parts() -> dict[str, tuple[bytes, str]]:
+    """The files of the page, with their types."""
+    files = (resources.files("torc.web") / "page").iterdir()
+    return {f.name: (f.read_bytes(), _TYPES[f.name.rsplit(".")[-1]]) for f in files if f.name[-3:] != ".py"}
+
+
+def _part(name: str) -> Response:
+    if name not in _parts():
+        return _json({"error": "There is no such page."}, 404)
+    content, kind = _parts()[name]
+    return Response(content, media_type=kind)
+
+
+def _json(data: Any, status: int = 200) -> Response:
+    try:
+        # ASCII, since text from a stranger may hold half a surrogate pair, which UTF-8 refuses.
+        text = json.dumps(data, allow_nan=False)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"This trial holds numbers or text that cannot be shown: {error}.") from None
+    return Response(text, status, media_type="application/json")
+
+
+async def _body(request: Request, model: Callable[..., Any]) -> Any:
+    """The request's JSON, checked. Raises InputError."""
+    if request.headers.get("content-type", "").split(";")[0].strip() != "application/json":
+        # Other sites' forms cannot send this type.
+        raise InputError("Send JSON, with Content-Type: application/json.")
+    raw = bytearray()
+    async for chunk in request.stream():
+        raw += chunk
+        if len(raw) > MAX_BODY_BYTES:
+            raise InputError(f"At most {MAX_BODY_BYTES} bytes are taken.")
+    try:
+        return model(**json.loads(raw))
+    except (ValidationError, ValueError, TypeError, RecursionError):
+        raise InputError("This is not what the page sends. Reload it.") from None
+
+
+async def _explained(request: Request, error: Exception) -> Response:
+    wrong = 404 if request.method == "GET" else 400
+    return _json({"error": str(error)}, 409 if isinstance(error, RefusedError) else wrong)

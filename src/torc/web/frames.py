@@ -1,0 +1,84 @@
+"""Watching the robot: small pictures from outside while it works, for whoever looks at that moment."""
+
+import threading
+import time
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from jaxtyping import UInt8
+
+from torc.episode import video
+from torc.sim.closing import Closing
+from torc.sim.rendering import CameraRenderer
+from torc.sim.world import World
+
+MOUNT = replace(video.MOUNT, width=560, height=420)
+OBSERVATIONS_PER_FRAME = 3
+"""The simulation calls 25 times a simulated second."""
+MIN_INTERVAL_S = 0.04
+"""Least wall time between two frames, so that a fast machine does not show a blur: about three times real speed."""
+WATCHED_FOR_S = 3.0
+_JPEG_QUALITY = 80
+
+
+class FrameBoard:
+    """The latest picture. Pages take it; the simulation puts a new one there while somebody watches."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._number, self._jpeg = 0, b""
+        self._watched_at = -WATCHED_FOR_S
+
+    def put(self, jpeg: bytes) -> None:
+        """The next picture."""
+        with self._lock:
+            self._number, self._jpeg = self._number + 1, jpeg
+
+    def watch(self) -> tuple[int, bytes]:
+        """Number and content of the latest picture (0 and nothing before the first); says that somebody watches."""
+        with self._lock:
+            self._watched_at = time.monotonic()
+            return self._number, self._jpeg
+
+    @property
+    def watched(self) -> bool:
+        """Whether somebody asked for a picture lately."""
+        return time.monotonic() - self._watched_at < WATCHED_FOR_S
+
+
+class RobotCamera(Closing):
+    """An observer of the simulation that puts pictures on a board. It changes nothing in the world.
+
+    Use it in a `with` in the thread that runs the simulation.
+    """
+
+    def __init__(self, board: FrameBoard) -> None:
+        self._board = board
+        self._renderer: CameraRenderer | None = None
+        self._calls, self._drawn_at = 0, 0.0
+
+    def observe(self, world: World) -> None:
+        """Called by the simulation."""
+        self._calls += 1
+        if self._calls % OBSERVATIONS_PER_FRAME != 1 or not self._board.watched:
+            return
+        if self._renderer is None:
+            self._renderer = CameraRenderer(world, MOUNT)
+        self._board.put(jpeg(self._renderer.render_color()))
+        time.sleep(max(0.0, self._drawn_at + MIN_INTERVAL_S - time.monotonic()))
+        self._drawn_at = time.monotonic()
+
+    def close(self) -> None:
+        """Frees the renderer."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+
+def jpeg(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
+    """A picture as JPEG."""
+    _, encoded = cv2.imencode(
+        ".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
+    )
+    return encoded.tobytes()

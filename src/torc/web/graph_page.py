@@ -1,0 +1,67 @@
+"""The dependency graph with places for its nodes, as the page draws it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from torc.errors import InputError
+from torc.perception.palette import object_color
+from torc.records import MAX_OBJECTS
+from torc.task_planning.graph import DependencyEdge, DependencyGraph
+from torc.task_planning.layout import Layout, lay_out
+
+MAX_EDGES = 1500
+
+
+def graph_page(data: Mapping[str, Any], probabilities: Mapping[str, float]) -> dict[str, Any] | None:
+    """A graph as `DependencyGraph.to_dict` made it, laid out; None if it is none, or too large to draw.
+
+    Args:
+        data: the graph.
+        probabilities: p(sink) by id, as text.
+    """
+    try:
+        if len(data["nodes"]) > MAX_OBJECTS + 1 or len(data["edges"]) > MAX_EDGES:
+            return None
+        graph = DependencyGraph.from_dict(data)
+        layout = lay_out(graph)
+        nodes = [
+            {
+                "id": n.id,
+                "color": hex_color(n.id),
+                "hidden": n.hidden,
+                "graspable": n.graspable,
+                "place": layout.places[n.id],
+                "p": _probability(probabilities, n.id),
+            }
+            for n in graph.nodes
+        ]
+    except (InputError, KeyError, TypeError, AttributeError):
+        return None
+    return {
+        "target": graph.target,
+        "columns": layout.columns,
+        "rows": layout.rows,
+        "nodes": nodes,
+        "edges": [_edge(e, layout) for e in graph.edges],
+    }
+
+
+def hex_color(object_id: int) -> str:
+    """The colour of an object in the marked image."""
+    return "#{:02x}{:02x}{:02x}".format(*object_color(object_id))
+
+
+def _edge(edge: DependencyEdge, layout: Layout) -> dict[str, Any]:
+    return {
+        "source": edge.source,
+        "target": edge.target,
+        "kind": edge.kind.value,
+        "weight": edge.weight,
+        "evidence": dict(edge.evidence),
+        "route": layout.routes[(edge.source, edge.target)],
+    }
+
+
+def _probability(probabilities: Mapping[str, float], node_id: int) -> float | None:
+    p = probabilities.get(str(node_id)) if isinstance(probabilities, Mapping) else None
+    return float(p) if isinstance(p, int | float) and 0 <= p <= 1 else None

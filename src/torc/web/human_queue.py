@@ -1,0 +1,126 @@
+"""Several experts and problems one after another: what is recorded is skipped, what was interrupted starts again."""
+
+import re
+import shutil
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from torc.episode.trial import Trial, TrialSpec
+from torc.errors import InputError
+from torc.web.expert import NAME
+from torc.web.session import Phase, Session
+from torc.web.shelf import PARTIAL, trial_key
+from torc.web.trial_lines import ResultFacts, read_facts
+
+_EXPERT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,31}")
+Play = Callable[[TrialSpec, Path], Trial]
+"""Plays one trial into a directory, replacing it."""
+
+
+@dataclass(frozen=True)
+class QueuedTrial:
+    """A trial of the queue and where it is recorded."""
+
+    spec: TrialSpec
+    directory: Path
+
+    @property
+    def key(self) -> str:
+        """Its name in addresses."""
+        return trial_key(self.directory.name)
+
+    @property
+    def status(self) -> str:
+        """ "completed", "errored", "interrupted" or "waiting"; only the first is not played again."""
+        result = self.directory / "result.json"
+        if result.exists():
+            return read_facts(result, ResultFacts).status
+        return (
+            "interrupted" if self.directory.with_name(self.directory.name + PARTIAL).exists() else "waiting"
+        )
+
+
+@dataclass
+class HumanQueue:
+    """The trials in order. `lines` is what the page shows of them."""
+
+    trials: tuple[QueuedTrial, ...]
+    _by_key: dict[str, QueuedTrial] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._by_key = {t.key: t for t in self.trials}
+        if len(self._by_key) < len(self.trials):
+            raise InputError(
+                "Two problems have the same file name, so their trials would be mixed up. Rename one."
+            )
+
+    def waiting(self) -> tuple[str, ...]:
+        """Keys of what is left to play."""
+        return tuple(t.key for t in self.trials if t.status != "completed")
+
+    def play(self, session: Session, play: Play) -> None:
+        """Play whatever the page starts, until nothing is left. Ctrl-C ends it: KeyboardInterrupt."""
+        message = ""
+        while waiting := self.waiting():
+            chosen = self._by_key[session.ask_start(waiting, message)]
+            _set_aside(chosen.directory)
+            try:
+                result = play(chosen.spec, chosen.directory).result
+            except InputError as error:
+                # This problem cannot be played; the others can.
+                message = str(error)
+                continue
+            if result["status"] == "interrupted":
+                raise KeyboardInterrupt
+            message = result.get("error", "")
+        session.publish(phase=Phase.DONE, waiting=(), message=message)
+
+    def lines(self) -> list[dict[str, Any]]:
+        """A line per trial."""
+        return [_line(t) for t in self.trials]
+
+
+def make_queue(
+    problems: Iterable[str], experts: Iterable[str], out: Path, seed: int, max_picks: int, noise: bool
+) -> HumanQueue:
+    """Every expert's turn at every problem, expert by expert.
+
+    Raises:
+        InputError: an expert's name cannot be a file name, or two problems share theirs.
+    """
+    names = tuple(dict.fromkeys(experts)) or ("",)
+    for name in names:
+        if name and not _EXPERT.fullmatch(name):
+            raise InputError(
+                f"'{name}' cannot be an expert's name: at most 32 letters (a-z), digits, '.', '_' and '-'."
+            )
+    specs = [
+        TrialSpec(problem, NAME, seed, max_picks, noise, expert=expert)
+        for expert in names
+        for problem in problems
+    ]
+    return HumanQueue(tuple(QueuedTrial(spec, out / spec.default_name) for spec in specs))
+
+
+def _set_aside(directory: Path) -> None:
+    """Keep an errored trial under another name: whoever asks for this one now wants the new one."""
+    if directory.exists():
+        aside = directory.with_name(directory.name + ".errored")
+        shutil.rmtree(aside, ignore_errors=True)
+        directory.rename(aside)
+
+
+def _line(trial: QueuedTrial) -> dict[str, Any]:
+    line: dict[str, Any] = {
+        "key": trial.key,
+        "name": trial.directory.name,
+        "problem": Path(trial.spec.problem).stem,
+        "planner": NAME,
+        "expert": trial.spec.expert,
+        "seed": trial.spec.seed,
+        "status": trial.status,
+    }
+    result = trial.directory / "result.json"
+    return line | (read_facts(result, ResultFacts).model_dump() if result.exists() else {})

@@ -1,0 +1,49 @@
+// What the expert can do now.
+
+import { chip, el, percent, plural } from "./dom.js";
+import { blockers } from "./panels.js";
+
+// can: {choosing, object: the selected one, names, pick(), pass(), giveUp(), now()}
+export function actionBar(app, can) {
+  const refusal = app.refusal ? el("p", { class: "bad", role: "alert" }, app.refusal) : null;
+  if (app.mode === "view") return refusal ? [refusal] : [];
+  if (app.back !== null) {
+    return [refusal, row(el("p", { class: "grow" }, `Looking back at pick ${app.back + 1}.`), button("Back to now", can.now, "main"))];
+  }
+  if (!can.choosing) return refusal ? [refusal] : [];
+  const some = app.session.allowed.length > 0;
+  return [refusal, el("div", { class: "facts", "aria-live": "polite" }, some ? facts(can.object) : nothing()),
+    some ? row(el("div", { class: "grow" }, note(app)), button("Give up", can.giveUp), choose(can))
+      : row(el("span", { class: "grow" }), button("Give up", can.giveUp), button("Let this pick pass", can.pass, "main"))];
+}
+
+const row = (...children) => el("div", { class: "row" }, children);
+const button = (text, act, kind) => el("button", { type: "button", class: kind, onclick: act }, text);
+
+function choose(can) {
+  const ready = can.object?.graspable;
+  return el("button", { type: "button", class: "main", id: "pick", disabled: !ready, onclick: can.pick },
+    ready ? `Pick ${can.object.id}` : "Pick");
+}
+
+function note(app) {
+  return el("input", {
+    id: "note", maxlength: 500, placeholder: "Why? (a note, if you like)", "aria-label": "Note: why this object",
+    value: app.note, oninput: (event) => { app.note = event.target.value; },
+  });
+}
+
+function nothing() {
+  return el("p", {}, "Nothing in sight can be grasped. Letting the pick pass uses it up; the robot looks again and draws new grasps.");
+}
+
+function facts(o) {
+  if (!o) return el("p", { class: "faint" }, "Select an object: click it in the image, the table, the graph or in 3-D, or type its number.");
+  const head = [chip(o.id, o.color), o.id === 0 ? el("b", {}, " the target: ") : " "];
+  if (!o.graspable) return el("p", {}, head, el("span", { class: "bad" }, "not graspable"), `: ${o.why_not}`);
+  const holds = o.score === null ? "" : `, the best holds with ${percent(o.score)}`;
+  return el("p", {}, head, el("span", { class: "good" }, "graspable"), `: ${plural(o.valid, "valid grasp")}${holds}`, by(o),
+    o.hides_l > 0.005 ? `; hides ${o.hides_l.toFixed(1)} litres` : "");
+}
+
+const by = (o) => (o.blockers.length ? `; others blocked by ${blockers(o)}` : "");

@@ -1,0 +1,75 @@
+// Help, the question before giving up, the list of trials.
+
+import { $, el, replace } from "./dom.js";
+import { verdict } from "./panels.js";
+
+const KEYS = {
+  human: [
+    ["0 – 9", "type the number of an object to select it"], ["↑ ↓ ← →", "next or previous object that can be grasped"],
+    ["Enter", "pick the selected object"], ["n", "write a note: why"], ["g", "give up (asks first)"],
+  ],
+  view: [["← →", "earlier or later pick"], ["Home End", "first or last pick"], ["↑ ↓", "next or previous object"], ["0 – 9", "select an object"], ["t", "list of trials"]],
+};
+const BOTH = [["z", "zoom to the objects"], ["o", "objects"], ["d", "graph"], ["c", "3-D view"], ["?", "this help"], ["Esc", "close; nothing selected"]];
+
+export function showHelp(mode) {
+  const rows = [...KEYS[mode], ...BOTH].map(([key, text]) => el("tr", {}, el("td", {}, el("kbd", {}, key)), el("td", {}, text)));
+  fill("help", el("h2", { id: "help-title" }, mode === "human" ? "Choosing" : "Looking at trials"),
+    el("p", {}, mode === "human"
+      ? "Choose which object the robot removes next, so that it gets the target with few picks and drops nothing. You see what every task planner sees."
+      : "Each pick shows what the task planner saw, what it chose and why, and what came of it."),
+    el("table", {}, el("tbody", {}, rows)),
+    el("p", {}, "Graspable: a grasp is in reach, blocked by nothing, and likely enough to hold. In the graph an arrow leads from an object to what has to go before it. In the 3-D view the coloured volume was never seen: a hidden target is in it."),
+    el("div", { class: "row" }, closing("Close", true)));
+}
+
+export function confirmGiveUp(yes) {
+  fill("confirm", el("h2", { id: "confirm-title" }, "Give up this trial?"),
+    el("p", {}, "It ends here, and counts as not retrieved."),
+    el("div", { class: "row" }, closing("Go on", true),
+      el("button", { type: "button", onclick: () => { $("confirm").close(); yes(); } }, "Give up")));
+}
+
+export function showTrials(trials, open) {
+  const one = (t) => el("li", {}, el("button", { type: "button", onclick: () => { $("trials").close(); open(t.key); } },
+    el("span", {}, t.name), el("span", { class: "faint" }, t.status === "completed" ? verdict(t) : t.status)));
+  fill("trials", el("h2", { id: "trials-title" }, "Recorded trials"), el("ul", { class: "plain" }, trials.map(one)),
+    el("div", { class: "row" }, closing("Close", false)));
+}
+
+// What stands in the way of the next trial: the queue, and how the last one ended.
+export function queueCard(state, trials, start) {
+  const last = trials.find((t) => t.key === state.trial);
+  const next = trials.find((t) => state.waiting.includes(t.key));
+  const person = next?.expert ? `${next.expert}, ` : "";
+  const title = !next ? "All trials are complete" : last && last.status !== "waiting" ? "Next trial" : "Ready";
+  return el("div", {},
+    last && ["completed", "errored"].includes(last.status) ? ended(last, state.message) : null,
+    el("h2", {}, title),
+    next ? el("div", {}, el("button", { type: "button", class: "main", id: "start", onclick: () => start(next.key) }, `Start: ${person}${next.problem}`))
+      : el("p", {}, "Everything is recorded. The page can be closed."),
+    trials.length > 1 ? el("ul", { class: "plain" }, trials.map((t) => queued(t, state, start))) : null);
+}
+
+function ended(last, message) {
+  const good = last.status === "completed" && last.retrieved;
+  const text = last.status === "errored" ? `The trial broke: ${message || last.error}. It can be played again.` : `${verdict(last)}.`;
+  return el("p", { class: good ? "good" : "bad", id: "ended" }, `${last.name}: ${text}`);
+}
+
+function queued(t, state, start) {
+  const how = el("span", { class: t.status === "completed" ? (t.retrieved ? "good" : "bad") : "faint" },
+    t.status === "completed" ? verdict(t) : t.status === "waiting" ? "" : `${t.status}: starts again`);
+  const name = el("span", {}, t.expert ? `${t.expert}: ${t.problem}` : t.problem);
+  return el("li", {}, state.waiting.includes(t.key)
+    ? el("button", { type: "button", onclick: () => start(t.key) }, name, how) : el("p", {}, name, how));
+}
+
+function fill(id, ...children) {
+  replace($(id), ...children);
+  if (!$(id).open) $(id).showModal();
+}
+
+const closing = (text, focus) => el("button", {
+  type: "button", autofocus: focus, onclick: (event) => event.target.closest("dialog").close(),
+}, text);

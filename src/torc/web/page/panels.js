@@ -1,0 +1,96 @@
+// The facts of a pick: the table of objects, and what was decided and came of it.
+
+import { chip, el, percent, plural } from "./dom.js";
+
+export const GOOD = ["retrieved", "removed"];
+
+export function inOrder(page) {
+  return [...page.objects].sort((a, b) => b.graspable - a.graspable || a.id - b.id);
+}
+
+export function blockers(object) {
+  return object.blockers.map((b) => `${b.id} (${b.grasps})`).join(", ");
+}
+
+// One line about an object.
+export function describe(object, page, names) {
+  const parts = [names[object.id] ? `${object.id} ${names[object.id]}` : `Object ${object.id}`];
+  if (object.id === 0) parts[0] += ", the target";
+  if (object.graspable) parts.push(`${plural(object.valid, "valid grasp")}${object.score === null ? "" : `, holds ${percent(object.score)}`}`);
+  else parts.push(`not graspable: ${object.why_not}`);
+  if (object.graspable && object.blockers.length) parts.push(`others blocked by ${blockers(object)}`);
+  if (object.hides_l > 0.005) parts.push(`hides ${object.hides_l.toFixed(1)} l`);
+  return parts.join(" · ");
+}
+
+export function objectsPanel(page, state, names, on) {
+  if (!page.objects.length) return el("p", { class: "padded faint" }, "No object is in sight.");
+  const row = (o) => el("tr", {
+    tabindex: 0, "aria-selected": String(o.id === state.selected), "data-id": o.id,
+    onclick: () => on.select(o.id), onfocus: () => on.select(o.id),
+    onmouseenter: () => on.hover(o.id), onmouseleave: () => on.hover(null),
+  },
+  el("td", {}, chip(o.id, o.color)),
+  el("td", { class: "number" }, o.valid),
+  el("td", { class: "number" }, percent(o.score)),
+  el("td", { class: "number" }, o.hides_l === null ? "–" : o.hides_l.toFixed(1)),
+  el("td", {}, notes(o, names)));
+  const head = ["Object", "Grasps", "Holds", "Hides, l", "Notes"];
+  const group = (text, rows) => (rows.length
+    ? [el("tr", {}, el("th", { colspan: head.length, scope: "rowgroup", class: "group" }, text)), rows.map(row)] : []);
+  return el("table", { id: "objects", role: "grid", "aria-label": "Objects in sight" },
+    el("thead", {}, el("tr", {}, head.map((text, i) => el("th", { scope: "col", class: i >= 1 && i <= 3 ? "number" : null }, text)))),
+    el("tbody", {}, group("Graspable", inOrder(page).filter((o) => o.graspable)),
+      group("Not graspable", inOrder(page).filter((o) => !o.graspable))));
+}
+
+function notes(o, names) {
+  const lines = [];
+  if (o.id === 0) lines.push(el("b", {}, "target "));
+  if (names[o.id]) lines.push(`${names[o.id]} `);
+  lines.push(o.why_not || (o.blockers.length ? `some blocked by ${blockers(o)}` : ""));
+  return lines;
+}
+
+export function decisionPanel(page, trial) {
+  const decision = page.decision;
+  if (!decision) return el("p", { class: "padded faint" }, "Nothing has been decided in this pick.");
+  const color = page.objects.find((o) => o.id === decision.object_id)?.color;
+  const name = trial.names[decision.object_id] || "";
+  const choice = decision.give_up ? "gave up" : decision.object_id === null ? "named no object" : "chose";
+  return el("div", { class: "padded" },
+    el("p", {}, `${trial.expert || trial.planner} ${choice} `, decision.object_id === null ? null : chip(decision.object_id, color), ` ${name}`),
+    el("p", {}, decision.reason),
+    el("p", { class: "faint" }, `${seconds(decision.seconds)} to decide${decision.attempts > 1 ? `, asked ${decision.attempts} times` : ""}`),
+    planned(page.plan), outcome(page, trial),
+    decision.exchanges.map((e, i) => el("details", { open: decision.exchanges.length === 1 },
+      el("summary", {}, decision.exchanges.length > 1 ? `Prompt and reply ${i + 1}` : "Prompt and reply"),
+      el("pre", { tabindex: 0 }, e.prompt), el("p", {}, "Reply:"), el("pre", { tabindex: 0 }, e.reply))),
+    el("details", {}, el("summary", {}, "Evidence"), el("pre", { tabindex: 0 }, JSON.stringify(decision.evidence, null, 1))));
+}
+
+function planned(plan) {
+  if (!plan) return null;
+  if (plan.failure) return el("p", {}, el("span", { class: "bad" }, "No motion: "), `${plan.failure.stage}: ${plan.failure.reason}`);
+  const phases = Object.entries(plan.durations_s).map(([name, s]) => `${name} ${s.toFixed(1)} s`).join(", ");
+  const grasp = `Grasp ${plan.grasps_tried} of its list${plan.score === null ? "" : `, holds ${percent(plan.score)}`}`;
+  return el("p", {}, `${grasp}. Motions: ${phases}.`);
+}
+
+function outcome(page, trial) {
+  if (!page.result) return null;
+  const o = page.outcome;
+  const dropped = o?.dropped.map((id) => (trial.names[id] ? `${id} ${trial.names[id]}` : id)).join(", ");
+  return el("p", {}, el("span", { class: GOOD.includes(page.result) ? "good" : "bad" }, `Outcome: ${page.result}`),
+    o?.detail ? `: ${o.detail.replace(/\.$/, "")}. ` : ". ", dropped ? el("b", {}, `Dropped: ${dropped}. `) : "",
+    o?.target_lost ? el("b", {}, "The target was lost. ") : "", o?.duration_s ? `Robot time ${o.duration_s.toFixed(1)} s.` : "");
+}
+
+const seconds = (s) => (s < 10 ? `${s.toFixed(2)} s` : `${Math.round(s)} s`);
+
+export function verdict(result) {
+  if (!result) return "unfinished";
+  if (result.status !== "completed") return result.status;
+  const drops = result.drops ? `, ${result.drops} dropped` : "";
+  return `${result.retrieved ? "retrieved" : `not retrieved (${result.end})`} in ${plural(result.picks, "pick")}${drops}`;
+}

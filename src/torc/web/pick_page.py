@@ -1,0 +1,124 @@
+"""Trials and picks as the plain data that the page shows. The same for a trial being played and for a recorded one."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from jaxtyping import Int8
+
+from torc.episode.pick_view import ObjectView, PickView
+from torc.records import GraspStatus
+from torc.web.graph_page import graph_page, hex_color
+from torc.web.recorded import RecordedPick, RecordedTrial
+from torc.web.trial_lines import LookedLine
+
+WHY_NOT = {
+    GraspStatus.UNREACHABLE: "out of the arm's reach",
+    GraspStatus.BLOCKED: "blocked by other objects",
+    GraspStatus.HITS_STATIC: "the arm would hit the table, the bin or itself",
+    GraspStatus.SEVERAL_OBJECTS: "several objects between the fingers",
+    GraspStatus.FINGERS_IN_OBJECT: "a finger would be inside the object",
+    GraspStatus.NO_MOTION: "no motion was found in an earlier pick",
+    GraspStatus.UNLIKELY: "too unlikely to hold",
+}
+
+
+def trial_page(trial: RecordedTrial) -> dict[str, Any]:
+    """The trial, and a line per pick."""
+    over = trial.result is not None
+    started = trial.started
+    return {
+        "problem": started.problem if started else trial.spec.problem,
+        "planner": trial.spec.planner,
+        "expert": trial.spec.expert,
+        "seed": trial.spec.seed,
+        "target": started.target_description if started else "",
+        "result": trial.result.model_dump() if trial.result else None,
+        "video": trial.video is not None,
+        # What only the simulator knows is shown when nobody has to decide any more.
+        "names": list(started.names) if started and over else [],
+        "picks": [_pick_line(number, pick, over) for number, pick in enumerate(trial.picks)],
+    }
+
+
+def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
+    """All about one pick but its pictures and arrays. Raises InputError where there is no such pick."""
+    pick, view = trial.pick(number), trial.view(number)
+    over, decided = trial.result is not None, pick.decided
+    evidence = decided.evidence if decided else {}
+    own = "graph" in evidence
+    source = evidence["graph"] if own else view.graph if view else None
+    graph = graph_page(source, evidence.get("probabilities") or {}) if source is not None else None
+    return {
+        **_pick_line(number, pick, over),
+        "objects": _objects(pick.looked, view),
+        "target_visible": pick.looked.target_visible,
+        "picks_left": trial.started.max_picks - number if trial.started else None,
+        "graph": graph,
+        "graph_by": "the planner" if own else "geometry",
+        "arrays": view is not None,
+        "decision": decided.model_dump(exclude={"event", "pick"}) if decided else None,
+        "plan": pick.planned.model_dump(exclude={"event", "pick"}) if pick.planned else None,
+    }
+
+
+def _pick_line(number: int, pick: RecordedPick, over: bool) -> dict[str, Any]:
+    """What was chosen and what came of it; while a person decides, only what any planner is told of earlier picks."""
+    decided, executed = pick.decided, pick.executed
+    line: dict[str, Any] = {
+        "pick": number,
+        "chosen": decided.object_id if decided else None,
+        "result": executed.result if executed else None,
+    }
+    if over and executed:
+        line["outcome"] = executed.model_dump(exclude={"event", "pick"})
+    return line
+
+
+def _objects(looked: LookedLine, view: PickView | None) -> list[dict[str, Any]]:
+    boxes = _boxes(view.label_image) if view else {}
+    detailed = {o.id: o for o in view.objects} if view else {}
+    rows = []
+    for seen in looked.objects:
+        valid, o = looked.valid_grasps.get(str(seen.id), 0), detailed.get(seen.id)
+        blocked = {b.by: b.grasps for b in looked.blocking if b.object == seen.id}
+        rows.append(
+            {
+                "id": seen.id,
+                "color": hex_color(seen.id),
+                "pixels": seen.pixels,
+                "graspable": seen.id in looked.graspable,
+                "valid": valid,
+                "blockers": [{"id": k, "grasps": n} for k, n in sorted(blocked.items(), key=lambda b: -b[1])],
+                "why_not": "" if valid else why_not(o, blocked),
+                "score": o.best_score if o else None,
+                "hides_l": o.hidden_volume_m3 * 1000 if o else None,
+                "box": boxes.get(seen.id),
+            }
+        )
+    return rows
+
+
+def why_not(o: ObjectView | None, blocked: Mapping[int, int]) -> str:
+    """In words, why an object has no valid grasp: the most frequent reasons first.
+
+    Args:
+        o: what is known of it; None where it was not recorded.
+        blocked: how many of its grasps each other object blocks.
+    """
+    by = ", ".join(f"{k} ({n})" for k, n in sorted(blocked.items(), key=lambda b: -b[1]))
+    words = {**WHY_NOT, GraspStatus.BLOCKED: f"blocked by {by}" if by else WHY_NOT[GraspStatus.BLOCKED]}
+    if o is None:
+        return words[GraspStatus.BLOCKED] if by else "no valid grasp"
+    counts = [(n, words[s]) for s in WHY_NOT if (n := o.statuses.get(s.name.lower(), 0))]
+    counts.sort(key=lambda c: -c[0])
+    return "; ".join(f"{n} {text}" for n, text in counts) or "no grasp was found on it"
+
+
+def _boxes(label_image: Int8[np.ndarray, "h w"]) -> dict[int, list[int]]:
+    """Left, top, right, bottom of each object's pixels."""
+    boxes = {}
+    for k in np.unique(label_image[label_image >= 0]).tolist():
+        rows, cols = np.nonzero(label_image == k)
+        boxes[k] = [int(cols.min()), int(rows.min()), int(cols.max()), int(rows.max())]
+    return boxes

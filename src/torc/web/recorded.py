@@ -1,0 +1,107 @@
+"""A trial on disk as the page needs it: finished, interrupted, or being played at this moment."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from torc.episode.pick_view import PickView, load_view
+from torc.errors import InputError
+from torc.scenes.strict_files import read_bytes
+from torc.web.trial_lines import (
+    DecidedLine,
+    ExecutedLine,
+    LookedLine,
+    PlannedLine,
+    ResultFacts,
+    SpecFacts,
+    StartedLine,
+    read_events,
+    read_facts,
+)
+
+LOG = "events.jsonl"
+_MAX_PICTURE_BYTES = 32 * 2**20
+_PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@dataclass(frozen=True)
+class RecordedPick:
+    """What is known of one pick so far."""
+
+    looked: LookedLine
+    decided: DecidedLine | None = None
+    planned: PlannedLine | None = None
+    executed: ExecutedLine | None = None
+
+
+@dataclass(frozen=True)
+class RecordedTrial:
+    """A trial as its directory tells it.
+
+    Attributes:
+        directory: where it is.
+        spec: what was run.
+        started: who tried what; None if it broke before.
+        picks: by number.
+        result: how it ended; None while it is played.
+    """
+
+    directory: Path
+    spec: SpecFacts
+    started: StartedLine | None
+    picks: tuple[RecordedPick, ...]
+    result: ResultFacts | None
+
+    def pick(self, number: int) -> RecordedPick:
+        """Raises InputError where there is none."""
+        if not 0 <= number < len(self.picks):
+            raise InputError(f"This trial has no pick {number + 1}; it has {len(self.picks)}.")
+        return self.picks[number]
+
+    def picture(self, number: int) -> bytes:
+        """The marked image of a pick, PNG. Raises InputError if it is missing or no PNG."""
+        path = self._pick_path(number, "seen.png")
+        picture = read_bytes(path, _MAX_PICTURE_BYTES, "the picture of a pick")
+        if not picture.startswith(_PNG):
+            raise InputError(f"{path} is no PNG picture.")
+        return picture
+
+    def view(self, number: int) -> PickView | None:
+        """What the planner saw, in full; None where it was not recorded. Raises InputError if it is damaged."""
+        path = self._pick_path(number, "view.npz")
+        return load_view(path) if path.exists() else None
+
+    @property
+    def video(self) -> Path | None:
+        """The video, if there is one."""
+        path = self.directory / "video.mp4"
+        return path if path.is_file() and not path.is_symlink() and self.result else None
+
+    def _pick_path(self, number: int, name: str) -> Path:
+        self.pick(number)
+        return self.directory / "picks" / f"{number:02d}_{name}"
+
+
+def read_trial(directory: Path) -> RecordedTrial:
+    """What stands in a trial's directory. Raises InputError if that is no trial."""
+    events = read_events(directory / LOG)
+    result = directory / "result.json"
+    return RecordedTrial(
+        directory,
+        read_facts(directory / "spec.json", SpecFacts),
+        next((e for e in events if isinstance(e, StartedLine)), None),
+        _picks(events),
+        read_facts(result, ResultFacts) if result.exists() else None,
+    )
+
+
+def _picks(events: list[Any]) -> tuple[RecordedPick, ...]:
+    """The picks in order, up to the first that was not looked at."""
+    parts: dict[int, dict[str, Any]] = {}
+    for event in events:
+        if isinstance(event, LookedLine | DecidedLine | PlannedLine | ExecutedLine):
+            parts.setdefault(event.pick, {})[event.event] = event
+    picks: list[RecordedPick] = []
+    while "looked" in parts.get(len(picks), {}):
+        picks.append(RecordedPick(**parts[len(picks)]))
+    return tuple(picks)

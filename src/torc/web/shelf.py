@@ -1,0 +1,98 @@
+"""The trials below a directory, each under a short key: no path ever comes from an address."""
+
+import hashlib
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from torc.errors import InputError, UnknownNameError
+from torc.web.recorded import LOG, RecordedTrial, read_trial
+from torc.web.trial_lines import ResultFacts, SpecFacts, read_facts
+
+MAX_TRIALS, MAX_DEPTH = 2000, 6
+PARTIAL = ".partial"
+
+
+@dataclass(frozen=True)
+class Shelf:
+    """Trials below `root`, or `root` itself if that is one."""
+
+    root: Path
+    _finished: dict[str, Path] = field(default_factory=dict, repr=False)
+    """Directories that were found before: finished trials stay where they are."""
+
+    def directories(self) -> dict[str, Path]:
+        """Key -> directory, sorted by name; a finished trial goes before its own unfinished remains."""
+        found: dict[str, Path] = {}
+        for path in sorted(_trial_directories(self.root)):
+            key = trial_key(path.relative_to(self.root).as_posix())
+            if key not in found or found[key].name.endswith(PARTIAL):
+                found[key] = path
+        return found
+
+    def read(self, key: str) -> RecordedTrial:
+        """The trial of that key. Raises InputError: there is none, or it cannot be read."""
+        directory = self._finished.get(key) or self._find(key)
+        try:
+            return read_trial(directory)
+        except InputError:
+            # A trial may just have been renamed: it is complete now, or it begins again.
+            again = self._find(key)
+            if again == directory:
+                raise
+            return read_trial(again)
+
+    def _find(self, key: str) -> Path:
+        directory = self.directories().get(key)
+        if directory is None:
+            raise InputError("There is no such trial here. Reload the page.")
+        if not directory.name.endswith(PARTIAL):
+            self._finished[key] = directory
+        return directory
+
+    def lines(self) -> list[dict[str, Any]]:
+        """A line per trial."""
+        return [{"key": key, **_line(path, self.root)} for key, path in self.directories().items()]
+
+
+def open_shelf(root: Path) -> Shelf:
+    """The trials of a directory. Raises InputError where there are none."""
+    shelf = Shelf(root)
+    if not root.is_dir():
+        raise UnknownNameError("directory", str(root), [])
+    if not shelf.directories():
+        raise InputError(
+            f"There is no recorded trial in '{root}': none of its directories holds {LOG}. `torc run` makes one."
+        )
+    return shelf
+
+
+def trial_key(relative: str) -> str:
+    """Short name of a trial in addresses; the same while it is played and afterwards."""
+    return hashlib.sha256(relative.removesuffix(PARTIAL).encode("utf-8", "surrogateescape")).hexdigest()[:12]
+
+
+def _trial_directories(root: Path) -> list[Path]:
+    found: list[Path] = []
+    for path, below, files in os.walk(root):
+        here = Path(path)
+        if LOG in files:
+            found.append(here)
+        if LOG in files or len(here.relative_to(root).parts) >= MAX_DEPTH or len(found) >= MAX_TRIALS:
+            below.clear()
+    return found[:MAX_TRIALS]
+
+
+def _line(directory: Path, root: Path) -> dict[str, Any]:
+    name = directory.relative_to(root).as_posix()
+    line: dict[str, Any] = {"name": directory.resolve().name if name == "." else name}
+    try:
+        line |= read_facts(directory / "spec.json", SpecFacts).model_dump()
+        result = directory / "result.json"
+        status: dict[str, Any] = {"status": "unfinished"}
+        if result.exists():
+            status = read_facts(result, ResultFacts).model_dump()
+        return {**line, **status}
+    except InputError as error:
+        return {**line, "status": "unreadable", "error": str(error)}

@@ -1,0 +1,102 @@
+"""Who gets in, and what a page may load."""
+
+import pytest
+
+from torc.testing.page_server import Client, served
+from torc.web.access import is_loopback, token_for
+
+
+@pytest.mark.parametrize(
+    ("host", "expected"),
+    [
+        ("127.0.0.1", True),
+        ("localhost", True),
+        ("::1", True),
+        ("127.9.9.9", True),
+        ("0.0.0.0", False),
+        ("::", False),
+    ],
+)
+def test_a_token_is_made_where_others_reach_the_server(host, expected):
+    assert is_loopback(host) is expected
+    assert (token_for(host) is None) is expected
+
+
+def test_tokens_are_long_and_differ():
+    assert token_for("0.0.0.0") != token_for("0.0.0.0")
+    assert len(token_for("0.0.0.0")) >= 32
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1.evil.example", "127.0.0.1:1", "", "[", "127.0.0.1"]
+)
+def test_another_name_for_this_machine_is_refused(client, host):
+    assert client.get("/api/trials", Host=host).status == 403
+
+
+def test_this_machines_own_names_are_taken(client):
+    for name in ("127.0.0.1", "localhost", "[::1]"):
+        assert client.get("/api/trials", Host=f"{name}:{client.port}").status == 200
+
+
+@pytest.mark.parametrize(
+    "headers", [{"Origin": "http://evil.example"}, {"Origin": "null"}, {"Sec-Fetch-Site": "cross-site"}]
+)
+def test_another_sites_scripts_and_forms_are_refused(client, headers):
+    assert client.post("/api/session/choose", {}, **headers).status == 403
+
+
+def test_without_the_token_nobody_gets_in(recorded):
+    with served(recorded, token="secret-token") as client:
+        for path in ("/", "/api/trials", "/page/main.js", "/?token=wrong", "/?token="):
+            answer = client.get(path)
+            assert answer.status == 401, path
+            assert b"secret-token" not in answer.body
+        assert client.get("/api/trials", Authorization="Bearer wrong").status == 401
+        assert client.get("/api/trials", Cookie=f"torc-{client.port}=wrong").status == 401
+        assert client.get("/api/trials", Cookie="=;;broken=\xff").status == 401
+
+
+def test_the_token_becomes_a_cookie_and_leaves_the_address(recorded):
+    with served(recorded, token="secret-token") as client:
+        first = client.get("/?token=secret-token")
+        assert first.status == 303
+        assert first.headers["location"] == "/"
+        cookie = first.headers["set-cookie"]
+        assert "HttpOnly" in cookie
+        assert "SameSite=strict" in cookie
+        inside = Client(client.port, {"Cookie": cookie.split(";")[0]})
+        assert inside.get("/api/trials", Host="my-lab:80").status == 200
+        assert client.get("/api/trials", Authorization="Bearer secret-token").status == 200
+
+
+def test_the_token_is_in_no_log(recorded, capfd):
+    with served(recorded, token="secret-token") as client:
+        client.get("/?token=secret-token")
+        client.get("/nowhere?token=secret-token")
+    out, err = capfd.readouterr()
+    assert "secret-token" not in out + err
+
+
+def test_pages_may_load_nothing_from_elsewhere(client):
+    for path in ("/", "/page/main.js", "/api/trials", "/nowhere"):
+        headers = client.get(path).headers
+        policy = headers["content-security-policy"]
+        assert policy.startswith("default-src 'none'")
+        assert "http" not in policy
+        assert "unsafe" not in policy
+        assert headers["x-content-type-options"] == "nosniff"
+
+
+def test_the_pages_own_files_name_no_other_place():
+    from torc.web.app import _parts
+
+    for name, (content, _) in _parts().items():
+        found = content.decode().replace("http://www.w3.org/2000/svg", "")
+        assert "http:" not in found, name
+        assert "https:" not in found, name
+        assert "innerHTML" not in found, name
+
+
+def test_refusals_too_keep_strangers_scripts_out(client):
+    assert "content-security-policy" in client.get("/", Host="evil.example").headers

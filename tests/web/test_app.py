@@ -1,0 +1,222 @@
+"""The addresses of the page, over plain HTTP."""
+
+import json
+import socket
+import urllib.request
+
+import pytest
+
+from torc.errors import InputError
+from torc.testing.page_server import Game
+from torc.web.human_queue import make_queue
+from torc.web.serving import address, listen
+from torc.web.session import Phase
+
+
+def test_the_viewer_serves_a_whole_trial(client):
+    found = client.get("/api/trials").json
+    assert found["mode"] == "view"
+    (line,) = found["trials"]
+    base = f"/api/trials/{line['key']}"
+    assert client.get(base).json["problem"] == "boxes"
+    assert client.get(f"{base}/picks/0").json["chosen"] == 1
+    assert client.get(f"{base}/picks/0/seen.png").body.startswith(b"\x89PNG")
+    assert client.get(f"{base}/picks/0/small.jpg").body.startswith(b"\xff\xd8")
+    assert int.from_bytes(client.get(f"{base}/picks/0/arrays").body[:4], "little") < 5000
+    assert client.get("/").body.startswith(b"<!doctype html>")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/api/trials/nothing",
+        "/api/trials/..%2f..%2fetc",
+        "/api/trials/KEY/picks/99",
+        "/api/trials/KEY/picks/-1",
+        "/api/trials/KEY/picks/..%2f..%2fspec.json/seen.png",
+        "/api/trials/KEY/video.mp4",
+        "/page/..%2fapp.py",
+        "/page/../app.py",
+        "/page/none.js",
+        "/api/session",
+        "/api/robot.jpg",
+    ],
+)
+def test_what_is_not_there_is_not_found(client, path):
+    key = client.get("/api/trials").json["trials"][0]["key"]
+    answer = client.get(path.replace("KEY", key))
+    assert answer.status == 404
+    assert b"Traceback" not in answer.body
+
+
+def test_text_from_strangers_comes_as_json_only(client, recorded):
+    log = recorded / "boxes" / "events.jsonl"
+    evil = "<img src=x onerror=alert(1)>\\ud800"
+    log.write_text(log.read_text().replace("it hides", evil))
+    key = client.get("/api/trials").json["trials"][0]["key"]
+    answer = client.get(f"/api/trials/{key}/picks/0")
+    assert answer.headers["content-type"] == "application/json"
+    assert "onerror" in answer.json["decision"]["reason"]
+
+
+@pytest.fixture
+def game(tmp_path):
+    return Game(tmp_path / "human")
+
+
+def _start(game, client):
+    game.wait(Phase.READY)
+    key = client.get("/api/session").json["waiting"][0]
+    assert client.post("/api/session/start", {"trial": key}).status == 200
+    return key
+
+
+def test_a_whole_episode_over_http_is_recorded_like_any_other(game):
+    with game.served() as client:
+        key = _start(game, client)
+        game.wait(Phase.CHOOSING, 0)
+        note = "it hides the most"
+        done = client.post("/api/session/choose", {"trial": key, "pick": 0, "object_id": 1, "note": note})
+        assert done.json["chosen"] == 1
+        state = game.wait(Phase.CHOOSING, 1)
+        assert 0 in state.allowed
+        client.post("/api/session/choose", {"trial": key, "pick": 1, "object_id": 0})
+        game.wait(Phase.DONE)
+        assert client.get(f"/api/trials/{key}").json["result"]["retrieved"] is True
+    directory = game.root / "one-human-anna-0"
+    decided = [json.loads(x) for x in (directory / "events.jsonl").read_text().splitlines()]
+    decided = [line for line in decided if line["event"] == "decided"]
+    assert [d["object_id"] for d in decided] == [1, 0]
+    assert decided[0]["reason"] == note
+    assert decided[0]["evidence"] == {"expert": "anna", "note": note}
+    assert decided[1]["exchanges"][0]["reply"] == "0"
+    assert json.loads((directory / "spec.json").read_text())["expert"] == "anna"
+
+
+def test_double_stale_and_impossible_choices_are_refused(game):
+    game.may_move.clear()
+    with game.served() as client:
+        key = _start(game, client)
+        game.wait(Phase.CHOOSING, 0)
+        choice = {"trial": key, "pick": 0, "object_id": 1}
+        refused = client.post("/api/session/choose", {**choice, "object_id": 9})
+        assert (refused.status, "cannot be grasped" in refused.json["error"]) == (409, True)
+        assert client.post("/api/session/choose", {**choice, "pick": 3}).status == 409
+        assert client.post("/api/session/choose", choice).status == 200
+        again = client.post("/api/session/choose", {**choice, "object_id": 2})
+        assert (again.status, again.json["error"]) == (409, "Pick 1 has been decided already: object 1.")
+        assert client.post("/api/session/start", {"trial": key}).status == 409
+        game.may_move.set()
+        game.wait(Phase.CHOOSING, 1)
+        assert client.post("/api/session/choose", choice).status == 409
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"",
+        b"[]",
+        b"{}",
+        b"nonsense",
+        b"\xff\xfe",
+        b'{"trial": 1, "pick": 0}',
+        b'{"trial": "a", "pick": "0"}',
+        b"9" * 5000,
+    ],
+)
+def test_nonsense_is_refused_and_changes_nothing(game, body):
+    with game.served() as client:
+        game.wait(Phase.READY)
+        before = client.get("/api/session").json
+        assert client.post("/api/session/choose", body).status == 400
+        assert client.post("/api/session/choose", {}, **{"Content-Type": "text/plain"}).status == 400
+        assert client.get("/api/session").json == before
+
+
+def test_changes_are_told_as_they_happen_and_from_the_start(game):
+    with game.served() as client:
+        game.wait(Phase.READY)
+        with urllib.request.urlopen(f"{client.url}/api/session/changes", timeout=60) as stream:
+            assert json.loads(stream.readline().removeprefix(b"data: "))["phase"] == "ready"
+            stream.readline()
+            _start(game, client)
+            assert json.loads(stream.readline().removeprefix(b"data: "))["phase"] == "preparing"
+
+
+def test_giving_up_ends_the_trial_and_costs_no_pick(game):
+    with game.served() as client:
+        key = _start(game, client)
+        game.wait(Phase.CHOOSING)
+        client.post("/api/session/choose", {"trial": key, "pick": 0, "give_up": True})
+        game.wait(Phase.DONE)
+        result = client.get(f"/api/trials/{key}").json["result"]
+        assert (result["end"], result["picks"]) == ("gave up", 0)
+
+
+def test_robot_pictures_come_in_order_and_only_new_ones(game):
+    with game.served() as client:
+        game.wait(Phase.READY)
+        assert not game.board.watched
+        game.board.put(b"one")
+        first = client.get("/api/robot.jpg")
+        assert (first.body, first.headers["x-frame"]) == (b"one", "1")
+        assert game.board.watched
+        game.board.put(b"two")
+        assert client.get("/api/robot.jpg?after=1").body == b"two"
+        assert client.get("/api/robot.jpg?after=nonsense").body == b"two"
+
+
+def test_the_queue_goes_on_where_it_stopped(tmp_path):
+    game = Game(tmp_path / "human", problems=("one", "two"))
+    with game.served() as client:
+        key = _start(game, client)
+        game.wait(Phase.CHOOSING)
+        client.post("/api/session/choose", {"trial": key, "pick": 0, "give_up": True})
+        game.wait(Phase.READY)
+        other = _start(game, client)
+        assert other != key
+        game.wait(Phase.CHOOSING)
+    # As if the program had been killed here.
+    again = make_queue(("one", "two"), ("anna",), tmp_path / "human", 0, 15, False)
+    assert [t["status"] for t in again.lines()] == ["completed", "interrupted"]
+    assert again.waiting() == (other,)
+
+
+def test_an_errored_trial_can_be_played_again(tmp_path):
+    queue = make_queue(("one",), (), tmp_path, 0, 15, False)
+    directory = tmp_path / "one-human-0"
+    directory.mkdir()
+    (directory / "result.json").write_text('{"status": "errored", "error": "a body flew away"}')
+    assert queue.lines()[0]["status"] == "errored"
+    assert queue.waiting() == (queue.trials[0].key,)
+    game = Game(tmp_path, ("one",), ())
+    with game.served() as client:
+        key = _start(game, client)
+        game.wait(Phase.CHOOSING)
+        # What is shown is the trial that is being played, not the one that broke.
+        assert client.get(f"/api/trials/{key}").json["result"] is None
+        client.post("/api/session/choose", {"trial": key, "pick": 0, "give_up": True})
+        game.wait(Phase.DONE)
+    assert (tmp_path / "one-human-0.errored" / "result.json").exists()
+
+
+@pytest.mark.parametrize("name", ["../anna", "a b", "-x", "ä", "a" * 40])
+def test_an_experts_name_is_a_file_name(tmp_path, name):
+    with pytest.raises(InputError, match="expert's name"):
+        make_queue(("one",), (name,), tmp_path, 0, 15, False)
+
+
+def test_problems_of_one_name_are_not_mixed_up(tmp_path):
+    with pytest.raises(InputError, match="same file name"):
+        make_queue(("a/one.yaml", "b/one.yaml"), (), tmp_path, 0, 15, False)
+
+
+def test_a_taken_port_gets_one_clear_line():
+    with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(InputError, match="--port"):
+        listen("127.0.0.1", taken.getsockname()[1])
+
+
+def test_addresses():
+    assert address("127.0.0.1", 8, None) == "http://127.0.0.1:8/"
+    assert address("::1", 8, None) == "http://[::1]:8/"
+    assert address("0.0.0.0", 8, "x").endswith(":8/?token=x")

@@ -1,0 +1,65 @@
+"""Watching the robot: pictures come, and change nothing."""
+
+import json
+import threading
+import time
+
+import pytest
+
+from torc.episode.event_log import without_seconds
+from torc.episode.trial import TrialSpec, run_trial
+from torc.web.expert import HumanPlanner, SessionListener
+from torc.web.frames import WATCHED_FOR_S, FrameBoard, RobotCamera
+from torc.web.session import Choice, Phase, Session
+
+SPEC = TrialSpec("structured-04", "human", max_picks=1)
+
+
+def test_somebody_watches_only_while_pictures_are_asked_for(monkeypatch):
+    board, now = FrameBoard(), [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    assert board.watch() == (0, b"")
+    assert board.watched
+    now[0] += WATCHED_FOR_S + 0.1
+    assert not board.watched
+    board.put(b"a")
+    assert board.watch() == (1, b"a")
+
+
+def _play(out, watch):
+    """One pick by a person who takes the first graspable object, watched or not."""
+    session, board, over = Session(), FrameBoard(), threading.Event()
+    session.publish(trial="t")
+    numbers = set()
+
+    def sit_there():
+        while not over.wait(0.01):
+            state = session.state
+            if watch:
+                numbers.add(board.watch()[0])
+            if state.phase is Phase.CHOOSING:
+                session.choose(Choice("t", state.pick, state.allowed[0]))
+
+    person = threading.Thread(target=sit_there, daemon=True)
+    person.start()
+    try:
+        with RobotCamera(board) as camera:
+            planner, tell = HumanPlanner(session), SessionListener(session)
+            trial = run_trial(
+                SPEC, out, planner=planner, listeners=[tell], observers=[camera.observe], say=lambda _: None
+            )
+    finally:
+        over.set()
+        person.join()
+    assert trial.result["status"] == "completed"
+    lines = (out / "events.jsonl").read_text().splitlines()
+    return [without_seconds(json.loads(line)) for line in lines], numbers
+
+
+@pytest.mark.slow
+def test_a_real_pick_is_the_same_whether_watched_or_not(tmp_path):
+    watched, numbers = _play(tmp_path / "a", watch=True)
+    unwatched, none = _play(tmp_path / "b", watch=False)
+    assert watched == unwatched
+    assert len(numbers) > 10
+    assert none == set()

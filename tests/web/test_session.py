@@ -1,0 +1,101 @@
+"""Questions and answers between the thread that plays and the pages."""
+
+import threading
+
+import pytest
+
+from torc.web.session import Choice, Phase, RefusedError, Session
+
+
+def _asking(session, allowed, pick=2):
+    session.publish(trial="t", phase=Phase.PREPARING)
+    answers = []
+    thread = threading.Thread(target=lambda: answers.append(session.ask_object(pick, allowed)), daemon=True)
+    thread.start()
+    while session.state.phase is not Phase.CHOOSING:
+        pass
+    return thread, answers
+
+
+def test_a_choice_reaches_who_asked():
+    session = Session()
+    thread, answers = _asking(session, (3, 5))
+    session.choose(Choice("t", 2, 5, note="it is in front"))
+    thread.join(10)
+    assert answers == [Choice("t", 2, 5, note="it is in front")]
+    assert session.state.chosen == 5
+
+
+@pytest.mark.parametrize(
+    ("choice", "told"),
+    [
+        (Choice("t", 1, 5), "pick 2; it is pick 3"),
+        (Choice("other", 2, 5), "another trial"),
+        (Choice("t", 2, 4), "Object 4 cannot be grasped now; these can: 3, 5"),
+        (Choice("t", 2, None), "Name an object"),
+    ],
+)
+def test_a_stale_or_impossible_choice_is_refused_and_the_question_stays(choice, told):
+    session = Session()
+    thread, answers = _asking(session, (3, 5))
+    with pytest.raises(RefusedError, match=told):
+        session.choose(choice)
+    assert answers == []
+    session.choose(Choice("t", 2, 3))
+    thread.join(10)
+    assert len(answers) == 1
+
+
+def test_of_two_choices_one_counts_and_the_other_is_told_which():
+    session = Session()
+    thread, answers = _asking(session, (3, 5))
+    refused = []
+
+    def choose(k):
+        try:
+            session.choose(Choice("t", 2, k))
+        except RefusedError as error:
+            refused.append(str(error))
+
+    threads = [threading.Thread(target=choose, args=(k,)) for k in (3, 5)]
+    for t in threads:
+        t.start()
+    for t in (*threads, thread):
+        t.join(10)
+    assert len(answers) == 1
+    assert refused == [f"Pick 3 has been decided already: object {answers[0].object_id}."]
+
+
+def test_a_pick_may_pass_only_where_nothing_can_be_grasped():
+    session = Session()
+    thread, answers = _asking(session, ())
+    session.choose(Choice("t", 2, None))
+    thread.join(10)
+    assert answers[0].object_id is None
+
+
+def test_every_change_makes_a_new_version():
+    session = Session()
+    seen = [session.state]
+    session.publish(message="a")
+    seen.append(session.state)
+    session.publish(message="a")
+    seen.append(session.state)
+    assert [s.version for s in seen] == [0, 1, 2]
+
+
+def test_only_a_waiting_trial_can_be_started():
+    session = Session()
+    with pytest.raises(RefusedError, match="is being played"):
+        session.start("a")
+    started = []
+    thread = threading.Thread(target=lambda: started.append(session.ask_start(("a", "b"), "")), daemon=True)
+    thread.start()
+    while session.state.phase is not Phase.READY:
+        pass
+    with pytest.raises(RefusedError, match="not in the queue"):
+        session.start("c")
+    session.start("b")
+    thread.join(10)
+    assert started == ["b"]
+    assert session.state.trial == "b"
