@@ -19,7 +19,7 @@ from torc.scenes.arrangements import (
     structured_arrangement,
 )
 from torc.scenes.footprints import footprint, gaps
-from torc.scenes.library import load_object, object_names
+from torc.scenes.library import builtin_object_names, load_object
 from torc.scenes.problem import ObjectPlacement
 
 SEEDS = range(6)
@@ -171,7 +171,7 @@ def test_gaps_are_a_lower_bound_and_exact_for_discs() -> None:
     np.testing.assert_allclose(found, exact, atol=0.001)
 
 
-@pytest.mark.parametrize("name", object_names()[::7])
+@pytest.mark.parametrize("name", builtin_object_names()[::7])
 def test_footprints_hold_the_visible_outline(name: str) -> None:
     R = rotation_about((0, 0, 1), 0.7)
     shape = footprint(load_object(name), R)

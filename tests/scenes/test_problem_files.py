@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 
 from torc.errors import InputError, UnknownNameError
 from torc.records.camera import MAX_OBJECTS
-from torc.scenes.library import object_names
+from torc.scenes.library import builtin_object_names
 from torc.scenes.problem import (
     ObjectPlacement,
     Problem,
     load_problem,
     parse_problem,
-    problem_names,
     problem_text,
     save_problem,
 )
+from torc.scenes.problem_sets import problem_names
 
 GOOD = """\
 format: torc-problem/1
@@ -67,7 +67,7 @@ def _poses() -> st.SearchStrategy:
 def test_saving_and_loading_gives_back_the_same_problem(
     tmp_path: Path, poses: list, notes: str, seed: int
 ) -> None:
-    names = object_names()
+    names = builtin_object_names()
     objects = tuple(
         ObjectPlacement(f"o{i}", names[(seed + i) % len(names)], position, wxyz)
         for i, (position, wxyz) in enumerate(poses)
@@ -86,7 +86,7 @@ def test_saving_and_loading_gives_back_the_same_problem(
         (
             "mug_red",
             "mug_rde",
-            r"objects\[1\].model: there is no object model 'mug_rde'; did you mean 'mug_red'\?",
+            r"objects\[1\].model: there is no object model 'mug_rde' on this machine; did you mean 'mug_red'\?",
         ),
         ("name: can", "name: mug", r"objects: names must be unique; more than once: mug\. Rename"),
         ("target: mug", "target: mugg", "target: Unknown object 'mugg'. Did you mean 'mug'"),
@@ -104,7 +104,33 @@ def test_saving_and_loading_gives_back_the_same_problem(
         ("problem/1", "problem/9", "format: .*torc-problem/1"),
         ("name: demo", "name: demo\nname: two", "'name' is given 2 times"),
         ("A demo.", r'"a \e[2J demo"', "description: has characters that cannot be printed"),
-        ("A demo.", "!!python/object:os.system x", "not readable YAML"),
+        ("A demo.", "!!python/object:os.system x", "tags .* are not supported"),
+        ("A demo.", "!!bool maybe", "tags .* are not supported"),
+        ("A demo.", "!!int ''", "tags .* are not supported"),
+        ("A demo.", "!!timestamp now", "tags .* are not supported"),
+        ("A demo.", "1" + ":59" * 400 + ".5", "not readable YAML"),
+        (
+            "[1, 0, 0, 0]",
+            "[1.0e+308, 1.0e+308, 0, 0]",
+            r"objects\[0\].wxyz: a rotation must not be zero or huge",
+        ),
+        ("soup_can_red", r'"\ud800"', r"objects\[0\].model: has characters that are none"),
+        ("soup_can_red", "x" * 65, r"objects\[0\].model: must be 1 to 64 letters"),
+        ("target: mug", r'target: "\e[2J"', "target: must be 1 to 64 letters"),
+        (
+            "target:",
+            "origin: {seed: 0x" + "f" * 4000 + "}\ntarget:",
+            "origin: holds a number that is too large",
+        ),
+        ("target:", "origin: {share: 1.0e+300}\ntarget:", "origin: holds a number that is too large"),
+        ("target:", r'origin: {by: "\a"}' + "\ntarget:", "origin: has characters that cannot be printed"),
+        ("target:", r'origin: {"\udfff": 1}' + "\ntarget:", "origin.*has characters that are none"),
+        (
+            "target:",
+            "origin: {" + "".join(f"k{i}: 1, " for i in range(101)) + "}\ntarget:",
+            "too many entries",
+        ),
+        ("target:", "x" * 1000 + ": 1\ntarget:", r"x{120}\.\.\.: is not a field"),
         ("A demo.", "&a text\nnotes: *a", "aliases"),
         ("A demo.", "'unclosed", "not readable YAML"),
     ],
@@ -125,7 +151,9 @@ def test_faults_name_file_field_and_remedy(tmp_path: Path, old: str, new: str, m
         (b"- 1\n", "holds no problem"),
         (b"[" * 20_000, "nested too deeply"),
         (b"\xff\xfe\x00bad", "not UTF-8"),
-        (b"#" * 1_000_001, "larger than"),
+        (b"#" * 64_001, "larger than"),
+        (b"!!map [a]", "tags"),
+        (b"? !!set {a}\n: b", "tags"),
         (b"{[1]: 2}", "not readable YAML"),
         (b"a: \x00", "not readable YAML"),
     ],
@@ -170,3 +198,20 @@ def test_unknown_problems_are_reported() -> None:
         load_problem("structured-1")
     with pytest.raises(InputError, match="no problem file"):
         load_problem("nowhere/problem.yaml")
+
+
+@pytest.mark.parametrize("stop", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_a_save_that_is_stopped_leaves_nothing_and_keeps_what_was_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stop: BaseException
+) -> None:
+    path = tmp_path / "p.yaml"
+    path.write_text("as it was")
+
+    def stopped(self: Path, target: Path) -> None:
+        raise stop
+
+    monkeypatch.setattr(Path, "replace", stopped)
+    with pytest.raises(type(stop)):
+        save_problem(parse_problem(GOOD), path)
+    assert [p.name for p in tmp_path.iterdir()] == ["p.yaml"]
+    assert path.read_text() == "as it was"

@@ -15,8 +15,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import rotation_about
 from torc.records.camera import MAX_OBJECTS
 from torc.scenes.footprints import DIRECTIONS, LIE_ON_BACK, Footprint, directions, fits_on, footprint, gaps
-from torc.scenes.library import Kind, load_object
-from torc.scenes.library.catalogue import all_kinds
+from torc.scenes.library import builtin_object_names, load_object, object_facts
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import ObjectPlacement
 
@@ -35,7 +34,9 @@ class StructuredConfig:
         gap_m: wanted smallest and largest gap to the nearest neighbour; the smallest always holds.
         tall_in_front: chance that an object is drawn to the front by its height (the tall hide the short).
         stacked: chance that a flat low thing is put on top of another one, where one fits.
-        lying: chance that a box lies on its back.
+        lying: chance that a box lies on its back ...
+        lying_width_m: ... if the narrower side that then faces sideways is no wider than this. A gripper cannot pick
+            up a wide flat box that lies.
         turned_rad: standard deviation of the yaw about facing the robot.
         sideways: chance of another quarter turn.
         candidates: poses tried per object.
@@ -50,6 +51,7 @@ class StructuredConfig:
     tall_in_front: float = 0.6
     stacked: float = 0.3
     lying: float = 0.15
+    lying_width_m: float = np.inf
     turned_rad: float = 0.4
     sideways: float = 0.25
     candidates: int = 240
@@ -76,20 +78,40 @@ class DropConfig:
     candidates: int = 24
 
 
-def sample_models(count: int, rng: np.random.Generator, held_out: bool | None = None) -> list[str]:
-    """Random model names, kinds as different as possible. `held_out`: only held-out kinds, only others, or all."""
-    kinds = [k for k in all_kinds() if held_out is None or k.held_out == held_out]
+def sample_models(
+    count: int, rng: np.random.Generator, held_out: bool | None = None, models: Sequence[str] | None = None
+) -> list[str]:
+    """Random model names, kinds as different as possible.
+
+    Args:
+        count: how many.
+        rng: decides which.
+        held_out: only of held-out kinds, only of others, or of all.
+        models: draw from these. By default from the built-in ones alone, so that a seed gives the same on every
+            machine, whatever its user has imported.
+
+    Raises:
+        InputError: too many asked for, or nothing to draw from.
+        UnknownNameError: an unknown name in `models`.
+    """
     if not 0 <= count <= MAX_OBJECTS:
         raise InputError(f"A scene holds 0 to {MAX_OBJECTS} objects, not {count}.")
+    kinds: dict[str, list[str]] = {}
+    for facts in map(object_facts, builtin_object_names() if models is None else dict.fromkeys(models)):
+        if held_out is None or facts.held_out == held_out:
+            kinds.setdefault(facts.kind, []).append(facts.name)
+    if count and not kinds:
+        raise InputError("There are no object models to draw from. `torc objects list` shows what there is.")
+    pools = list(kinds.values())
     names: list[str] = []
     while len(names) < count:
-        round_ = [kinds[i] for i in rng.permutation(len(kinds))]
-        names += [_any_variant(kind, names, rng) for kind in round_[: count - len(names)]]
+        round_ = [pools[i] for i in rng.permutation(len(pools))]
+        names += [_any_variant(pool, names, rng) for pool in round_[: count - len(names)]]
     return names
 
 
-def _any_variant(kind: Kind, taken: list[str], rng: np.random.Generator) -> str:
-    free = [v.name for v in kind.variants if v.name not in taken] or [v.name for v in kind.variants]
+def _any_variant(pool: list[str], taken: list[str], rng: np.random.Generator) -> str:
+    free = [name for name in pool if name not in taken] or pool
     return free[int(rng.integers(len(free)))]
 
 
@@ -148,7 +170,7 @@ class _Packing:
         """A natural orientation: upright or a box on its back, the front more or less towards the robot."""
         config, rng = self._config, self._rng
         is_box = len(model.pieces) == 1 and model.pieces[0].kind == "box"
-        lies = is_box and rng.random() < config.lying
+        lies = is_box and rng.random() < config.lying and min(model.size_m[1:]) <= config.lying_width_m
         yaw = rng.normal(0.0, config.turned_rad) + (np.pi / 2 if rng.random() < config.sideways else 0.0)
         R = rotation_about((0, 0, 1), yaw) @ (LIE_ON_BACK if lies else np.eye(3))
         return footprint(model, R)

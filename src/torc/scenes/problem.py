@@ -24,6 +24,7 @@ from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.scenes.models import Quat, Vec3
 from torc.scenes.problem_file import FORMAT, MAX_BYTES, Category, Scalar, read_problem_file
+from torc.scenes.problem_sets import problem_names, shipped_path
 
 
 @dataclass(frozen=True)
@@ -130,28 +131,23 @@ def save_problem(problem: Problem, path: str | os.PathLike[str]) -> None:
     path = Path(path)
     text = problem_text(problem)
     aside = path.with_name(f".{path.name}.tmp")
-    aside.write_text(text, encoding="utf-8")
-    aside.replace(path)
-
-
-def problem_names() -> tuple[str, ...]:
-    """Names of the shipped problems."""
-    return tuple(sorted(p.stem for p in _shipped().glob("*.yaml")))
-
-
-def _shipped() -> Path:
-    return Path(__file__).parent / "data" / "problems"
+    try:
+        aside.write_text(text, encoding="utf-8")
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)
 
 
 def _find(name_or_path: str | os.PathLike[str]) -> Path:
     path = Path(name_or_path)
-    if path.is_file():
+    if os.path.isfile(path):  # unlike Path.is_file, False for names that no file can have
         return path
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
         raise InputError(f"There is no problem file {path}. `torc problems list` shows the shipped problems.")
-    if str(path) in problem_names():
-        return _shipped() / f"{path}.yaml"
-    raise UnknownNameError("problem", str(path), list(problem_names()))
+    shipped = shipped_path(str(path))
+    if shipped is None:
+        raise UnknownNameError("problem", str(path), list(problem_names()))
+    return shipped
 
 
 def _read(path: Path) -> str:

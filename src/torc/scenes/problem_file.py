@@ -1,57 +1,50 @@
 """The file of a problem: its schema, plain YAML, and errors that name the field and the remedy."""
 
 import difflib
+import math
 from collections import Counter
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
-import yaml
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from torc.errors import InputError
 from torc.records.camera import MAX_OBJECTS
-from torc.scenes.library import object_names
+from torc.scenes.library import has_object, object_names
 from torc.scenes.models import Quat, Vec3
+from torc.scenes.strict_yaml import explain_faults, parse_plain_yaml, printable
 from torc.scenes.workspace import Workspace
 
 FORMAT = "torc-problem/1"
-MAX_BYTES = 1_000_000
+MAX_BYTES = 64_000
+"""Several times what the fullest problem needs: a megabyte takes YAML's reader a minute."""
 Category = Literal["structured", "unstructured"]
 Scalar = str | int | float | bool
+_MAX_NUMBER, _MAX_ORIGIN = 2**63, 100
+_REMEDIES = {
+    "too_long": f"holds too many entries; at most {MAX_OBJECTS} objects, 3 numbers a position, 4 a rotation, "
+    f"{_MAX_ORIGIN} facts of origin"
+}
 BELOW_TABLE_M, ABOVE_TABLE_M = 0.02, 1.0
 """How far below and above the table top an object's origin may be."""
 
-
 _Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}$")]
-
-
-def _printable(text: str) -> str:
-    """Text is shown in terminals and pages: no control characters."""
-    strange = sorted({c for c in text if not (c.isprintable() or c == "\n")})
-    if strange:
-        raise ValueError(
-            f"has characters that cannot be printed: {', '.join(map(ascii, strange))}. Remove them."
-        )
-    return text
-
-
-_Text = Annotated[str, Field(max_length=2000), AfterValidator(_printable)]
+_Text = Annotated[str, Field(max_length=2000), AfterValidator(printable)]
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 class _ObjectFile(BaseModel):
     model_config = _STRICT
     name: _Name
-    model: str
+    model: _Name
     position: tuple[float, float, float]
     wxyz: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
     @field_validator("model")
     @classmethod
     def _known(cls, model: str) -> str:
-        valid = object_names()
-        if model not in valid:
-            raise ValueError(_unknown_model(model, valid))
+        if not has_object(model):
+            raise ValueError(_unknown_model(model, object_names()))
         return model
 
     @field_validator("position")
@@ -68,9 +61,11 @@ class _ObjectFile(BaseModel):
     @field_validator("wxyz")
     @classmethod
     def _unit(cls, wxyz: Quat) -> Quat:
-        norm = float(np.linalg.norm(wxyz))
+        norm = math.hypot(*wxyz)
         if not 1e-6 < norm < 1e6:
-            raise ValueError("a rotation must not be zero; [1, 0, 0, 0] is upright (order w, x, y, z).")
+            raise ValueError(
+                "a rotation must not be zero or huge; [1, 0, 0, 0] is upright (order w, x, y, z)."
+            )
         if abs(norm - 1.0) < 1e-9:  # kept as it is, so that loading and saving give back the same file
             return wxyz
         w, x, y, z = (v / norm for v in wxyz)
@@ -84,9 +79,19 @@ class ProblemFile(BaseModel):
     category: Category
     description: _Text = ""
     notes: _Text = ""
-    origin: dict[str, Scalar] = Field(default_factory=dict)
-    target: str
+    origin: dict[_Text, Scalar] = Field(default_factory=dict, max_length=_MAX_ORIGIN)
+    target: _Name
     objects: Annotated[list[_ObjectFile], Field(min_length=1, max_length=MAX_OBJECTS)]
+
+    @field_validator("origin")
+    @classmethod
+    def _small(cls, origin: dict[str, Scalar]) -> dict[str, Scalar]:
+        for value in origin.values():
+            if isinstance(value, str):
+                printable(value)
+            elif abs(value) > _MAX_NUMBER:
+                raise ValueError("holds a number that is too large; put it in quotes.")
+        return origin
 
     @field_validator("objects")
     @classmethod
@@ -99,78 +104,23 @@ class ProblemFile(BaseModel):
 
 def read_problem_file(text: str, source: str) -> ProblemFile:
     """The validated content of a problem file; `source` names it in errors. Raises InputError."""
-    data = _parse_yaml(text, source)
+    data = parse_plain_yaml(text, source, "problem", MAX_BYTES, "Compare with a shipped problem.")
     try:
         return ProblemFile.model_validate(data)
     except ValidationError as error:
-        raise InputError(f"{source} is not a valid problem ({FORMAT}):\n{_explain(error)}") from None
-
-
-class _PlainLoader(yaml.SafeLoader):
-    """SafeLoader without aliases (they can blow a small file up) and without repeated keys (one would be lost)."""
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            mark = self.peek_event().start_mark
-            raise yaml.YAMLError(
-                f"line {mark.line + 1}: aliases (*name) are not supported; write the value out"
-            )
-        return super().compose_node(parent, index)
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
-        keys = [key.value for key, _ in node.value if isinstance(key.value, str)]
-        for key, count in Counter(keys).items():
-            if count > 1:
-                raise yaml.YAMLError(
-                    f"line {node.start_mark.line + 1}: '{key}' is given {count} times; keep one"
-                )
-        return super().construct_mapping(node, deep)
-
-
-def _parse_yaml(text: str, source: str) -> Any:
-    if len(text.encode()) > MAX_BYTES:
-        raise InputError(f"{source} is larger than {MAX_BYTES} bytes: that is not a problem file.")
-    try:
-        data = yaml.load(text, Loader=_PlainLoader)  # a SafeLoader: builds plain values only
-    except (yaml.YAMLError, ValueError) as error:
-        raise InputError(f"{source} is not readable YAML: {error}. Compare with a shipped problem.") from None
-    except RecursionError:
-        raise InputError(f"{source} is nested too deeply to be a problem file.") from None
-    if not isinstance(data, dict):
-        raise InputError(f"{source} holds no problem: it must start with 'format: {FORMAT}'.")
-    return data
-
-
-def _explain(error: ValidationError) -> str:
-    """One line per fault: the field, what is wrong, what to do."""
-    lines = []
-    for fault in error.errors(include_input=False, include_url=False)[:8]:
-        where = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in fault["loc"]).lstrip(".")
-        lines.append(f"  {where or 'file'}: {_remedy(fault)}")
-    return "\n".join(lines)
-
-
-_REMEDIES = {
-    "missing": "is missing; add it",
-    "extra_forbidden": "is not a field of this format; remove it or check its spelling",
-    "finite_number": "must be a finite number",
-    "string_type": "must be text; put it in quotes",
-    "string_pattern_mismatch": "must be 1 to 64 letters, digits, '_', '-' or '.', starting with a letter or digit",
-    "too_long": f"holds too many entries; at most {MAX_OBJECTS} objects, 3 numbers a position, 4 a rotation",
-    "too_short": "holds too few entries",
-}
-
-
-def _remedy(fault: Any) -> str:
-    if fault["type"] in _REMEDIES:
-        return _REMEDIES[fault["type"]]
-    return str(fault["msg"]).removeprefix("Value error, ")
+        raise InputError(
+            f"{source} is not a valid problem ({FORMAT}):\n{explain_faults(error, _REMEDIES)}"
+        ) from None
 
 
 def _unknown_model(model: str, valid: tuple[str, ...]) -> str:
     near = difflib.get_close_matches(model, valid, n=1)
     hint = f" did you mean '{near[0]}'?" if near else ""
-    return f"there is no object model '{model}';{hint} `torc objects list` shows all {len(valid)}."
+    return (
+        f"there is no object model '{model}' on this machine;{hint} `torc objects list` shows all {len(valid)}. "
+        f"If it is somebody's own, import its mesh (`torc objects import MESH --name {model}`) or add the directory "
+        "that holds it to TORC_OBJECTS."
+    )
 
 
 def _region() -> tuple[np.ndarray, np.ndarray]:

@@ -1,23 +1,25 @@
-"""Boxes: cartons, books, remote controls, dice, sponges, and the gable-top carton."""
+"""Boxes: cartons, books and notebooks, phones and remote controls, dice, sponges, and the gable-top carton."""
 
 from collections.abc import Mapping
 
 import numpy as np
 from PIL import Image, ImageDraw
 
+from torc.geometry.transforms import rotation_about
 from torc.scenes.library.labels import (
     Design,
     Paint,
     box_atlas,
     designed,
     draw_text,
+    gradient,
     panel,
     rgb,
     rgba,
     speckled,
 )
-from torc.scenes.library.meshes import box_mesh, facetted, loft
-from torc.scenes.library.parts import Parts, box, hull
+from torc.scenes.library.meshes import box_mesh, facetted, loft, moved, revolve
+from torc.scenes.library.parts import Parts, box, hull, rod
 
 Look = Mapping[str, str]
 Size = tuple[float, float, float]
@@ -63,15 +65,33 @@ def _rectangle(depth: float, width: float, z: float) -> np.ndarray:
 
 def book(size_m: Size, design: Look) -> Parts:
     """A book that lies flat, its cover up and its spine to the left."""
-    look = Design(**design)
+    return _painted(size_m, _bound(Design(**design)))
+
+
+def notebook(size_m: Size, design: Look, wire: str) -> Parts:
+    """A notebook that lies flat, its cover up, bound by a wire spiral on its left; `size_m` is without the spiral."""
+    depth, width, height = size_m
+    pages = _painted(size_m, _bound(Design(**design)))
+    r, half, turns = height / 2, 0.46 * depth, round(depth / 0.008)
+    stripes = np.full((8 * turns, 16, 3), rgb("#26282c"), dtype=np.uint8)
+    stripes[np.arange(8 * turns) % 8 < 5] = rgb(wire)
+    ends = revolve([(r, -half), (0, -half)], segments=20, rgba=rgba(wire))
+    coil = [revolve([(0, half), (r, half)], segments=20, rgba=rgba(wire)), ends]
+    coil.append(revolve([(r, half), (r, -half)], segments=20, texture=stripes))
+    edge, along_x = (0.0, width / 2 + 0.4 * r, 0.0), rotation_about((0, 1, 0), np.pi / 2)
+    spiral = rod((-half, edge[1], 0), (half, edge[1], 0), r)
+    return Parts([*pages.pieces, spiral], [*pages.visuals, *(moved(c, along_x, edge) for c in coil)])
+
+
+def _bound(look: Design) -> Paint:
+    """Paints a book: cover, spine, pages."""
 
     def paint(name: str, width: int, height: int) -> Image.Image:
         if name in ("top", "bottom"):
             return panel(width, height, look if name == "top" else Design(look.base, accent=look.base))
         if name == "left":
-            return panel(
-                width, height, Design(look.base, look.text.replace("\n", " "), look.base, look.accent)
-            )
+            words = look.text.replace("\n", " ")
+            return panel(width, height, Design(look.base, words, look.base, look.accent))
         pages = Image.new("RGB", (width, height), rgb("#f4efe2"))
         draw = ImageDraw.Draw(pages)
         for y in range(1, height, 3):
@@ -80,6 +100,28 @@ def book(size_m: Size, design: Look) -> Parts:
         draw.rectangle((0, 0, width, cover), fill=rgb(look.base))
         draw.rectangle((0, height - 1 - cover, width, height), fill=rgb(look.base))
         return pages
+
+    return paint
+
+
+def phone(size_m: Size, color: str, screen: tuple[str, str], clock: str) -> Parts:
+    """A phone that lies on its back: a clock and icons on a screen that blends two colours."""
+
+    def paint(name: str, width: int, height: int) -> Image.Image:
+        if name != "top":
+            return Image.new("RGB", (width, height), rgb(color))
+        w, h = 4 * width, 4 * height
+        image = Image.new("RGB", (w, h), rgb("#101114"))
+        edge = int(0.05 * w)
+        glow = Image.fromarray(gradient(screen, w - 2 * edge, h - 3 * edge))
+        image.paste(glow, (edge, int(1.5 * edge)))
+        draw_text(image, clock, (0.2 * w, 0.14 * h, 0.8 * w, 0.28 * h), "#ffffff")
+        draw = ImageDraw.Draw(image)
+        icons = ("#e8453c", "#f2c230", "#3fa34d", "#ffffff", "#3b7dd8", "#e8771e", "#6a3d9a", "#1b8a8f")
+        for k, icon in enumerate(icons):
+            x, y = (0.16 + 0.19 * (k % 4)) * w, (0.62 + 0.12 * (k // 4)) * h
+            draw.rounded_rectangle((x, y, x + 0.12 * w, y + 0.12 * w), radius=0.03 * w, fill=rgb(icon))
+        return image.reduce(4)
 
     return _painted(size_m, paint)
 
@@ -99,7 +141,7 @@ def remote_control(size_m: Size, color: str, buttons: str, accent: str) -> Parts
         for y in rows:
             for x in (0.9, 2.0, 3.1):
                 _button(draw, x * unit, y * unit, 0.32 * unit, buttons)
-        return image.resize((width, height), Image.Resampling.BOX)
+        return image.reduce(4)
 
     return _painted(size_m, paint)
 
@@ -121,7 +163,7 @@ def die(edge_m: float, color: str, pips: str) -> Parts:
         for letter in _PIPS[_DIE[name]]:
             row, column = divmod("abcdefghi".index(letter), 3)
             _button(draw, width * (0.9 + 1.1 * column), height * (0.9 + 1.1 * row), 0.38 * width, pips)
-        return image.resize((width, height), Image.Resampling.BOX)
+        return image.reduce(4)
 
     return _painted((edge_m, edge_m, edge_m), paint)
 
@@ -136,7 +178,7 @@ def letter_block(edge_m: float, color: str, letters: str, frame: str) -> Parts:
         index = ("front", "right", "back", "left", "top", "bottom").index(name)
         area = (0.9 * width, 0.9 * height, 3.1 * width, 3.1 * height)
         draw_text(image, letters[index % len(letters)], area, frame)
-        return image.resize((width, height), Image.Resampling.BOX)
+        return image.reduce(4)
 
     return _painted((edge_m, edge_m, edge_m), paint)
 

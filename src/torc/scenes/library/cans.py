@@ -1,4 +1,4 @@
-"""Upright cylinders: food cans, drink cans, spray cans, jars."""
+"""Upright round packages: food cans, drink cans, spray cans, jars, pots and cups with lids."""
 
 from collections.abc import Mapping
 
@@ -96,4 +96,36 @@ def jar(radius_m: float, height_m: float, design: Mapping[str, str], content: st
         frustum(r, z, lid_radius, z + shoulder),
         cylinder(lid_radius, z + shoulder, h),
     ]
+    return Parts(pieces, visuals)
+
+
+def lidded_cup(
+    radii_m: tuple[float, float],
+    height_m: float,
+    design: Mapping[str, str],
+    lid: tuple[float, float, str],
+    color: str,
+    label: tuple[float, float] = (0.0, 1.0),
+) -> Parts:
+    """A cup or pot that widens upwards, closed by a lid; radii at the foot and under the lid.
+
+    `lid`: how far it sticks out, its height, its colour. The label spans part of the wall's height.
+    """
+    (r0, r1), h = radii_m, height_m
+    out, lid_height, lid_color = lid
+    z = h - lid_height
+    (low, high), slope = (label[0] * z, label[1] * z), (r1 - r0) / z
+    around = wrapped_label(np.pi * (r0 + r1), high - low, Design(**design))
+    visuals = [revolve([(r0 + slope * high, high), (r0 + slope * low, low)], texture=around)]
+    if high < z:
+        visuals.append(revolve([(r1, z), (r0 + slope * high, high)], rgba=rgba(color)))
+    foot = [(r0 + slope * low, low)] if low > 0 else []
+    visuals.append(revolve([*foot, (r0, 0), (0, 0)], rgba=rgba(color)))
+    rim, top, bead = r1 + out, r1 + out - 0.4 * lid_height, min(0.004, lid_height)
+    sunk = h - 0.15 * (lid_height - bead)
+    outline = [(0, sunk), (top - 0.003, sunk), (top - 0.002, h), (top, h), (rim, z + bead), (rim, z), (r1, z)]
+    visuals.append(revolve(outline, rgba=rgba(lid_color)))
+    pieces = [frustum(r0, 0, r1, z), cylinder(rim, z, z + bead)]
+    if lid_height > bead:
+        pieces.append(frustum(rim, z + bead, top, h))
     return Parts(pieces, visuals)

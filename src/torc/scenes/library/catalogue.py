@@ -58,7 +58,21 @@ def look(
 @cache
 def all_kinds() -> tuple[Kind, ...]:
     """Every kind of the library."""
-    from torc.scenes.library import catalogue_food, catalogue_household, catalogue_packages, catalogue_things
+    from torc.scenes.library import (
+        catalogue_food,
+        catalogue_household,
+        catalogue_kitchen,
+        catalogue_packages,
+        catalogue_play,
+        catalogue_things,
+    )
 
-    modules = (catalogue_packages, catalogue_food, catalogue_household, catalogue_things)
+    modules = (
+        catalogue_packages,
+        catalogue_food,
+        catalogue_household,
+        catalogue_things,
+        catalogue_kitchen,
+        catalogue_play,
+    )
     return tuple(kind for module in modules for kind in module.KINDS)

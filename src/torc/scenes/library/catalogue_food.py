@@ -70,6 +70,8 @@ KINDS = (
              look(BLUE, "TUNA", WHITE, BLUE, "fish", SKY)),
         _can("tuna_can_orange", "the orange salmon can", 0.15, 0.037, 0.038,
              look(ORANGE, "SALMON", CREAM, RED, "fish", RED)),
+        _can("tuna_can_green", "the small green sardine can", 0.12, 0.035, 0.032,
+             look(GREEN, "SARDINES", WHITE, GREEN, "fish", SKY)),
     ), rolls=True),
     Kind("soda_can", "cans:drink_can", (
         _can("soda_can_green", "the green lime soda can", 0.355, 0.033, 0.122,
@@ -85,13 +87,15 @@ KINDS = (
         _jar("jam_jar_honey", "the honey jar", 0.45, (0.035, 0.100), ("#d08a1c", "#c9a03a"),
              look(YELLOW, "HONEY", BLACK, YELLOW, "sun", BROWN)),
         _jar("jam_jar_pickles", "the pickle jar", 0.56, (0.037, 0.120), ("#6f8f2a", GREEN),
-             look(WHITE, "PICKLES", GREEN, WHITE, "leaf", GREEN)),
+             look(WHITE, "PICKLES", GREEN, WHITE, "leaf", "#bfe86a")),
     ), rolls=True),
     Kind("spice_jar", "cans:jar", (
         _jar("spice_jar_paprika", "the paprika jar", 0.11, (0.0225, 0.098), ("#a8321a", BLACK),
              look(WHITE, "PAPRIKA", RED, WHITE, "flame", RED)),
         _jar("spice_jar_pepper", "the pepper jar", 0.12, (0.0225, 0.098), ("#3a332c", GREY),
              look(CREAM, "PEPPER", BLACK, CREAM, "disc", GREY)),
+        _jar("spice_jar_curry", "the wide curry jar", 0.13, (0.026, 0.088), ("#d99a1c", RED),
+             look(YELLOW, "CURRY", RED, YELLOW, "sun", RED)),
     ), rolls=True),
     Kind("water_bottle", "bottles:round_bottle", (
         _bottle("water_bottle_blue", "the blue water bottle", 0.52, (0.032, 0.205, 0.045),
@@ -117,6 +121,8 @@ KINDS = (
             "radii_m": (0.037, 0.034), "color": "#b3201c", "spots": "#d9722f", "dimple_m": 0.007}),
         Variant("apple_green", "the green apple", 0.15, {
             "radii_m": (0.035, 0.033), "color": "#7fb135", "spots": "#b9d76a", "dimple_m": 0.007}),
+        Variant("apple_yellow", "the small yellow apple", 0.13, {
+            "radii_m": (0.032, 0.030), "color": "#e3c13a", "spots": "#c9742a", "dimple_m": 0.006}),
     ), rolls=True),
     Kind("orange", "fruit:round_fruit", (
         Variant("orange_fruit", "the orange", 0.18, {
@@ -125,23 +131,32 @@ KINDS = (
         Variant("mandarin", "the small mandarin", 0.09, {
             "radii_m": (0.029, 0.024), "color": "#f07818", "spots": "#d8620c", "dimple_m": 0.002,
                 "leaf": True}),
+        Variant("grapefruit", "the pink grapefruit", 0.21, {
+            "radii_m": (0.0405, 0.0385), "color": "#f0996a", "spots": "#e0764e", "dimple_m": 0.001,
+                "leaf": True}),
     ), rolls=True),
     Kind("pear", "fruit:pear", (
         Variant("pear_green", "the green pear", 0.17, {
             "radius_m": 0.033, "height_m": 0.088, "colors": ("#8a9a3a", "#b9c24e", "#c9cf5f", "#a9b548")}),
         Variant("pear_brown", "the brown pear", 0.19, {
             "radius_m": 0.035, "height_m": 0.095, "colors": ("#7a5a2a", "#a07a3c", "#b08a48", "#8c6a34")}),
+        Variant("pear_red", "the small red pear", 0.14, {
+            "radius_m": 0.031, "height_m": 0.082, "colors": ("#8a2f22", "#b4402c", "#c96a3a", "#a03a28")}),
     ), rolls=True, held_out=True),
     Kind("lemon", "fruit:lemon", (
         Variant("lemon_yellow", "the lemon", 0.10, {
             "radius_m": 0.027, "length_m": 0.078, "color": "#f4d52c", "spots": "#dcb91c"}),
         Variant("lime_green", "the lime", 0.07, {
             "radius_m": 0.024, "length_m": 0.064, "color": "#5f9e2f", "spots": "#4b8423"}),
+        Variant("citron_pale", "the large pale citron", 0.14, {
+            "radius_m": 0.031, "length_m": 0.090, "color": "#f7e58a", "spots": "#e3cc58"}),
     ), rolls=True),
     Kind("banana", "fruit:banana", (
         Variant("banana_yellow", "the yellow banana", 0.13, {
             "length_m": 0.165, "radius_m": 0.018, "colors": ("#f2cf3a", "#7a5a22")}),
         Variant("banana_green", "the green banana", 0.12, {
             "length_m": 0.150, "radius_m": 0.0175, "colors": ("#a9bf3f", "#5f6f22")}),
+        Variant("banana_red", "the small red banana", 0.10, {
+            "length_m": 0.128, "radius_m": 0.019, "colors": ("#a8483a", "#5f3a22")}),
     )),
 )  # fmt: skip

@@ -105,7 +105,7 @@ def panel(width: int, height: int, design: Design, margin: float = 0.07) -> Imag
     MOTIFS[design.motif](draw, *spot, rgb(design.motif_color))
     if design.text:
         draw_text(image, design.text, words, design.ink)
-    return image.resize((width, height), Image.Resampling.BOX)
+    return image.reduce(2)
 
 
 def _layout(w: int, h: int, margin: float, text: bool, motif: bool) -> tuple[Area2, Area, Spot]:

@@ -6,6 +6,7 @@ from outside, so that text reads the right way round.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -39,17 +40,21 @@ def revolve(
     way = np.concatenate([[0.0], np.cumsum(lengths)])
     way /= way[-1]
     angles = 2 * np.pi * np.arange(segments + 1) / segments
-    vertices, normals, uv, faces = [], [], [], []
-    for i in range(len(steps)):
-        start, end = _smooth(flat, i, i - 1), _smooth(flat, i, i + 1)
-        offset = 2 * i * (segments + 1)
-        for (r, z), n, v in ((p[i], start, way[i]), (p[i + 1], end, way[i + 1])):
-            c, s = np.cos(angles), np.sin(angles)
-            vertices.append(np.stack([axes[0] * r * c, axes[1] * r * s, np.full_like(c, z)], axis=1))
-            normals.append(np.stack([n[0] * c / axes[0], n[0] * s / axes[1], np.full_like(c, n[1])], axis=1))
-            uv.append(np.stack([angles / (2 * np.pi), np.full_like(c, v)], axis=1))
-        faces.append(offset + _strip(segments, upper_pole=p[i, 0] < 1e-9, lower_pole=p[i + 1, 0] < 1e-9))
-    return _mesh(vertices, normals, uv, faces, texture, rgba)
+    c, s = np.cos(angles), np.sin(angles)
+    # Every segment of the profile has its own two rings, upper and lower: its ends may be sharp edges.
+    ends = np.stack([np.arange(len(steps)), np.arange(len(steps)) + 1], axis=1).ravel()
+    n = np.concatenate([[_smooth(flat, i, i - 1), _smooth(flat, i, i + 1)] for i in range(len(steps))])
+    r, nr = p[ends, :1], n[:, :1]
+    rings = np.ones((len(ends), segments + 1))
+    vertices = np.stack([axes[0] * r * c, axes[1] * r * s, p[ends, 1:] * rings], axis=2)
+    normals = np.stack([nr * c / axes[0], nr * s / axes[1], n[:, 1:] * rings], axis=2)
+    uv = np.stack([angles / (2 * np.pi) * rings, way[ends, None] * rings], axis=2)
+    pole = p[:, 0] < 1e-9
+    faces = [
+        2 * i * (segments + 1) + _strip(segments, bool(pole[i]), bool(pole[i + 1])) for i in range(len(steps))
+    ]
+    ring = [vertices.reshape(-1, 3)], [normals.reshape(-1, 3)], [uv.reshape(-1, 2)]
+    return _mesh(*ring, faces, texture, rgba)
 
 
 def _smooth(flat: np.ndarray, i: int, neighbour: int) -> np.ndarray:
@@ -59,6 +64,7 @@ def _smooth(flat: np.ndarray, i: int, neighbour: int) -> np.ndarray:
     return flat[i] + flat[neighbour]
 
 
+@cache
 def _strip(segments: int, upper_pole: bool = False, lower_pole: bool = False) -> np.ndarray:
     """Triangles between two rings of segments + 1 vertices; none of zero area at a pole."""
     j = np.arange(segments)
@@ -178,6 +184,32 @@ def sweep(
     # Clockwise about the tangent: to the right as seen from outside when the path goes down.
     ring = np.cos(t)[None, :, None] * side[:, None] - np.sin(t)[None, :, None] * over[:, None]
     return loft(path[:, None] + r[:, None, None] * ring, texture=texture, rgba=rgba)
+
+
+def prism_mesh(
+    outline: Sequence[tuple[float, float]], z0: float, z1: float, *, rgba: Quat = WHITE
+) -> VisualMesh:
+    """An outline in the plane of the table, star-shaped about its mean, from z0 up to z1."""
+    xy = np.array(outline, dtype=float)
+    after = np.roll(xy, -1, axis=0)
+    if (xy[:, 0] * after[:, 1] - xy[:, 1] * after[:, 0]).sum() < 0:  # clockwise
+        xy = xy[::-1]
+    return facetted(loft(np.stack([np.column_stack([xy, np.full(len(xy), z)]) for z in (z1, z0)]), rgba=rgba))
+
+
+def ellipsoid_mesh(half_axes: Sequence[float], *, rgba: Quat = WHITE, texture: Texture = None) -> VisualMesh:
+    """An ellipsoid about the origin."""
+    a, b, c = half_axes
+    profile = [(a * r, c * z) for r, z in arc((0.0, 0.0), 1.0, np.pi / 2, -np.pi / 2, 16)]
+    profile[0], profile[-1] = (0.0, c), (0.0, -c)
+    return revolve(profile, segments=28, axes=(1.0, b / a), rgba=rgba, texture=texture)
+
+
+def disc(ring: Float[np.ndarray, "s 3"], *, rgba: Quat = WHITE) -> VisualMesh:
+    """A flat surface within a ring that runs counter-clockwise as seen from the side that it faces."""
+    parts: tuple[list, list, list, list] = ([], [], [], [])
+    _add_fan(parts, ring, flip=False)
+    return _mesh(*parts, None, rgba)
 
 
 def facetted(mesh: VisualMesh) -> VisualMesh:

@@ -74,6 +74,26 @@ def _flame(draw: Draw, x: float, y: float, r: float, color: Color) -> None:
     _drop(draw, x, y + 0.25 * r, 0.5 * r, (255, 220, 90))
 
 
+def _heart(draw: Draw, x: float, y: float, r: float, color: Color) -> None:
+    draw.polygon(_heart_outline(x, y, r), fill=color)
+
+
+def _heart_outline(x: float, y: float, r: float) -> list[tuple[float, float]]:
+    """The classic curve; a negative radius turns it upside down."""
+    t = np.linspace(0, 2 * np.pi, 41)
+    up = 13 * np.cos(t) - 5 * np.cos(2 * t) - 2 * np.cos(3 * t) - np.cos(4 * t)
+    return [*zip(x + r * 16 * np.sin(t) ** 3 / 17, y - r * up / 17)]
+
+
+def _spade(draw: Draw, x: float, y: float, r: float, color: Color) -> None:
+    draw.polygon(_heart_outline(x, y - 0.1 * r, -0.9 * r), fill=color)
+    draw.polygon([(x, y), (x - 0.35 * r, y + 0.95 * r), (x + 0.35 * r, y + 0.95 * r)], fill=color)
+
+
+def _diamond(draw: Draw, x: float, y: float, r: float, color: Color) -> None:
+    draw.polygon([(x, y - r), (x + 0.7 * r, y), (x, y + r), (x - 0.7 * r, y)], fill=color)
+
+
 MOTIFS: dict[str, Callable[[Draw, float, float, float, Color], None]] = {
     "none": _none,
     "disc": _disc,
@@ -87,4 +107,7 @@ MOTIFS: dict[str, Callable[[Draw, float, float, float, Color], None]] = {
     "squares": _squares,
     "bowl": _bowl,
     "flame": _flame,
+    "heart": _heart,
+    "spade": _spade,
+    "diamond": _diamond,
 }

@@ -6,8 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from torc.geometry.transforms import wxyz_from_rotation
+from torc.geometry.transforms import rotation_from_wxyz, wxyz_from_rotation
+from torc.scenes.library.meshes import moved
 from torc.scenes.models import CollisionPiece, Quat, Vec3, VisualMesh, pieces_bounds
+
+LIFT_M = 0.0006
+"""By how much a ring of wall pieces may end above the floor that it surrounds: only the floor touches the table then,
+and there is one contact pair instead of twenty."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,15 @@ def centered(parts: Parts) -> tuple[tuple[CollisionPiece, ...], tuple[VisualMesh
     return pieces, visuals, vec3(upper - lower)
 
 
+def turned(parts: Parts, R: Float[np.ndarray, "3 3"]) -> Parts:
+    """The parts rotated about their origin."""
+    pieces = [
+        replace(p, position=vec3(R @ np.array(p.position)), wxyz=_wxyz(R @ rotation_from_wxyz(p.wxyz)))
+        for p in parts.pieces
+    ]
+    return Parts(pieces, [moved(v, R) for v in parts.visuals])
+
+
 def vec3(values: np.ndarray | Sequence[float]) -> Vec3:
     """Three plain floats."""
     x, y, z = (float(v) for v in values)
@@ -39,7 +53,11 @@ def along(direction: np.ndarray | Sequence[float]) -> Quat:
     helper = np.array([1.0, 0, 0]) if abs(z[0]) < 0.9 else np.array([0, 1.0, 0])
     x = np.cross(helper, z)
     x /= np.linalg.norm(x)
-    w, i, j, k = (float(v) for v in wxyz_from_rotation(np.stack([x, np.cross(z, x), z], axis=1)))
+    return _wxyz(np.stack([x, np.cross(z, x), z], axis=1))
+
+
+def _wxyz(R: np.ndarray) -> Quat:
+    w, i, j, k = (float(v) for v in wxyz_from_rotation(R))
     return w, i, j, k
 
 
@@ -60,7 +78,11 @@ def cylinder(radius: float, z0: float, z1: float, **options: object) -> Collisio
 
 
 def rod(
-    start: Sequence[float], end: Sequence[float], radius: float, kind: str = "cylinder", **options: object
+    start: Sequence[float] | np.ndarray,
+    end: Sequence[float] | np.ndarray,
+    radius: float,
+    kind: str = "cylinder",
+    **options: object,
 ) -> CollisionPiece:
     """A cylinder, or a capsule whose caps' centres are `start` and `end`, between two points."""
     a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
@@ -107,16 +129,47 @@ def ring_wall(
         size = (wall_m, 2 * apothem * np.tan(half), z1 - z0)
         r, z = apothem - wall_m / 2, (z0 + z1) / 2
         return [box(size, (r * np.cos(a), r * np.sin(a), z), wxyz=yaw(a)) for a in mid_angles]
+    section = [(r, z) for r_outer, z in zip(outer, (z0, z1)) for r in (r_outer, r_outer - wall_m)]
+    return ring_hulls(section, segments)
+
+
+def ring_hulls(
+    section: Sequence[tuple[float, float]], segments: int = 12, axes: tuple[float, float] = (1, 1)
+) -> list[CollisionPiece]:
+    """A ring about z with a convex cross-section, given by its (r, z) corners, as convex segments.
+
+    The polygon's corners lie a little outside the true circle and the middles of its sides a little inside it. `axes`
+    stretches x and y.
+    """
+    half = np.pi / segments
+    grow = 2.0 / (1.0 + np.cos(half))
     pieces = []
-    for a in mid_angles:
+    for a in 2 * np.pi * np.arange(segments) / segments:
         corners = [
-            (r * grow * np.cos(b), r * grow * np.sin(b), z)
-            for r_outer, z in zip(outer, (z0, z1))
-            for r in (r_outer, r_outer - wall_m)
+            (axes[0] * (r * grow * np.cos(b)), axes[1] * (r * grow * np.sin(b)), z)
+            for r, z in section
             for b in (a - half, a + half)
         ]
         pieces.append(hull(corners))
     return pieces
+
+
+def side_walls(outer: Float[np.ndarray, "2 s 3"], inner: Float[np.ndarray, "2 s 3"]) -> list[CollisionPiece]:
+    """The walls of an open box: one convex piece per side of its outline, a little above its base.
+
+    Rings of corners, the upper one first.
+    """
+    outer = np.maximum(outer, [-np.inf, -np.inf, outer[1, 0, 2] + LIFT_M])
+    following = [np.roll(ring, -1, axis=0) for ring in (*outer, *inner)]
+    corners = np.stack([*outer, *inner, *following], axis=1)
+    return [hull(side) for side in corners]
+
+
+def prism(outline: Sequence[tuple[float, float]], z0: float, z1: float, **options: object) -> CollisionPiece:
+    """A convex outline in the plane of the table, from z0 up to z1."""
+    xy = np.array(outline, dtype=float)
+    ends = [np.column_stack([xy, np.full(len(xy), z)]) for z in (z0, z1)]
+    return hull(np.concatenate(ends), **options)
 
 
 def polyline_capsules(

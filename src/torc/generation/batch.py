@@ -1,0 +1,58 @@
+"""Many problems, by one process or several: the same ones either way, in the same order."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from multiprocessing import get_context
+
+from torc.generation.config import GenerationConfig
+from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem
+from torc.generation.inspection import Inspector
+from torc.generation.rejections import Reason
+from torc.robots.description import load_robot
+
+Progress = Callable[["Job", int, Reason], None]
+"""Told which job, the number of a rejected attempt, and why it was rejected."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One problem to make."""
+
+    config: GenerationConfig
+    seed: int
+
+
+def generate_batch(
+    jobs: Sequence[Job], robot: str = "sda10f_2f85", workers: int = 1, progress: Progress | None = None
+) -> Iterator[tuple[Job, GeneratedProblem | NotGenerated]]:
+    """The problems of some jobs, each as soon as it and those before it are done.
+
+    Args:
+        jobs: what to make.
+        robot: name or file of the robot that will have to solve them.
+        workers: processes; with more than one, progress is not told.
+        progress: told of rejected attempts.
+    """
+    if workers <= 1:
+        for job in jobs:
+            told = None if progress is None else _for_job(progress, job)
+            yield job, generate_problem(job.config, job.seed, inspector_for(robot), progress=told)
+        return
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        yield from zip(jobs, pool.map(_generate, jobs, [robot] * len(jobs)))
+
+
+@cache
+def inspector_for(robot: str) -> Inspector:
+    """An inspector with that robot, one per process. Raises InputError for an unknown robot."""
+    return Inspector(load_robot(robot))
+
+
+def _generate(job: Job, robot: str) -> GeneratedProblem | NotGenerated:
+    return generate_problem(job.config, job.seed, inspector_for(robot))
+
+
+def _for_job(progress: Progress, job: Job) -> Callable[[int, Reason], None]:
+    return lambda attempt, reason: progress(job, attempt, reason)

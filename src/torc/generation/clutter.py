@@ -1,0 +1,236 @@
+"""Clutter at rest: models to a settled scene, every object within reach of the robot."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from torc.errors import InputError, PhysicsError
+from torc.generation.rejections import Reason
+from torc.scenes.arrangements import StructuredConfig, drop_arrangement, structured_arrangement
+from torc.scenes.library import load_object
+from torc.scenes.models import ObjectModel
+from torc.scenes.problem import ObjectPlacement, Problem
+from torc.scenes.problem_file import Category
+from torc.scenes.workspace import Workspace
+from torc.sim.contacts import deepest_overlap
+from torc.sim.settling import UNSEEN, DumpConfig, SettleConfig, dump, settle_problem, with_poses_of
+from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
+from torc.sim.world import World, build_world
+
+MAX_OVERLAP_M = 0.0015
+"""Objects at rest are less than half as deep in each other; more are wedged, and jump apart when one is picked up."""
+
+
+@dataclass(frozen=True)
+class ClutterConfig:
+    """How clutter is made.
+
+    Attributes:
+        center_xy: where it is, world, metres.
+        region_m: largest lengths along x and y of a structured arrangement: the region of the objects' origins ...
+        fill: ... which shrinks until the objects' footprints take up this share of it; tried from the tightest on.
+        arrangement: further settings of structured arrangements.
+        walls_m: largest lengths along x and y of the walls that a pile is dumped between ...
+        heap: ... which shrink until the objects' mean shadows would cover this share of the floor.
+        reach_xy: ((x0, x1), (y0, y1)) of the objects' origins: within it the robot can grasp a can, a carton, a marker
+            or a block that stands alone.
+        edge_m: distance that every part of an object keeps from the table's edge.
+        drop_s: simulated time between two objects of a pile.
+        rough: when a pile counts as settled for now.
+        calm: when a settled scene is calm enough to look for a target in it; what is chosen is watched for longer.
+        calm_rounds: how often a scene that is not calm may move on, or lose what keeps moving.
+        spare: share of objects dumped beyond those wanted, at least two: some roll away, some creep on and on, some end
+            up so that no gripper can pick them up.
+    """
+
+    center_xy: tuple[float, float] = (0.65, -0.12)
+    region_m: tuple[float, float] = (0.36, 0.60)
+    fill: tuple[float, ...] = (0.62, 0.52, 0.42)
+    arrangement: StructuredConfig = field(
+        default_factory=lambda: StructuredConfig(restarts=4, lying_width_m=0.08)
+    )
+    walls_m: tuple[float, float] = (0.42, 0.46)
+    heap: float = 0.85
+    reach_xy: tuple[tuple[float, float], tuple[float, float]] = ((0.45, 0.90), (-0.50, 0.20))
+    edge_m: float = 0.005
+    drop_s: float = 0.2
+    rough: SettleConfig = field(
+        default_factory=lambda: SettleConfig(speed_m_s=0.02, quiet_s=0.2, limit_s=2.0)
+    )
+    calm: StillnessConfig = field(
+        default_factory=lambda: StillnessConfig(
+            distance_m=0.00035, angle_rad=float(np.deg2rad(0.35)), seconds=2.5, early_s=1.25
+        )
+    )
+    calm_rounds: int = 10
+    spare: float = 0.15
+
+
+@dataclass(frozen=True)
+class ObjectRange:
+    """How many objects a scene may have in the end: at least 1, fewest first."""
+
+    fewest: int
+    most: int
+
+
+def make_clutter(
+    models: list[str],
+    category: Category,
+    wanted: ObjectRange,
+    workspace: Workspace,
+    rng: np.random.Generator,
+    config: ClutterConfig | None = None,
+) -> Problem | Reason:
+    """Objects at rest on the table, or why there is no such scene. The first object stands in as the target.
+
+    Objects that end up out of reach or over the edge, or that creep on and on, are taken away, as long as enough are
+    left. `models` may be more than are wanted.
+
+    Raises:
+        UnknownNameError: for an unknown model.
+    """
+    config = config or ClutterConfig()
+    try:
+        scene = _arrange(models, category, workspace, rng, config)
+        if isinstance(scene, Problem):
+            scene = _tidied(scene, wanted, workspace, config)
+        return scene if isinstance(scene, Reason) else _calmed(scene, wanted, workspace, config)
+    except PhysicsError:
+        return Reason.PHYSICS
+
+
+def again_at_rest(
+    scene: Problem,
+    gone: tuple[str, ...],
+    wanted: ObjectRange,
+    workspace: Workspace,
+    config: ClutterConfig | None = None,
+) -> Problem | Reason:
+    """A scene after some objects were taken away, or after it moved (none taken away)."""
+    config = config or ClutterConfig()
+    if len(scene.objects) - len(gone) < wanted.fewest:
+        return Reason.TOO_FEW_LEFT
+    try:
+        scene = settle_problem(without(scene, gone), workspace, config.rough)[0]
+        tidied = _tidied(scene, wanted, workspace, config)
+        return tidied if isinstance(tidied, Reason) else _calmed(tidied, wanted, workspace, config)
+    except PhysicsError:
+        return Reason.PHYSICS
+
+
+def worst_mover(world: World, report: StillnessReport, limits: StillnessConfig) -> str:
+    """The object of a watched world that moved furthest beyond the limits."""
+    excess = np.maximum(report.distances_m / limits.distance_m, report.angles_rad / limits.angle_rad)
+    return world.problem.ordered()[int(np.argmax(excess))].name
+
+
+def astray(problem: Problem, workspace: Workspace, config: ClutterConfig) -> tuple[str, ...]:
+    """Names of the objects that are out of the robot's reach, or over the edge of the table."""
+    return tuple(o.name for o in problem.objects if _is_astray(o, workspace, config))
+
+
+def _arrange(
+    models: list[str],
+    category: Category,
+    workspace: Workspace,
+    rng: np.random.Generator,
+    config: ClutterConfig,
+) -> Problem | Reason:
+    """Settled for a first time; objects may have left the table."""
+    if category == "unstructured":
+        scene = _scene(category, drop_arrangement(models, rng))
+        walls = _shrunk(config.walls_m, sum(map(_mean_shadow_m2, map(load_object, models))) / config.heap)
+        dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s)
+        return dump(scene, workspace, rng, dumping, config.rough)[0]
+    footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in map(load_object, models))
+    for fill in config.fill:
+        lengths = _shrunk(config.region_m, footprints_m2 / fill)
+        (x, y), (lx, ly) = config.center_xy, lengths
+        region = ((x - lx / 2, x + lx / 2), (y - ly / 2, y + ly / 2))
+        arrangement = replace(config.arrangement, region=region, support_z_m=workspace.support_z_m)
+        try:
+            objects = structured_arrangement(models, rng, arrangement)
+        except InputError:
+            continue
+        return settle_problem(_scene(category, objects), workspace)[0]
+    return Reason.DOES_NOT_FIT
+
+
+def _tidied(
+    scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig
+) -> Problem | Reason:
+    """Without what is astray, and settled again, until nothing is."""
+    while gone := astray(scene, workspace, config):
+        if len(scene.objects) - len(gone) < wanted.fewest:
+            return Reason.TOO_FEW_LEFT
+        scene = settle_problem(without(scene, gone), workspace, config.rough)[0]
+    return scene
+
+
+def _calmed(
+    scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig
+) -> Problem | Reason:
+    """Moved on until it hardly moves any more, each time from rest, as a problem file starts.
+
+    What moves most is taken away as long as there are objects to spare. A pile in which one thing slowly slips or
+    rolls does so for minutes; contacts in a simulation give way a little for ever.
+    """
+    for _ in range(config.calm_rounds):
+        world = build_world(scene, None, workspace, UNSEEN)
+        wedged = deepest_overlap(world).depth_m > MAX_OVERLAP_M
+        report = watch_stillness(world, config.calm)
+        count, moved, gone = len(scene.objects), with_poses_of(world), tuple[str, ...]()
+        if report.still and count <= wanted.most:
+            return Reason.WEDGED if wedged else scene
+        if report.still:
+            gone = (_outermost(scene, config),)
+        elif count > wanted.fewest:
+            gone = (worst_mover(world, report, config.calm),)
+        tidied = _tidied(without(moved, gone), wanted, workspace, config)
+        if isinstance(tidied, Reason):
+            return tidied
+        scene = tidied
+    return Reason.NOT_AT_REST
+
+
+def without(scene: Problem, names: tuple[str, ...]) -> Problem:
+    """The scene without some objects; the first one left stands in as the target if the target is among them."""
+    rest = tuple(o for o in scene.objects if o.name not in names)
+    return replace(scene, objects=rest, target=scene.target if scene.target not in names else rest[0].name)
+
+
+def _outermost(scene: Problem, config: ClutterConfig) -> str:
+    """The object furthest from the middle: the others miss it least."""
+    return max(
+        scene.objects, key=lambda o: float(np.hypot(*np.subtract(o.position[:2], config.center_xy)))
+    ).name
+
+
+def _is_astray(placement: ObjectPlacement, workspace: Workspace, config: ClutterConfig) -> bool:
+    x, y, z = placement.position
+    (x0, x1), (y0, y1) = config.reach_xy
+    if not (x0 <= x <= x1 and y0 <= y <= y1 and z > workspace.support_z_m):
+        return True
+    R, model = placement.T_world_object[:3, :3], load_object(placement.model)
+    ways = np.array([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0]])
+    reach = model.support(ways @ R) + ways[:, :2] @ [x, y]
+    (cx, cy, _), (lx, ly, _) = workspace.table.center, workspace.table.size
+    edges = np.array([cx + lx / 2, cy + ly / 2, lx / 2 - cx, ly / 2 - cy])
+    return bool((reach > edges - config.edge_m).any())
+
+
+def _shrunk(lengths: tuple[float, float], area_m2: float) -> tuple[float, float]:
+    """The rectangle scaled down to an area, if it is larger."""
+    scale = min(1.0, float(np.sqrt(area_m2 / (lengths[0] * lengths[1]))))
+    return scale * lengths[0], scale * lengths[1]
+
+
+def _mean_shadow_m2(model: ObjectModel) -> float:
+    """Mean area of a box's shadow over all orientations: a quarter of its surface (Cauchy)."""
+    a, b, c = model.size_m
+    return 0.5 * (a * b + b * c + c * a)
+
+
+def _scene(category: Category, objects: list[ObjectPlacement]) -> Problem:
+    return Problem("scene", category, "", objects[0].name, tuple(objects))

@@ -1,0 +1,79 @@
+"""What kind of problem is wanted."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Literal, get_args
+
+from torc.errors import InputError, UnknownNameError
+from torc.perception.segmentation import PerceptionConfig
+from torc.records import MAX_OBJECTS
+from torc.scenes.problem_file import Category
+
+GENERATOR_VERSION = 1
+"""Raised whenever the same configuration and seed give another problem than before."""
+
+
+class Hiddenness(StrEnum):
+    """How much of the target the robot sees before the first pick."""
+
+    VISIBLE = "visible"
+    """At least 75 % of it."""
+    PARTLY = "partly"
+    """Less than that."""
+    HIDDEN = "hidden"
+    """Fewer pixels of it than perception asks for to report it."""
+
+
+VISIBLE_FROM = 0.75
+"""Visible fraction from which a target counts as visible."""
+
+WantedHiddenness = Literal["any", "visible", "partly", "hidden"]
+
+
+@dataclass(frozen=True)
+class GenerationConfig:
+    """What to generate.
+
+    Attributes:
+        category: structured (standing, tightly packed) or unstructured (a dumped pile).
+        objects: smallest and largest number of objects; equal for an exact number.
+        hidden: how much of the target may be seen at first; "any" prefers hidden and partly hidden ones, as the paper
+            does, and takes a visible one only where there is no other.
+        held_out: only object kinds held out from training the grasp score, only others, or all (None).
+        kinds, models: only objects of these kinds, and of these models; all that come with torc if empty.
+        own: also objects that the user has imported, so that a problem depends on what the machine's store holds.
+            `models` may name such ones anyway.
+        attempts: scenes tried until one holds a problem; all from the same seed.
+        first_looks: how many times the robot plans grasps from its first look, each time with other random
+            candidates; a target that is graspable in any of them is no problem.
+    """
+
+    category: Category = "structured"
+    objects: tuple[int, int] = (8, 20)
+    hidden: WantedHiddenness = "any"
+    held_out: bool | None = None
+    kinds: tuple[str, ...] = ()
+    models: tuple[str, ...] = ()
+    own: bool = False
+    attempts: int = 60
+    first_looks: int = 2
+
+    def __post_init__(self) -> None:
+        low, high = self.objects
+        if not 2 <= low <= high <= MAX_OBJECTS:
+            raise InputError(f"A problem has 2 to {MAX_OBJECTS} objects, the fewest first, not {low}-{high}.")
+        for name, value, valid in (
+            ("category", self.category, get_args(Category)),
+            ("hiddenness", self.hidden, get_args(WantedHiddenness)),
+        ):
+            if value not in valid:
+                raise UnknownNameError(name, value, list(valid))
+        if self.attempts < 1 or self.first_looks < 1:
+            raise InputError("A problem needs at least one attempt and one first look.")
+
+
+def hiddenness_of(fraction: float, pixels: int) -> Hiddenness:
+    """The group of a target of which that fraction, and that many pixels, are visible."""
+    if pixels < PerceptionConfig().min_target_pixels:
+        return Hiddenness.HIDDEN
+    return Hiddenness.VISIBLE if fraction >= VISIBLE_FROM else Hiddenness.PARTLY

@@ -1,0 +1,82 @@
+"""How difficult a problem is, as far as can be told without solving it."""
+
+from dataclasses import dataclass
+
+from torc.generation.config import Hiddenness
+from torc.generation.inspection import Inspector, SceneView
+from torc.generation.surroundings import Surroundings
+from torc.scenes.problem import Problem
+from torc.scenes.problem_file import Scalar
+
+
+@dataclass(frozen=True)
+class Difficulty:
+    """Facts of a problem.
+
+    Attributes:
+        objects: how many.
+        hiddenness: the target's group.
+        visible_fraction: visible pixels of the target against those it would have alone.
+        in_front, beside, taller: how many objects are around the target, see `surroundings`.
+    """
+
+    objects: int
+    hiddenness: Hiddenness
+    visible_fraction: float
+    in_front: int
+    beside: int
+    taller: int
+
+    def facts(self) -> dict[str, Scalar]:
+        """As they are written into a problem file."""
+        return {
+            "hiddenness": self.hiddenness.value,
+            "visible_fraction": round(self.visible_fraction, 4),
+            "in_front": self.in_front,
+            "beside": self.beside,
+            "taller": self.taller,
+        }
+
+    def words(self) -> str:
+        """One line."""
+        seen = f"{100 * self.visible_fraction:.0f} % in sight ({self.hiddenness.value})"
+        return (
+            f"{self.objects} objects, target {seen}, {self.in_front} in front, {self.beside} beside, "
+            f"{self.taller} taller"
+        )
+
+
+def measure_difficulty(
+    inspector: Inspector, view: SceneView, target: str, around: Surroundings
+) -> Difficulty:
+    """The facts of a problem with that target."""
+    return Difficulty(
+        objects=len(view.problem.objects),
+        hiddenness=inspector.hiddenness(view, target),
+        visible_fraction=view.fraction(target),
+        in_front=len(around.in_front),
+        beside=len(around.beside),
+        taller=len(around.taller),
+    )
+
+
+def difficulty_of(problem: Problem, inspector: Inspector) -> Difficulty:
+    """The facts of a problem: as its file states them, or measured where it does not."""
+    stated = _stated(problem)
+    if stated is not None:
+        return stated
+    return measure_difficulty(
+        inspector, inspector.view(problem), problem.target, inspector.around(problem, problem.target)
+    )
+
+
+def _stated(problem: Problem) -> Difficulty | None:
+    """What `Difficulty.facts` wrote into the problem's origin; None if that is not there, or not all of it."""
+    try:
+        group, fraction, *counts = (
+            problem.origin[name]
+            for name in ("hiddenness", "visible_fraction", "in_front", "beside", "taller")
+        )
+        return Difficulty(len(problem.objects), Hiddenness(str(group)), float(fraction), *map(int, counts))
+    except (KeyError, ValueError):
+        return None

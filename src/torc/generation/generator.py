@@ -1,0 +1,207 @@
+"""Problems from a configuration and a seed: the same ones every time, bit for bit."""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+import torc
+from torc.errors import PhysicsError
+from torc.generation.choice import allowed_models
+from torc.generation.clutter import ClutterConfig, ObjectRange, again_at_rest, make_clutter, worst_mover
+from torc.generation.config import GENERATOR_VERSION, GenerationConfig, Hiddenness
+from torc.generation.difficulty import Difficulty, measure_difficulty
+from torc.generation.inspection import Inspector, SceneView
+from torc.generation.rejections import Reason
+from torc.pipeline.seeding import stage_rng
+from torc.records import MAX_OBJECTS
+from torc.scenes.arrangements import sample_models
+from torc.scenes.library import object_description
+from torc.scenes.problem import Problem
+from torc.scenes.problem_file import Scalar
+from torc.sim.settling import UNSEEN, with_poses_of
+from torc.sim.stillness import StillnessConfig, watch_stillness
+from torc.sim.world import build_world
+
+STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
+"""How still a generated problem is: within what is allowed after 10 s, by a margin, since the watch may end early."""
+_CHANCES = 3
+
+
+@dataclass(frozen=True)
+class GeneratedProblem:
+    """A problem, and what it took.
+
+    Attributes:
+        problem: complete, with its difficulty in `origin`.
+        difficulty: the same as a record.
+        attempts: scenes that were tried, this one included.
+        rejections: of the others, how many ended why.
+    """
+
+    problem: Problem
+    difficulty: Difficulty
+    attempts: int
+    rejections: dict[Reason, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class NotGenerated:
+    """No attempt led to a problem of the wanted kind.
+
+    Attributes:
+        attempts: scenes that were tried.
+        rejections: how many of them ended why.
+    """
+
+    attempts: int
+    rejections: dict[Reason, int]
+
+
+def generate_problem(
+    config: GenerationConfig,
+    seed: int,
+    inspector: Inspector,
+    clutter: ClutterConfig | None = None,
+    progress: Callable[[int, Reason], None] | None = None,
+) -> GeneratedProblem | NotGenerated:
+    """The problem that belongs to a configuration and a seed; the same in every process.
+
+    Args:
+        config: what is wanted.
+        seed: at least 0; the next seed gives an independent problem.
+        inspector: the robot that will have to solve it.
+        clutter: how scenes are made.
+        progress: told the number of each rejected attempt, from 1 on, and why it was rejected.
+
+    Raises:
+        InputError: the configuration leaves too few object models to choose from.
+    """
+    low, high = config.objects
+    count = int(stage_rng(seed, 0, "object count").integers(low, high + 1))
+    models, rejections = allowed_models(config), Counter[Reason]()
+    for attempt in range(config.attempts):
+        found = _attempt(config, count, models, seed, attempt, inspector, clutter)
+        if not isinstance(found, Reason):
+            problem, difficulty = found
+            origin = _origin(config, seed, attempt, difficulty)
+            problem = replace(problem, name=problem_name(config, seed), origin=origin)
+            return GeneratedProblem(problem, difficulty, attempt + 1, dict(rejections))
+        rejections[found] += 1
+        if progress is not None:
+            progress(attempt + 1, found)
+    return NotGenerated(config.attempts, dict(rejections))
+
+
+def problem_name(config: GenerationConfig, seed: int) -> str:
+    """E.g. "structured-s0007"."""
+    return f"{config.category}-s{seed:04d}"
+
+
+def _attempt(
+    config: GenerationConfig,
+    count: int,
+    models: tuple[str, ...],
+    seed: int,
+    attempt: int,
+    inspector: Inspector,
+    clutter: ClutterConfig | None,
+) -> tuple[Problem, Difficulty] | Reason:
+    """One scene, and a target in it."""
+    clutter = clutter or ClutterConfig()
+    spare = max(2, round(clutter.spare * count)) if config.category == "unstructured" else 0
+    # As far as there are enough models none occurs twice: the target's description must be unique.
+    dumped = min(count + spare, MAX_OBJECTS, len(models))
+    names = sample_models(dumped, stage_rng(seed, attempt, "models"), models=models)
+    wanted = ObjectRange(max(config.objects[0], count - count // 4), config.objects[1])
+    workspace, rng = inspector.workspace, stage_rng(seed, attempt, "target")
+    scene = make_clutter(
+        names, config.category, wanted, workspace, stage_rng(seed, attempt, "scene"), clutter
+    )
+    reason = Reason.MOVED_LATER
+    for _ in range(_CHANCES):
+        if isinstance(scene, Reason):
+            return scene
+        view = inspector.view(scene)
+        choice = _choose_target(view, config, inspector, rng)
+        if isinstance(choice, _NoTarget):
+            reason, gone = choice.reason, choice.ungraspable
+            if not gone or len(scene.objects) - len(gone) < wanted.fewest:
+                return reason
+        else:
+            problem = _as_problem(scene, choice)
+            world = build_world(problem, None, workspace, UNSEEN)
+            try:
+                report = watch_stillness(world, STILL)
+            except PhysicsError:
+                return Reason.PHYSICS
+            if report.still:
+                around = inspector.around(problem, choice)
+                return problem, measure_difficulty(inspector, view, choice, around)
+            reason, scene = Reason.MOVED_LATER, with_poses_of(world)
+            gone = (worst_mover(world, report, STILL),) if len(scene.objects) > wanted.fewest else ()
+        scene = again_at_rest(scene, gone, wanted, workspace, clutter)
+    return reason
+
+
+def _as_problem(scene: Problem, target: str) -> Problem:
+    model = next(o.model for o in scene.objects if o.name == target)
+    return replace(scene, target=target, description=object_description(model))
+
+
+@dataclass(frozen=True)
+class _NoTarget:
+    """No object of a scene will do as the target; the objects that no target can have around it, if any."""
+
+    reason: Reason
+    ungraspable: tuple[str, ...]
+
+
+def _choose_target(
+    view: SceneView, config: GenerationConfig, inspector: Inspector, rng: np.random.Generator
+) -> str | _NoTarget:
+    """An object that is hidden as wanted, not graspable at once, and retrievable as far as the paper's rule tells."""
+    scene, reason = view.problem, Reason.NONE_SO_HIDDEN
+    ungraspable: dict[str, bool] = {}
+    for name in _candidates(view, config, inspector, rng):
+        if inspector.graspable_at_first(view, name, config.first_looks):
+            reason = max(reason, Reason.TRIVIAL, key=list(Reason).index)
+            continue
+        for other in (name, *inspector.around(scene, name).all):
+            if other not in ungraspable:
+                ungraspable[other] = not inspector.graspable_at_all(scene, other)
+            if ungraspable[other]:
+                reason = Reason.CANNOT_BE_GRASPED
+                break
+        else:
+            return name
+    return _NoTarget(reason, tuple(name for name, bad in ungraspable.items() if bad))
+
+
+def _candidates(
+    view: SceneView, config: GenerationConfig, inspector: Inspector, rng: np.random.Generator
+) -> list[str]:
+    """Objects that are hidden as wanted, in random order; where any will do, visible ones come last."""
+    models = Counter(o.model for o in view.problem.objects)
+    # The target's description must be unique in the scene.
+    unique = [o.name for o in view.problem.objects if models[o.model] == 1]
+    groups = {name: inspector.hiddenness(view, name) for name in unique}
+    shuffled = [unique[i] for i in rng.permutation(len(unique))]
+    if config.hidden == "any":
+        return sorted(shuffled, key=lambda name: groups[name] is Hiddenness.VISIBLE)
+    return [name for name in shuffled if groups[name].value == config.hidden]
+
+
+def _origin(config: GenerationConfig, seed: int, attempt: int, difficulty: Difficulty) -> dict[str, Scalar]:
+    """What a problem file says of where it comes from: enough to make it again, and its difficulty."""
+    return {
+        "source": "torc problems generate",
+        "generator": GENERATOR_VERSION,
+        "torc": torc.__version__,
+        "seed": seed,
+        "attempt": attempt,
+        "wanted_objects": "-".join(map(str, config.objects)),
+        "wanted_hiddenness": config.hidden,
+        **difficulty.facts(),
+    }

@@ -1,0 +1,137 @@
+"""Can the robot grasp an object at all, with nothing else on the table? Answered on the full model.
+
+The paper prunes candidate targets by "ground-truth grasps that are both collision-free (with the static scene) and
+IK-feasible" (Simulated Dataset, step 4). Ours come from the same grasp planner that the robot uses later, but on a
+cloud of the object's whole surface, with everything else taken away.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from torc.collision.world import build_collision_world
+from torc.errors import InputError
+from torc.generation.surfaces import placed, surface_cloud
+from torc.geometry.transforms import Pose, make_pose, rotation_about
+from torc.grasping.config import CloudConfig, GraspConfig, SelectionConfig
+from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.validity import evaluate_grasps
+from torc.records import (
+    BACKGROUND,
+    EMPTY,
+    TARGET_ID,
+    GraspStatus,
+    Observation,
+    OcclusionVolume,
+    SegmentedObject,
+    SegmentedScene,
+)
+from torc.robots.description import RobotDescription
+from torc.scenes.library import load_object
+from torc.scenes.workspace import Workspace
+
+# The cloud has its spacing already, and thinning it further would merge the two sides of thin walls. A few grasps of
+# each object tell whether there is one.
+_CONFIG = GraspConfig(clouds=CloudConfig(voxel_m=0.001), selection=SelectionConfig(max_per_object=12))
+
+
+@dataclass(frozen=True)
+class Graspability:
+    """What the grasp planner finds for an object that stands alone.
+
+    Attributes:
+        candidates: grasps that it proposes.
+        reachable: of them, with an inverse-kinematics solution.
+        valid: of those, free of collisions with table, bin, robot and the object itself.
+        best_score: probability to hold of the best valid one; 0 without any.
+    """
+
+    candidates: int
+    reachable: int
+    valid: int
+    best_score: float
+
+
+@dataclass(frozen=True)
+class ModelGrasping:
+    """Grasps on full models.
+
+    Attributes:
+        robot: whose gripper and reach count.
+        workspace: table and bin.
+        min_score: a grasp that holds with a lower probability does not count; the pipeline too keeps such grasps for
+            when there are no others.
+    """
+
+    robot: RobotDescription
+    workspace: Workspace = field(default_factory=Workspace)
+    min_score: float = 0.25
+
+    def graspable(self, model: str, T_world_object: Pose) -> bool:
+        """Whether the robot has a promising grasp of a model at a pose, with nothing else on the table."""
+        return self.graspability(model, T_world_object).best_score >= self.min_score
+
+    def graspability(self, model: str, T_world_object: Pose) -> Graspability:
+        """All that is known of the grasps of a model at a pose; always the same. Raises UnknownNameError."""
+        points, normals = placed(*surface_cloud(load_object(model)), T_world_object)
+        scene, volume = _alone(points, normals, self.workspace)
+        grasps = self._planner.plan(scene, volume, np.random.default_rng(0))
+        world = build_collision_world(volume, self.workspace)
+        report = evaluate_grasps(grasps, scene, world, self.robot)
+        valid = report.status == GraspStatus.VALID
+        return Graspability(
+            candidates=len(grasps),
+            reachable=int(np.count_nonzero(report.status != GraspStatus.UNREACHABLE)),
+            valid=int(np.count_nonzero(valid)),
+            best_score=float(grasps.scores[valid].max(initial=0.0)),
+        )
+
+    @cached_property
+    def _planner(self) -> GeometricGraspPlanner:
+        return GeometricGraspPlanner(self.robot.gripper, self.workspace.support_z_m, _CONFIG)
+
+
+def graspable_alone(
+    model: str, grasping: ModelGrasping, xy: tuple[float, float] = (0.65, -0.12), yaws: int = 2
+) -> bool:
+    """Whether the robot can pick a model that stands alone in its natural pose in the middle of the clutter.
+
+    Asked for `yaws` orientations over half a turn; one is enough. Raises UnknownNameError.
+    """
+    if yaws < 1:
+        raise InputError(f"graspable_alone needs at least one orientation, not {yaws}.")
+    z = grasping.workspace.support_z_m + 0.5 * load_object(model).size_m[2]
+    poses = (make_pose(rotation_about((0, 0, 1), k * np.pi / yaws), (*xy, z)) for k in range(yaws))
+    return any(grasping.graspable(model, pose) for pose in poses)
+
+
+def _alone(
+    points: np.ndarray, normals: np.ndarray, workspace: Workspace
+) -> tuple[SegmentedScene, OcclusionVolume]:
+    """The records of a world in which one object has been seen from all sides and everything else is free."""
+    grid, mount = workspace.grid, workspace.camera
+    blank = Observation(
+        rgb=np.zeros((1, 1, 3), np.uint8),
+        depth_m=np.zeros((1, 1), np.float32),
+        K=mount.K,
+        T_world_camera=mount.T_world_camera,
+        qpos=np.zeros(0),
+        stamp_s=0.0,
+    )
+    seen = SegmentedObject(
+        TARGET_ID,
+        points.astype(np.float32),
+        normals.astype(np.float32),
+        np.zeros((len(points), 2), np.int32),
+        pixel_count=2 * len(points),
+    )
+    labels = np.full((1, 1), BACKGROUND, np.int16)
+    scene = SegmentedScene(blank, labels, (seen,), TARGET_ID, np.zeros((0, 3), np.float32))
+    surface = np.full(grid.shape, EMPTY, np.int16)
+    index = grid.index_of(points)
+    surface[tuple(index[grid.contains(index)].T)] = TARGET_ID
+    volume = OcclusionVolume(
+        grid, np.ones(grid.shape, dtype=bool), np.zeros(grid.shape, np.uint64), surface, 1
+    )
+    return scene, volume

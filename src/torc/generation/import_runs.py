@@ -1,0 +1,215 @@
+"""Importing many scenes: which problems are asked for, one attempt at each, and what came of it."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from torc.errors import InputError
+from torc.generation.imports import (
+    ImportConfig,
+    Say,
+    SceneFailure,
+    SettledScene,
+    choose_target,
+    find_target,
+    make_problem,
+    problem_name,
+    settle_scene,
+)
+from torc.generation.inspection import Inspector, SceneView
+from torc.scenes.importing.graspclutter6d.annotations import AnnotatedScene, read_scene, same_annotation
+from torc.scenes.importing.graspclutter6d.layout import check_root, image_id
+from torc.scenes.importing.graspclutter6d.placement import placement_rule
+from torc.scenes.importing.graspclutter6d.published import PaperProblem, paper_problems, parse_object_name
+from torc.scenes.problem import Problem, save_problem
+from torc.scenes.problem_file import Category, Scalar
+
+
+@dataclass(frozen=True)
+class ImportRequest:
+    """What to import.
+
+    Attributes:
+        root: of the data set.
+        scenes: numbers; with `paper`, only the paper's problems in these.
+        paper: the paper's 40 problems.
+        target: the object to retrieve, as `find_target` takes it; None to have one chosen.
+        category: replaces the label.
+        config: how scenes are taken over.
+    """
+
+    root: Path
+    scenes: tuple[int, ...] = ()
+    paper: bool = False
+    target: str | None = None
+    category: Category | None = None
+    config: ImportConfig = field(default_factory=ImportConfig)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """What came of one problem that was asked for.
+
+    Attributes:
+        scene: number of the scene.
+        target: name of the wanted object; None if it was not known yet when it failed.
+        problem: None if there is none ...
+        reason: ... and why.
+        file: where the problem was saved.
+        in_sight: visible share of the target at first.
+        fell: objects that fell off the table and are not in the problem.
+        notes: what was odd.
+    """
+
+    scene: int
+    target: str | None = None
+    problem: Problem | None = None
+    reason: str = ""
+    file: Path | None = None
+    in_sight: float | None = None
+    fell: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def run_import(
+    request: ImportRequest,
+    inspector: Inspector,
+    out: Path,
+    overwrite: bool = False,
+    say: Say = lambda _: None,
+) -> list[Attempt]:
+    """Makes the problems that are asked for and saves them, one file each, named like the problem.
+
+    A scene that cannot be read or settled does not stop the others.
+
+    Args:
+        request: what to import.
+        inspector: the robot that is to solve them: it tells what is in sight and what could be retrieved.
+        out: directory of the problem files.
+        overwrite: replace files that are there.
+        say: told what takes long.
+
+    Raises:
+        InputError: the request makes no sense, the root is no GraspClutter6D, or `out` cannot be written.
+    """
+    wanted = _wanted(request)
+    check_root(request.root)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"Cannot make {out}: {error.strerror}. Choose another --out.") from None
+    attempts: list[Attempt] = []
+    seen: list[AnnotatedScene] = []
+    for scene, problems in wanted.items():
+        # Known before the work of settling, so that a run that was interrupted is soon where it was.
+        there = [] if overwrite else [p for p in problems if p and _file(out, scene, p.target).exists()]
+        attempts += [_is_there(out, scene, p.target) for p in there]
+        left = [p for p in problems if p not in there]
+        if left:
+            made = _attempts(request, scene, left, seen, inspector, say)
+            attempts += [_save(attempt, out, overwrite) for attempt in made]
+    return attempts
+
+
+_Wanted = dict[int, list[PaperProblem | None]]
+"""By scene: the paper's problems in it, or None for one problem as the request says."""
+
+
+def _wanted(request: ImportRequest) -> _Wanted:
+    image_id(request.config.annotation, request.config.camera)
+    placement_rule(request.config.placement)
+    if request.target is not None:
+        parse_object_name(request.target)
+    if not request.paper:
+        if not request.scenes:
+            raise InputError("Say what to import: --paper for the paper's 40 problems, or --scene NUMBER.")
+        return {scene: [None] for scene in request.scenes}
+    if request.target is not None:
+        raise InputError("--paper has its own targets; leave --target out, or --paper.")
+    wanted: _Wanted = {}
+    for problem in paper_problems():
+        if not request.scenes or problem.scene in request.scenes:
+            wanted.setdefault(problem.scene, []).append(problem)
+    strange = [str(scene) for scene in request.scenes if scene not in wanted]
+    if strange:
+        known = ", ".join(str(scene) for scene in dict.fromkeys(p.scene for p in paper_problems()))
+        raise InputError(f"The paper has no problem in scene {', '.join(strange)}; its scenes are {known}.")
+    return wanted
+
+
+def _attempts(
+    request: ImportRequest,
+    scene: int,
+    problems: list[PaperProblem | None],
+    seen: list[AnnotatedScene],
+    inspector: Inspector,
+    say: Say,
+) -> list[Attempt]:
+    """One attempt at each problem of a scene; `seen` are the scenes before it, and it is added."""
+    settled = _settled(request, scene, seen, say)
+    if isinstance(settled, SceneFailure):
+        return [_failed(replace(settled, target=p.target if p else None)) for p in problems]
+    say(f"scene {scene}: looking for the target")
+    view = inspector.view(settled.problem)
+    return [_attempt(request, settled, view, p, inspector) for p in problems]
+
+
+def _settled(
+    request: ImportRequest, scene: int, seen: list[AnnotatedScene], say: Say
+) -> SettledScene | SceneFailure:
+    config = request.config
+    try:
+        annotated = read_scene(request.root, scene, config.annotation, config.camera)
+        twin = next((other.scene for other in seen if same_annotation(other, annotated)), None)
+        if twin is not None:
+            return SceneFailure(scene, None, f"it is the same as scene {twin}, which is imported already")
+        seen.append(replace(annotated, others=()))
+        return settle_scene(request.root, annotated, config, say)
+    except InputError as error:
+        return SceneFailure(scene, None, str(error))
+
+
+def _attempt(
+    request: ImportRequest,
+    scene: SettledScene,
+    view: SceneView,
+    published: PaperProblem | None,
+    inspector: Inspector,
+) -> Attempt:
+    facts: dict[str, Scalar] = {} if published is None else {"paper_problem": True}
+    wanted = published.target if published else request.target
+    try:
+        found = choose_target(scene, view, inspector) if wanted is None else find_target(scene, wanted)
+    except InputError as error:
+        found = SceneFailure(scene.scene, wanted, str(error), scene.notes)
+    if isinstance(found, SceneFailure):
+        return replace(_failed(found), fell=scene.fell)
+    in_sight = view.fraction(found)
+    problem = make_problem(scene, found, in_sight, request.config, request.category, facts)
+    return Attempt(scene.scene, found, problem, in_sight=in_sight, fell=scene.fell, notes=scene.notes)
+
+
+def _failed(failure: SceneFailure) -> Attempt:
+    return Attempt(failure.scene, failure.target, reason=failure.reason, notes=failure.notes)
+
+
+def _save(attempt: Attempt, out: Path, overwrite: bool) -> Attempt:
+    if attempt.problem is None:
+        return attempt
+    file = _file(out, attempt.scene, attempt.problem.target)
+    if file.exists() and not overwrite:
+        return _is_there(out, attempt.scene, attempt.problem.target)
+    try:
+        save_problem(attempt.problem, file)
+    except OSError as error:
+        raise InputError(f"Cannot write {file}: {error.strerror}. Choose another --out.") from None
+    return replace(attempt, file=file)
+
+
+def _file(out: Path, scene: int, target: str) -> Path:
+    return out / f"{problem_name(scene, target)}.yaml"
+
+
+def _is_there(out: Path, scene: int, target: str) -> Attempt:
+    return Attempt(
+        scene, target, reason=f"{_file(out, scene, target)} is there already; --overwrite replaces it"
+    )

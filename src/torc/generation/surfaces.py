@@ -1,0 +1,79 @@
+"""The whole surface of an object model as a cloud, as a camera would see it that can look from everywhere."""
+
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from torc.geometry.transforms import Pose
+from torc.scenes.models import ObjectModel, VisualMesh
+
+SPACING_M = 0.004
+"""Distance between neighbouring points: what the grasp planner thins its clouds to."""
+_PER_SPACING = 2.5
+_INSIDE_M = 0.003
+"""How far beyond a surface a contact piece must reach for that surface to be inside the object. Surfaces and pieces
+agree within 2 mm."""
+
+
+@lru_cache(maxsize=512)
+def surface_cloud(model: ObjectModel) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+    """Points and outward unit normals all over a model, model frame, about SPACING_M apart; always the same ones.
+
+    Surfaces that are buried in another part of the object are left out. The two sides of a thin wall keep their own
+    points: averaged over a cube, as clouds from a camera are, they would cancel out.
+    """
+    clouds = [_samples(mesh) for mesh in model.visuals]
+    points, normals = (np.concatenate(arrays) for arrays in zip(*clouds))
+    open_ = ~_buried(model, points + _INSIDE_M * normals)
+    points, normals = points[open_], normals[open_]
+    keep = _one_per_cube_and_side(points, normals)
+    return points[keep], normals[keep]
+
+
+def placed(
+    points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], T_world_object: Pose
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+    """A cloud of the model frame in the world frame."""
+    R = T_world_object[:3, :3]
+    return points @ R.T + T_world_object[:3, 3], normals @ R.T
+
+
+def _samples(mesh: VisualMesh) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+    """Points spread evenly at random over the triangles, and the triangles' normals there."""
+    a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(float) for k in range(3))
+    cross = np.cross(b - a, c - a)
+    double_area = np.linalg.norm(cross, axis=1)
+    solid = double_area > 1e-12
+    a, b, c, cross, double_area = (v[solid] for v in (a, b, c, cross, double_area))
+    total = 0.5 * double_area.sum()
+    if total <= 0:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    rng = np.random.default_rng(0)
+    count = int(np.ceil(total / (SPACING_M / _PER_SPACING) ** 2))
+    # One point every total / count of area: large triangles get their share, small ones theirs in the mean.
+    at = (np.arange(count) + rng.random(count)) * (2 * total / count)
+    face = np.minimum(np.searchsorted(np.cumsum(double_area), at, side="right"), len(a) - 1)
+    u, v = np.sqrt(rng.random(count)), rng.random(count)
+    weights = np.stack([1 - u, u * (1 - v), u * v], axis=1)[:, :, None]
+    corners = np.stack([a[face], b[face], c[face]], axis=1)
+    return (weights * corners).sum(axis=1), (cross / double_area[:, None])[face]
+
+
+def _buried(model: ObjectModel, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
+    return np.any([piece.contains(points) for piece in model.pieces], axis=0)
+
+
+def _one_per_cube_and_side(
+    points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]
+) -> Int[np.ndarray, "m"]:
+    """The first point of every cube for each of the six directions that its surface may mainly face."""
+    if len(points) == 0:
+        return np.zeros(0, dtype=np.int64)
+    index = np.floor(points / SPACING_M).astype(np.int64)
+    index -= index.min(axis=0)
+    n = index.max(axis=0) + 1
+    axis = np.argmax(np.abs(normals), axis=1)
+    side = 2 * axis + (normals[np.arange(len(normals)), axis] > 0)
+    key = ((index[:, 0] * n[1] + index[:, 1]) * n[2] + index[:, 2]) * 6 + side
+    return np.unique(key, return_index=True)[1]

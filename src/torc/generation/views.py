@@ -1,0 +1,143 @@
+"""Pictures of a problem for people: as the robot sees it, from the front, from the side and from the top."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, UInt8
+
+from torc.geometry.transforms import Pose, look_at, rotation_from_wxyz
+from torc.perception.palette import object_color
+from torc.records import TARGET_ID
+from torc.scenes.problem import Problem
+from torc.scenes.workspace import CameraMount, Workspace
+from torc.sim.rendering import CameraRenderer, View
+from torc.sim.state import restore_state, save_state
+from torc.sim.world import Presence, World, build_world
+
+ViewName = Literal["robot", "front", "side", "top"]
+VIEW_NAMES: tuple[ViewName, ...] = get_args(ViewName)
+_WHITE = (255, 255, 255)
+_FILL = 0.84
+"""Share of the picture, from its middle to its rim, that the clutter may take."""
+_DASH = 3.5
+"""Length of a dash against the outline's thickness."""
+
+
+@dataclass(frozen=True)
+class ViewConfig:
+    """What the pictures look like.
+
+    Attributes:
+        width, height: pixels.
+        vertical_fov_rad: field of view of all but the robot's camera, which has its own.
+        side_from: direction from the clutter to the eye of the side view, world.
+        outline_px: thickness of the outline; 0 for none.
+    """
+
+    width: int = 480
+    height: int = 360
+    vertical_fov_rad: float = 0.7
+    side_from: tuple[float, float, float] = (-0.15, -1.0, 0.45)
+    outline_px: int = 2
+
+
+def problem_views(
+    problem: Problem, workspace: Workspace | None = None, config: ViewConfig | None = None
+) -> dict[ViewName, View]:
+    """What the robot's camera sees, and nearer views: front (from there), side (from the robot's right) and top (the
+    robot below).
+
+    The whole target is outlined in the colour images: solid where it is in sight, dashed where something hides it.
+    """
+    workspace, config = workspace or Workspace(), config or ViewConfig()
+    world = build_world(problem, None, workspace)
+    near = _near_poses(world, workspace, config)
+    own = replace(workspace.camera, width=config.width, height=config.height)
+    mount = CameraMount(near["front"], config.width, config.height, config.vertical_fov_rad)
+    views = _render(world, own, {"robot": own.T_world_camera}, config) | _render(world, mount, near, config)
+    return {name: views[name] for name in VIEW_NAMES}
+
+
+def _render(
+    world: World, mount: CameraMount, poses: Mapping[ViewName, Pose], config: ViewConfig
+) -> dict[ViewName, View]:
+    """The views of one camera from some poses."""
+    state = save_state(world)
+    with CameraRenderer(world, mount) as renderer:
+        views = {name: renderer.render(pose) for name, pose in poses.items()}
+        for other in range(world.object_count):
+            if other != TARGET_ID:
+                world.park(other, Presence.DROPPED)
+        alone = {
+            name: renderer.render(pose, color=False).label_image == TARGET_ID for name, pose in poses.items()
+        }
+        restore_state(world, state)
+    return {
+        name: replace(
+            view, rgb=_outlined(view.rgb, alone[name], view.label_image == TARGET_ID, config.outline_px)
+        )
+        for name, view in views.items()
+    }
+
+
+def _near_poses(world: World, workspace: Workspace, config: ViewConfig) -> dict[ViewName, Pose]:
+    """Cameras as near as they can be with all of the clutter in the picture."""
+    points = np.concatenate(
+        [
+            mesh.vertices @ rotation_from_wxyz(wxyz).T + position
+            for model, position, wxyz in zip(world.models, world.positions, world.wxyz)
+            for mesh in model.visuals
+        ]
+    )
+    eye = workspace.camera.T_world_camera[:3, 3]
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    return {
+        "front": _fitting(points, eye - middle, config),
+        "side": _fitting(points, np.array(config.side_from), config),
+        # A hair off the vertical, so that the top view has the robot below.
+        "top": _fitting(points, np.array([-1e-3, 0.0, 1.0]), config),
+    }
+
+
+def _fitting(points: Float[np.ndarray, "n 3"], way: Float[np.ndarray, "3"], config: ViewConfig) -> Pose:
+    """The nearest camera that looks against a direction and has all points in the picture, with a margin."""
+    pose = look_at(way, np.zeros(3))
+    across, down, along = (points @ pose[:3, :3]).T
+    slope_down = _FILL * np.tan(config.vertical_fov_rad / 2)
+    slope_across = slope_down * config.width / config.height
+    # A point is in the picture if |across - x| <= slope (along - z), and so on: two half-planes for each direction.
+    x, z_across = _apex(across, along, slope_across)
+    y, z_down = _apex(down, along, slope_down)
+    pose[:3, 3] = pose[:3, :3] @ [x, y, min(z_across, z_down)]
+    return pose
+
+
+def _apex(across: Float[np.ndarray, "n"], along: Float[np.ndarray, "n"], slope: float) -> tuple[float, float]:
+    """The tip of the narrowest wedge of that slope around some points: where across, and where along."""
+    highest, lowest = float((across - slope * along).max()), float((across + slope * along).min())
+    return (highest + lowest) / 2, (lowest - highest) / (2 * slope)
+
+
+def _outlined(
+    image: UInt8[np.ndarray, "h w 3"],
+    whole: Bool[np.ndarray, "h w"],
+    seen: Bool[np.ndarray, "h w"],
+    thickness: int,
+) -> UInt8[np.ndarray, "h w 3"]:
+    """The outline of a mask: solid where its seen part is near, dashed elsewhere."""
+    image = image.copy()
+    if thickness < 1:
+        return image
+    near = cv2.dilate(seen.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    contours, _ = cv2.findContours(whole.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    dash = round(_DASH * thickness)
+    for color, width in ((_WHITE, 2 * thickness), (object_color(TARGET_ID), thickness)):
+        for contour in contours:
+            points = contour[:, 0]
+            for i, (a, b) in enumerate(zip(points, np.roll(points, -1, axis=0))):
+                if near[a[1], a[0]] or i // dash % 2 == 0:
+                    cv2.line(image, a.tolist(), b.tolist(), color, width)
+    return image

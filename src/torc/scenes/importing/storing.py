@@ -1,0 +1,106 @@
+"""Imported objects into the user's store, under names and descriptions that nothing else has."""
+
+import os
+from collections import defaultdict
+from dataclasses import replace
+from pathlib import Path
+
+from torc.errors import InputError
+from torc.scenes.importing.mesh import MeshImport
+from torc.scenes.importing.options import FORMATS
+from torc.scenes.library import builtin_object_names, object_description, object_names
+from torc.scenes.object_files import save_object
+from torc.scenes.object_store import find_stored, store_directories
+
+MAX_MESHES = 2_000
+_RICHER = ("glb", "obj", "ply", "stl")
+"""Which of several files of one mesh to take: the one that can hold most."""
+
+
+def check_name(name: str, library: Path | None = None, overwrite: bool = False) -> Path:
+    """The directory where an object of that name goes. Raises InputError if the name is taken."""
+    if name in builtin_object_names():
+        raise InputError(f"'{name}' is an object that comes with torc. Give another --name.")
+    directory = (library or store_directories()[0]) / name
+    taken = directory if directory.exists() else find_stored(name)
+    if taken is not None and (not overwrite or taken.resolve() != directory.resolve()):
+        raise InputError(
+            f"There is an object '{name}' already, in {taken}. Give another --name, or --overwrite it."
+        )
+    return directory
+
+
+def add_object(
+    imported: MeshImport, library: Path | None = None, overwrite: bool = False, note: str = ""
+) -> MeshImport:
+    """Stores an imported object; it can be used at once.
+
+    Args:
+        imported: the object; its description gets a number if another object has the same.
+        library: where; by default the first directory of the store.
+        overwrite: replace an object of the same name there.
+        note: kept with the object, e.g. its licence.
+
+    Returns:
+        What was stored.
+
+    Raises:
+        InputError: the name is taken, or the directory cannot be written.
+    """
+    directory = check_name(imported.model.name, library, overwrite)
+    model = replace(
+        imported.model, description=unique_description(imported.model.description, imported.model.name)
+    )
+    source = replace(imported.source, note=note)
+    save_object(model, directory, source, overwrite)
+    return replace(imported, model=model, source=source)
+
+
+def unique_description(wanted: str, name: str) -> str:
+    """`wanted`, with a number if an object other than `name` is described so: planners tell objects apart by it."""
+    taken = set()
+    for other in object_names():
+        if other != name:
+            try:
+                taken.add(object_description(other))
+            except InputError:  # a damaged one is in nobody's way
+                continue
+    number, found = 2, wanted
+    while found in taken:
+        found, number = f"{wanted} {number}", number + 1
+    return found
+
+
+def find_meshes(directory: Path) -> tuple[list[tuple[Path, str]], list[tuple[Path, str]]]:
+    """Mesh files in a directory and below, with a name for each; and those left out, with the reason.
+
+    Of files that differ in their ending only, the richest format is taken. Files of the same name in different
+    directories get these directories' names too.
+
+    Raises:
+        InputError: not a readable directory, or far too many meshes.
+    """
+    left_out: list[tuple[Path, str]] = []
+    by_stem: dict[Path, list[Path]] = defaultdict(list)
+    root = directory.resolve()
+    for path in sorted(directory.rglob("*")):
+        if path.suffix[1:].lower() not in FORMATS or path.is_dir():
+            continue
+        if not Path(os.path.realpath(path)).is_relative_to(root):  # unlike resolve, takes loops of links
+            left_out.append((path, "it is a link that leads out of the directory"))
+            continue
+        by_stem[path.with_suffix("")].append(path)
+        if len(by_stem) > MAX_MESHES:
+            raise InputError(f"{directory} holds more than {MAX_MESHES} meshes. Import parts of it.")
+    chosen = []
+    for files in by_stem.values():
+        best = min(files, key=lambda p: _RICHER.index(p.suffix[1:].lower()))
+        chosen.append(best)
+        left_out += [(p, f"{best.name} is the same mesh") for p in files if p != best]
+    stems = [p.stem.lower() for p in chosen]
+    named = []
+    for path in chosen:
+        alone = stems.count(path.stem.lower()) == 1
+        relative = path.relative_to(directory).with_suffix("")
+        named.append((path, path.stem if alone else "_".join(relative.parts)))
+    return named, left_out

@@ -1,0 +1,249 @@
+"""Objects on disk, format `torc-object/1`: one directory per object, named like it.
+
+object.yaml      facts, and which arrays make up which piece and surface (schema: `object_schema.py`)
+geometry.npz     visual_0_vertices, visual_0_faces, visual_0_uv, visual_0_normals, piece_0_vertices, ...; no pickle
+texture_0.png    one per textured surface
+"""
+
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from torc.errors import InputError
+from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
+from torc.scenes.models import CollisionPiece, ObjectModel, Quat, Vec3, pieces_bounds
+from torc.scenes.object_schema import (
+    FORMAT,
+    MAX_PIECE_VERTICES,
+    MAX_YAML_BYTES,
+    ObjectFile,
+    PieceEntry,
+    read_object_file,
+)
+from torc.scenes.strict_files import ArraySpec, read_arrays, read_bytes
+from torc.scenes.visual_files import read_visuals, save_textures, visual_arrays, visual_entries, visual_specs
+
+OBJECT_FILE, GEOMETRY_FILE = "object.yaml", "geometry.npz"
+MAX_GEOMETRY_BYTES = 64 * 2**20
+_FRAME_TOLERANCE_M = 1e-5
+
+
+@dataclass(frozen=True)
+class ObjectSource:
+    """Where an imported object comes from. A point p of the mesh file is R(wxyz) (scale * p) + position in the model
+    frame.
+
+    Attributes:
+        file: the mesh's file name; empty if there is none.
+        note: for people, e.g. a licence.
+        scale: metres per unit of the mesh file.
+        position, wxyz: pose of the scaled mesh's frame in the model frame.
+    """
+
+    file: str = ""
+    note: str = ""
+    scale: float = 1.0
+    position: Vec3 = (0.0, 0.0, 0.0)
+    wxyz: Quat = (1.0, 0.0, 0.0, 0.0)
+
+    @property
+    def T_object_mesh(self) -> Pose:
+        """Pose of the scaled mesh's frame in the model frame."""
+        return make_pose(rotation_from_wxyz(self.wxyz), self.position)
+
+
+def save_object(
+    model: ObjectModel, directory: Path | str, source: ObjectSource | None = None, overwrite: bool = False
+) -> None:
+    """Write an object to a directory that bears its name; it appears complete or not at all.
+
+    Raises:
+        InputError: the directory exists (and not overwrite) or cannot be written, or the model is outside of the
+            format's limits.
+    """
+    directory = Path(directory)
+    if directory.name != model.name:
+        raise InputError(
+            f"The directory of an object bears its name: {directory} should be .../{model.name}."
+        )
+    if directory.exists() and not overwrite:
+        raise InputError(f"{directory} exists already. Choose another name, or overwrite it.")
+    try:
+        directory.parent.mkdir(parents=True, exist_ok=True)
+        aside = Path(tempfile.mkdtemp(prefix=".import-", dir=directory.parent))
+    except OSError as error:
+        raise InputError(f"Cannot write to {directory.parent}: {error.strerror}.") from error
+    try:
+        written = aside / model.name
+        written.mkdir()
+        _write(model, written, source or ObjectSource())
+        load_object_directory(written)  # nothing is stored that could not be read again
+        _put(written, directory, aside / "old")
+    except OSError as error:
+        raise InputError(f"Cannot write {directory}: {error.strerror}.") from error
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def load_object_directory(directory: Path | str) -> ObjectModel:
+    """The object in a directory. Raises InputError naming file, field and remedy."""
+    directory = Path(directory)
+    entry = read_entry(directory)
+    arrays = read_arrays(directory / GEOMETRY_FILE, _specs(entry), MAX_GEOMETRY_BYTES, "an object's geometry")
+    pieces = tuple(_piece(i, p, arrays) for i, p in enumerate(entry.pieces))
+    model = ObjectModel(
+        name=entry.name,
+        kind=entry.kind,
+        description=entry.description,
+        mass_kg=entry.mass_kg,
+        pieces=pieces,
+        visuals=read_visuals(entry.visuals, arrays, directory),
+        size_m=entry.size_m,
+        rolls=entry.rolls,
+        friction=entry.friction,
+        held_out=entry.held_out,
+    )
+    _check_frame(model, directory)
+    return model
+
+
+def read_entry(directory: Path) -> ObjectFile:
+    """The validated object.yaml of a directory: facts without geometry. Raises InputError."""
+    path = directory / OBJECT_FILE
+    try:
+        text = read_bytes(path, MAX_YAML_BYTES, "an object's description").decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is not UTF-8 text: {error.reason} at byte {error.start}.") from None
+    entry = read_object_file(text, str(path))
+    if entry.name != directory.name:
+        raise InputError(
+            f"{path}: the object is called '{entry.name}', its directory '{directory.name}'. Give both one name."
+        )
+    return entry
+
+
+def load_source(directory: Path | str) -> ObjectSource:
+    """Where the object in a directory comes from. Raises InputError."""
+    found = read_entry(Path(directory)).source
+    return ObjectSource(found.file, found.note, found.scale, found.position, found.wxyz)
+
+
+def _put(written: Path, directory: Path, old: Path) -> None:
+    """Moves the new directory to its place; what was there goes to `old`, or stays if that fails."""
+    if not directory.exists():
+        written.rename(directory)
+        return
+    directory.rename(old)
+    try:
+        written.rename(directory)
+    except OSError:
+        old.rename(directory)
+        raise
+
+
+def _write(model: ObjectModel, directory: Path, source: ObjectSource) -> None:
+    arrays = visual_arrays(model.visuals)
+    for i, piece in enumerate(model.pieces):
+        if piece.vertices is not None:
+            arrays[f"piece_{i}_vertices"] = np.ascontiguousarray(piece.vertices, dtype=np.float64)
+    save_textures(model.visuals, directory)
+    np.savez_compressed(directory / GEOMETRY_FILE, **arrays)  # type: ignore[arg-type]
+    text = yaml.safe_dump(
+        _entry(model, source), sort_keys=False, default_flow_style=None, width=110, allow_unicode=True
+    )
+    (directory / OBJECT_FILE).write_text(text, encoding="utf-8")
+
+
+def _entry(model: ObjectModel, source: ObjectSource) -> dict[str, Any]:
+    return {
+        "format": FORMAT,
+        "name": model.name,
+        "kind": model.kind,
+        "description": model.description,
+        "mass_kg": float(model.mass_kg),
+        "friction": float(model.friction),
+        "rolls": bool(model.rolls),
+        "held_out": bool(model.held_out),
+        "size_m": _plain(model.size_m),
+        "source": {
+            "file": source.file,
+            "note": source.note,
+            "scale": float(source.scale),
+            "position": _plain(source.position),
+            "wxyz": _plain(source.wxyz),
+        },
+        "pieces": [
+            {
+                "kind": p.kind,
+                "size": _plain(p.size),
+                "position": _plain(p.position),
+                "wxyz": _plain(p.wxyz),
+                "relative_density": float(p.relative_density),
+            }
+            for p in model.pieces
+        ],
+        "visuals": visual_entries(model.visuals),
+    }
+
+
+def _plain(values: Any) -> list[float]:
+    return [float(v) for v in values]
+
+
+def _specs(entry: ObjectFile) -> dict[str, ArraySpec]:
+    """Which arrays an object must have."""
+    pieces = {
+        f"piece_{i}_vertices": ArraySpec("f", 3, MAX_PIECE_VERTICES)
+        for i, piece in enumerate(entry.pieces)
+        if piece.kind == "mesh"
+    }
+    return {**pieces, **visual_specs(entry.visuals)}
+
+
+def _piece(i: int, entry: PieceEntry, arrays: dict[str, np.ndarray]) -> CollisionPiece:
+    return CollisionPiece(
+        entry.kind,
+        entry.size,
+        entry.position,
+        entry.wxyz,
+        arrays.get(f"piece_{i}_vertices"),
+        entry.relative_density,
+    )
+
+
+def _check_frame(model: ObjectModel, directory: Path) -> None:
+    """The model frame is where every other part of the project takes it to be; pieces are solid."""
+    flat = [i for i, p in enumerate(model.pieces) if p.kind == "mesh" and not _is_solid(p)]
+    if flat:
+        raise InputError(
+            f"{directory}: pieces[{flat[0]}] is flat or degenerate; a piece must enclose a volume."
+        )
+    lower, upper = pieces_bounds(model.pieces)
+    if np.abs(lower + upper).max() > 2 * _FRAME_TOLERANCE_M:
+        raise InputError(
+            f"{directory}: the pieces' bounding box is centred at {((lower + upper) / 2).round(5).tolist()}, but the "
+            "origin of an object must lie at its centre. Import the mesh again."
+        )
+    if np.abs(upper - lower - model.size_m).max() > 2 * _FRAME_TOLERANCE_M:
+        raise InputError(
+            f"{directory}: size_m is {list(model.size_m)}, but the pieces measure {(upper - lower).round(5).tolist()}."
+        )
+    extent = np.abs(np.concatenate([v.vertices for v in model.visuals])).max()
+    if extent > 2.0 * max(model.size_m):
+        raise InputError(
+            f"{directory}: the visible surface reaches {extent:.2f} m, far beyond the contact pieces."
+        )
+
+
+def _is_solid(piece: CollisionPiece) -> bool:
+    from scipy.spatial import QhullError
+
+    try:
+        return piece.volume_m3 > 1e-12
+    except (QhullError, ValueError):
+        return False

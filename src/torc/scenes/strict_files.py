@@ -1,0 +1,165 @@
+"""Arrays and pictures from strangers: nothing is allocated before its size is known to be allowed."""
+
+import io
+import os
+import stat
+import tokenize
+import warnings
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import UInt8
+from PIL import Image
+
+from torc.errors import InputError
+
+_MAX_MEMBERS = 2000
+_NPY_HEADER_BYTES = 128
+"""What numpy writes before the data of a plain array; longer headers belong to records, which are refused."""
+
+
+@dataclass(frozen=True)
+class ArraySpec:
+    """What an array in a file must be.
+
+    Attributes:
+        kind: "f" for floats (they must be finite), "i" for integers.
+        columns: its second dimension; the first is free.
+        max_rows: upper limit of the first dimension.
+    """
+
+    kind: str
+    columns: int
+    max_rows: int
+
+
+def read_bytes(path: Path, max_bytes: int, what: str) -> bytes:
+    """The content of a plain file; `what` names it in errors.
+
+    Raises:
+        InputError: missing, too large, a link, or no plain file (reading a device or a pipe could go on for ever).
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+    except FileNotFoundError:
+        raise InputError(f"{path} is missing: that is {what}.") from None
+    except OSError as error:
+        if path.is_symlink():
+            raise InputError(f"{path} is a link; {what} must be a file of its own. Copy it there.") from None
+        raise InputError(f"{path} cannot be read: {error.strerror}.") from None
+    with os.fdopen(handle, "rb") as file:
+        facts = os.fstat(file.fileno())
+        if not stat.S_ISREG(facts.st_mode):
+            raise InputError(f"{path} is not a plain file; {what} must be one.")
+        if facts.st_size > max_bytes:
+            raise InputError(
+                f"{path} is too large for {what}: {facts.st_size} bytes; at most {max_bytes} are allowed."
+            )
+        return file.read(max_bytes + 1)[:max_bytes]
+
+
+def read_arrays(
+    path: Path, specs: Mapping[str, ArraySpec], max_bytes: int, what: str
+) -> dict[str, np.ndarray]:
+    """The arrays of a .npz file: exactly those of `specs`, float64 or int32, without pickle.
+
+    Raises:
+        InputError: not readable, too large (packed or unpacked), arrays missing or not asked for, wrong kinds,
+            shapes or values.
+    """
+    data = read_bytes(path, max_bytes, what)
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members = {m.filename.removesuffix(".npy"): m for m in archive.infolist()[:_MAX_MEMBERS]}
+            if set(members) != set(specs):
+                odd = sorted(set(members) ^ set(specs))[:4]
+                raise InputError(
+                    f"{path} does not hold the arrays it should; missing or not expected: {', '.join(odd)}."
+                )
+            return {name: _read_array(archive, members[name], spec, path) for name, spec in specs.items()}
+    except (zipfile.BadZipFile, EOFError, OSError, zlib.error, NotImplementedError, RuntimeError) as error:
+        raise InputError(f"{path} is not a readable .npz file: {error}.") from None
+
+
+def _read_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, spec: ArraySpec, path: Path) -> np.ndarray:
+    where = f"{path}, array {member.filename}"
+    limit = _NPY_HEADER_BYTES + 8 * spec.columns * spec.max_rows
+    if member.file_size > limit:
+        raise InputError(
+            f"{where} unpacks to {member.file_size} bytes; at most {spec.max_rows} rows are allowed."
+        )
+    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise InputError(
+            f"{where} is packed in a way that is not read here. Write it with numpy.savez_compressed."
+        )
+    with archive.open(member) as stream:
+        content = stream.read(limit)
+    buffer = io.BytesIO(content)
+    try:
+        version = np.lib.format.read_magic(buffer)
+        if version != (1, 0):
+            raise ValueError(f"version {version} of the array format; need (1, 0)")
+        shape, fortran, dtype = np.lib.format.read_array_header_1_0(buffer)
+    except (ValueError, SyntaxError, EOFError, RecursionError, MemoryError, tokenize.TokenError) as error:
+        raise InputError(f"{where} is no plain array: {error}.") from None
+    wide = dtype.itemsize <= 8 and dtype.kind == spec.kind and dtype.isnative
+    if (
+        fortran
+        or not wide
+        or len(shape) != 2
+        or shape[1] != spec.columns
+        or not 0 < shape[0] <= spec.max_rows
+    ):
+        raise InputError(
+            f"{where} is {dtype} {shape}; need kind '{spec.kind}', 1 to {spec.max_rows} rows of {spec.columns}."
+        )
+    body = content[buffer.tell() :]
+    if len(body) != shape[0] * shape[1] * dtype.itemsize:
+        raise InputError(f"{where} is cut off: {len(body)} bytes for {dtype} {shape}.")
+    array = np.frombuffer(body, dtype).reshape(shape)
+    if spec.kind == "i":
+        if array.min() < 0 or array.max() >= 2**31:
+            raise InputError(f"{where} holds numbers that are no indices.")
+        return array.astype(np.int32)
+    if not np.isfinite(array).all():
+        raise InputError(f"{where} holds numbers that are not finite.")
+    return array.astype(np.float64)
+
+
+def read_png(path: Path, max_side_px: int, max_bytes: int, what: str) -> UInt8[np.ndarray, "h w 3"]:
+    """A PNG as colours. Raises InputError if it is missing, a link, too large (in bytes or unpacked), or no PNG."""
+    return decode_image(read_bytes(path, max_bytes, what), str(path), max_side_px, ("PNG",))
+
+
+def decode_image(
+    data: bytes, where: str, max_side_px: int, formats: tuple[str, ...] = ("PNG", "JPEG")
+) -> UInt8[np.ndarray, "h w 3"]:
+    """A picture as colours, transparency dropped. Its size is looked at before anything is unpacked.
+
+    Raises:
+        InputError: too large, or not readable in these formats.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(io.BytesIO(data), formats=formats) as image:
+                if max(image.size) > max_side_px:
+                    raise InputError(
+                        f"{where} is {image.width}x{image.height} pixels; at most {max_side_px} a side are allowed. "
+                        "Scale it down."
+                    )
+                return np.array(image.convert("RGB"))
+    except (
+        Image.DecompressionBombError,
+        Image.DecompressionBombWarning,
+        OSError,  # PIL's "unidentified" and "truncated" too
+        SyntaxError,
+        ValueError,
+        EOFError,
+        zlib.error,
+    ) as error:
+        raise InputError(f"{where} is no readable picture ({' or '.join(formats)}): {error}.") from None

@@ -1,0 +1,96 @@
+"""YAML from strangers: plain values only, no aliases, tags or repeated keys, and faults in words."""
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import yaml
+from pydantic import ValidationError
+
+from torc.errors import InputError
+
+_REMEDIES = {
+    "missing": "is missing; add it",
+    "extra_forbidden": "is not a field of this format; remove it or check its spelling",
+    "finite_number": "must be a finite number",
+    "string_type": "must be text; put it in quotes",
+    "string_unicode": "has characters that are none; remove them",
+    "string_pattern_mismatch": "must be 1 to 64 letters, digits, '_', '-' or '.', starting with a letter or digit",
+    "too_long": "holds too many entries",
+    "too_short": "holds too few entries",
+}
+
+
+class _PlainLoader(yaml.SafeLoader):
+    """SafeLoader without aliases (they can blow a small file up), without tags (it trusts that `!!bool` stands before
+    one), and without repeated keys (one would be lost)."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            mark = self.peek_event().start_mark
+            raise yaml.YAMLError(
+                f"line {mark.line + 1}: aliases (*name) are not supported; write the value out"
+            )
+        if getattr(self.peek_event(), "tag", None) is not None:
+            mark = self.peek_event().start_mark
+            raise yaml.YAMLError(
+                f"line {mark.line + 1}: tags (!name) are not supported; write the plain value"
+            )
+        return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+        keys = [key.value for key, _ in node.value if isinstance(key.value, str)]
+        for key, count in Counter(keys).items():
+            if count > 1:
+                raise yaml.YAMLError(
+                    f"line {node.start_mark.line + 1}: '{key}' is given {count} times; keep one"
+                )
+        return super().construct_mapping(node, deep)
+
+
+def parse_plain_yaml(text: str, source: str, what: str, max_bytes: int, remedy: str) -> dict[Any, Any]:
+    """The mapping that a YAML text holds.
+
+    Args:
+        text: the file's content.
+        source: names the file in errors.
+        what: what the file should be, e.g. "problem".
+        max_bytes: longer texts are refused.
+        remedy: ends the message about unreadable YAML.
+
+    Raises:
+        InputError: too long, not YAML, aliases, tags, repeated keys, nested too deeply, or no mapping.
+    """
+    if len(text.encode()) > max_bytes:
+        raise InputError(f"{source} is larger than {max_bytes} bytes: that is not a {what} file.")
+    try:
+        data = yaml.load(text, Loader=_PlainLoader)  # a SafeLoader: builds plain values only
+    except (yaml.YAMLError, ValueError, OverflowError) as error:
+        raise InputError(f"{source} is not readable YAML: {error}. {remedy}") from None
+    except RecursionError:
+        raise InputError(f"{source} is nested too deeply to be a {what} file.") from None
+    if not isinstance(data, dict):
+        raise InputError(f"{source} holds no {what}: it must start with 'format: torc-{what}/1'.")
+    return data
+
+
+def printable(text: str) -> str:
+    """The text. Raises ValueError for control characters but ends of lines: it is shown in terminals and pages."""
+    strange = sorted({c for c in text if not (c.isprintable() or c == "\n")})
+    if strange:
+        raise ValueError(
+            f"has characters that cannot be printed: {', '.join(map(ascii, strange[:8]))}. Remove them."
+        )
+    return text
+
+
+def explain_faults(error: ValidationError, remedies: Mapping[str, str] | None = None) -> str:
+    """One line per fault: the field, what is wrong, what to do. `remedies` by pydantic's type of fault."""
+    known = {**_REMEDIES, **(remedies or {})}
+    lines = []
+    for fault in error.errors(include_input=False, include_url=False)[:8]:
+        where = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in fault["loc"]).lstrip(".")
+        where = where if len(where) <= 120 else f"{where[:120]}..."
+        remedy = known.get(fault["type"]) or str(fault["msg"]).removeprefix("Value error, ")
+        lines.append(f"  {where or 'file'}: {remedy}")
+    return "\n".join(lines)

@@ -1,0 +1,98 @@
+"""Surfaces as arrays, entries and textures: how object files, and what is read out of mesh files, store them."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from torc.errors import InputError
+from torc.scenes.models import VisualMesh
+from torc.scenes.object_schema import MAX_FACES, MAX_TEXTURE_PX, MAX_VERTICES, VisualEntry
+from torc.scenes.strict_files import ArraySpec, read_png
+
+MAX_PNG_BYTES = 32 * 2**20
+
+
+def visual_arrays(visuals: Sequence[VisualMesh]) -> dict[str, np.ndarray]:
+    """The surfaces' arrays by name, as they are stored."""
+    arrays = {}
+    for i, visual in enumerate(visuals):
+        arrays[f"visual_{i}_vertices"] = np.ascontiguousarray(visual.vertices, dtype=np.float64)
+        arrays[f"visual_{i}_faces"] = np.ascontiguousarray(visual.faces, dtype=np.int32)
+        for key, values in (("uv", visual.uv), ("normals", visual.normals)):
+            if values is not None:
+                arrays[f"visual_{i}_{key}"] = np.ascontiguousarray(values, dtype=np.float64)
+    return arrays
+
+
+def visual_entries(visuals: Sequence[VisualMesh]) -> list[dict[str, Any]]:
+    """The rest of the surfaces as plain data; see `VisualEntry`."""
+    return [
+        {
+            "rgba": [float(v) for v in visual.rgba],
+            "texture": None if visual.texture is None else f"texture_{i}.png",
+            "uv": visual.uv is not None,
+            "normals": visual.normals is not None,
+        }
+        for i, visual in enumerate(visuals)
+    ]
+
+
+def save_textures(visuals: Sequence[VisualMesh], directory: Path) -> None:
+    """Writes the textures that the entries name."""
+    for i, visual in enumerate(visuals):
+        if visual.texture is not None:
+            Image.fromarray(visual.texture).save(directory / f"texture_{i}.png")
+
+
+def visual_specs(entries: Sequence[VisualEntry]) -> dict[str, ArraySpec]:
+    """Which arrays the surfaces must have."""
+    specs = {}
+    for i, visual in enumerate(entries):
+        specs[f"visual_{i}_vertices"] = ArraySpec("f", 3, MAX_VERTICES)
+        specs[f"visual_{i}_faces"] = ArraySpec("i", 3, MAX_FACES)
+        if visual.uv:
+            specs[f"visual_{i}_uv"] = ArraySpec("f", 2, MAX_VERTICES)
+        if visual.normals:
+            specs[f"visual_{i}_normals"] = ArraySpec("f", 3, MAX_VERTICES)
+    return specs
+
+
+def read_visuals(
+    entries: Sequence[VisualEntry], arrays: Mapping[str, np.ndarray], directory: Path
+) -> tuple[VisualMesh, ...]:
+    """The surfaces, with their textures out of `directory`. Raises InputError."""
+    _check(entries, arrays, directory)
+    return tuple(_visual(i, entry, arrays, directory) for i, entry in enumerate(entries))
+
+
+def _check(entries: Sequence[VisualEntry], arrays: Mapping[str, np.ndarray], directory: Path) -> None:
+    faces = vertices = 0
+    for i, visual in enumerate(entries):
+        count = len(arrays[f"visual_{i}_vertices"])
+        faces, vertices = faces + len(arrays[f"visual_{i}_faces"]), vertices + count
+        if arrays[f"visual_{i}_faces"].max() >= count:
+            raise InputError(f"{directory}: visual_{i}_faces points beyond the {count} vertices.")
+        for key, wanted in (("uv", visual.uv), ("normals", visual.normals)):
+            if wanted and len(arrays[f"visual_{i}_{key}"]) != count:
+                raise InputError(f"{directory}: visual_{i}_{key} must have one row per vertex.")
+    if faces > MAX_FACES or vertices > MAX_VERTICES:
+        raise InputError(
+            f"{directory}: {faces} triangles, {vertices} vertices; at most {MAX_FACES} and {MAX_VERTICES}."
+        )
+
+
+def _visual(i: int, entry: VisualEntry, arrays: Mapping[str, np.ndarray], directory: Path) -> VisualMesh:
+    texture = None
+    if entry.texture is not None:
+        texture = read_png(directory / entry.texture, MAX_TEXTURE_PX, MAX_PNG_BYTES, "a texture")
+    return VisualMesh(
+        arrays[f"visual_{i}_vertices"],
+        arrays[f"visual_{i}_faces"],
+        arrays.get(f"visual_{i}_uv"),
+        texture,
+        entry.rgba,
+        arrays.get(f"visual_{i}_normals"),
+    )

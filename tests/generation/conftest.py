@@ -1,0 +1,19 @@
+"""One inspector, and one generated problem, for all tests of this directory."""
+
+import pytest
+from generation_configs import SMALL
+
+from torc.generation.generator import generate_problem
+from torc.generation.inspection import Inspector
+from torc.robots.description import load_robot
+
+
+@pytest.fixture(scope="session")
+def inspector():
+    return Inspector(load_robot())
+
+
+@pytest.fixture(scope="session")
+def generated(inspector):
+    """Eight standing objects, from seed 3."""
+    return generate_problem(SMALL, 3, inspector)

@@ -1,0 +1,5 @@
+"""Configurations that the tests share."""
+
+from torc.generation.config import GenerationConfig
+
+SMALL = GenerationConfig("structured", objects=(8, 8))

@@ -1,0 +1,58 @@
+"""Only the objects that were asked for; the user's own ones only where they were."""
+
+from dataclasses import replace
+
+import pytest
+
+from torc.errors import InputError, UnknownNameError
+from torc.generation.choice import allowed_models
+from torc.generation.config import GenerationConfig
+from torc.scenes.library import builtin_object_names, load_object
+from torc.scenes.object_files import save_object
+
+FEW = GenerationConfig(objects=(2, 3))
+
+
+@pytest.fixture
+def own_cube(tmp_path, monkeypatch):
+    """An object of the user's own, of a kind of its own."""
+    monkeypatch.setenv("TORC_OBJECTS", str(tmp_path))
+    cube = replace(load_object("die_white"), name="my_cube", kind="cube", description="my cube")
+    save_object(cube, tmp_path / "my_cube")
+    return "my_cube"
+
+
+def test_all_that_come_with_torc_by_default(own_cube):
+    assert allowed_models(GenerationConfig()) == builtin_object_names()
+
+
+def test_own_objects_where_they_are_asked_for(own_cube):
+    assert allowed_models(GenerationConfig(own=True)) == (*builtin_object_names(), own_cube)
+    assert allowed_models(replace(FEW, models=("mug_red", own_cube, "apple_red"))) == (
+        "mug_red",
+        own_cube,
+        "apple_red",
+    )
+    assert own_cube in allowed_models(replace(FEW, own=True, kinds=("cube", "mug")))
+
+
+def test_kinds_models_and_held_out_narrow_it_down():
+    kinds = allowed_models(replace(FEW, kinds=("mug", "apple")))
+    assert {load_object(name).kind for name in kinds} == {"mug", "apple"}
+    assert all(load_object(name).held_out for name in allowed_models(replace(FEW, held_out=True)))
+    assert not any(load_object(name).held_out for name in allowed_models(replace(FEW, held_out=False)))
+    both = replace(FEW, objects=(2, 2), kinds=("mug",), models=("mug_red", "mug_white", "apple_red"))
+    assert allowed_models(both) == ("mug_red", "mug_white")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error", "told"),
+    [
+        ({"kinds": ("mugg",)}, UnknownNameError, "Did you mean 'mug'"),
+        ({"models": ("mug_rde",)}, UnknownNameError, "Did you mean 'mug_red'"),
+        ({"kinds": ("mug",), "objects": (2, 8)}, InputError, "only 3 object models"),
+    ],
+)
+def test_what_there_is_not_is_an_error(wrong, error, told):
+    with pytest.raises(error, match=told):
+        allowed_models(replace(FEW, **wrong))

@@ -1,0 +1,123 @@
+"""Clutter is at rest, within reach, off the edge, and the same for the same seed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from torc.generation.clutter import (
+    ClutterConfig,
+    ObjectRange,
+    again_at_rest,
+    astray,
+    make_clutter,
+    without,
+    worst_mover,
+)
+from torc.generation.rejections import Reason
+from torc.geometry.transforms import transform_points
+from torc.scenes.arrangements import sample_models
+from torc.scenes.library import load_object
+from torc.scenes.problem import ObjectPlacement, Problem, load_problem
+from torc.scenes.workspace import Workspace
+from torc.sim.settling import UNSEEN
+from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
+from torc.sim.world import build_world
+
+WORKSPACE, CONFIG = Workspace(), ClutterConfig()
+WANTED = ObjectRange(5, 7)
+NAMES = sample_models(7, np.random.default_rng(1))
+
+
+def _make(category, seed, wanted=WANTED, models=NAMES, config=CONFIG):
+    return make_clutter(list(models), category, wanted, WORKSPACE, np.random.default_rng(seed), config)
+
+
+@pytest.mark.parametrize("category", ["structured", "unstructured"])
+def test_clutter_is_reproducible_calm_and_within_reach(category):
+    scene = _make(category, 5)
+    assert isinstance(scene, Problem)
+    assert scene == _make(category, 5)
+    assert scene != _make(category, 6)
+    assert scene.category == category
+    assert 5 <= len(scene.objects) <= 7
+    assert astray(scene, WORKSPACE, CONFIG) == ()
+    assert watch_stillness(build_world(scene, None, WORKSPACE, UNSEEN), CONFIG.calm).still
+    corner = np.array(WORKSPACE.table.center[:2]) - np.array(WORKSPACE.table.size[:2]) / 2
+    for placement in scene.objects:
+        vertices = np.concatenate([m.vertices for m in load_object(placement.model).visuals])
+        points = transform_points(placement.T_world_object, vertices.astype(float))
+        assert (points[:, :2] > corner).all()
+        assert points[:, 2].min() > WORKSPACE.support_z_m - 0.004
+
+
+def test_more_than_wanted_are_taken_away_again():
+    scene = _make("structured", 5, ObjectRange(3, 5))
+    assert isinstance(scene, Problem)
+    assert len(scene.objects) == 5
+
+
+def test_a_structured_region_shrinks_with_its_objects():
+    small = sample_models(
+        4, np.random.default_rng(2), models=["die_red", "die_white", "toy_brick_red", "lime_green"]
+    )
+    scene = _make("structured", 0, ObjectRange(4, 4), small)
+    assert isinstance(scene, Problem)
+    spread = np.ptp([o.position[:2] for o in scene.objects], axis=0)
+    assert spread.max() < 0.2
+
+
+def test_what_does_not_fit_is_said():
+    tiny = replace(CONFIG, region_m=(0.1, 0.1))
+    assert _make("structured", 0, WANTED, config=tiny) is Reason.DOES_NOT_FIT
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "strays"),
+    [(0.65, -0.12, False), (0.40, -0.12, True), (0.44, -0.12, True), (0.95, -0.12, True), (0.65, 0.30, True)],
+)
+def test_astray_is_out_of_reach_or_over_the_edge(x, y, strays):
+    z = WORKSPACE.support_z_m + 0.05
+    scene = Problem(
+        "p", "structured", "", "can", (ObjectPlacement("can", "soup_can_red", (x, y, z), (1.0, 0, 0, 0)),)
+    )
+    assert astray(scene, WORKSPACE, CONFIG) == (("can",) if strays else ())
+
+
+def test_a_long_thing_over_the_edge_is_astray_though_its_middle_is_not():
+    placed = ObjectPlacement(
+        "hammer",
+        "hammer_blue",
+        (0.47, -0.1, WORKSPACE.support_z_m + 0.02),
+        (np.sqrt(0.5), 0, 0, np.sqrt(0.5)),
+    )
+    scene = Problem("p", "structured", "", "hammer", (placed,))
+    assert astray(scene, WORKSPACE, CONFIG) == ("hammer",)
+    along = Problem("p", "structured", "", "hammer", (replace(placed, wxyz=(1.0, 0, 0, 0)),))
+    assert astray(along, WORKSPACE, replace(CONFIG, edge_m=-0.01)) == ()
+
+
+def test_a_scene_comes_to_rest_again_without_what_was_taken_away():
+    scene = load_problem("unstructured-03")
+    gone = (scene.objects[2].name, scene.objects[5].name)
+    again = again_at_rest(scene, gone, ObjectRange(6, 20), WORKSPACE, CONFIG)
+    assert isinstance(again, Problem)
+    assert not set(gone) & {o.name for o in again.objects}
+    assert again_at_rest(scene, gone, ObjectRange(12, 20), WORKSPACE, CONFIG) is Reason.TOO_FEW_LEFT
+
+
+def test_taking_the_target_away_leaves_another_stand_in():
+    scene = load_problem("structured-04")
+    rest = without(scene, (scene.target,))
+    assert rest.target == rest.objects[0].name
+    assert without(scene, (rest.target,)).target == scene.target
+
+
+def test_the_worst_mover_is_measured_against_the_limits():
+    world = build_world(load_problem("structured-04"), None, WORKSPACE, UNSEEN)
+    distances, angles = np.zeros(world.object_count), np.zeros(world.object_count)
+    distances[2], angles[4] = 0.004, 0.1
+    report = StillnessReport(False, 1.0, distances, angles, ())
+    names = [o.name for o in world.problem.ordered()]
+    assert worst_mover(world, report, StillnessConfig(distance_m=0.001, angle_rad=0.1)) == names[2]
+    assert worst_mover(world, report, StillnessConfig(distance_m=0.1, angle_rad=0.01)) == names[4]

@@ -1,0 +1,29 @@
+"""A problem's difficulty is taken from its file where it states all of it, else measured."""
+
+from dataclasses import replace
+
+import pytest
+
+from torc.generation.config import Hiddenness
+from torc.generation.difficulty import Difficulty, difficulty_of
+from torc.scenes.problem import load_problem, parse_problem, problem_text
+
+PROBLEM = load_problem("structured-04")
+STATED = Difficulty(len(PROBLEM.objects), Hiddenness.PARTLY, 0.3125, 7, 8, 9)
+
+
+def test_what_a_file_states_is_read_back():
+    problem = replace(PROBLEM, origin={"seed": 3, **STATED.facts()})
+    assert difficulty_of(parse_problem(problem_text(problem)), inspector=None) == STATED
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [{"hiddenness": "somewhat"}, {"visible_fraction": "little"}, {"beside": "two"}, {"taller": None}],
+)
+def test_what_a_file_states_in_part_is_measured(broken, inspector):
+    origin = {name: value for name, value in {**STATED.facts(), **broken}.items() if value is not None}
+    measured = difficulty_of(replace(PROBLEM, origin=origin), inspector)
+    assert measured == difficulty_of(replace(PROBLEM, origin={}), inspector)
+    assert measured.hiddenness is Hiddenness.HIDDEN
+    assert measured.objects == len(PROBLEM.objects)

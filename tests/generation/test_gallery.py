@@ -1,0 +1,142 @@
+"""The pages of a gallery show every card, say what is on it, and need nothing from elsewhere."""
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+from PIL import Image
+
+from torc.errors import InputError
+from torc.generation import gallery
+from torc.generation.config import Hiddenness
+from torc.generation.difficulty import Difficulty
+from torc.generation.gallery import left_over, make_gallery
+from torc.generation.oracle_orders import OracleOrder
+from torc.scenes.problem import load_problem
+
+A, B = load_problem("structured-04"), load_problem("unstructured-02")
+HIDDEN = Difficulty(9, Hiddenness.HIDDEN, 0.0, 1, 3, 3)
+PARTLY = Difficulty(14, Hiddenness.PARTLY, 0.13, 5, 5, 8)
+ORDER = OracleOrder(("juice_carton_orange", "lime_green"), "2 picks, 0 drops; no order does with less.")
+
+
+@pytest.fixture
+def make(monkeypatch, tmp_path):
+    """Galleries whose cards take no time."""
+    monkeypatch.setattr(gallery, "draw_card", lambda card: Image.new("RGB", (1000, 858)))
+
+    def made(*problems, orders=None, title="A set", out=tmp_path):
+        stated = [replace(p, origin={**p.origin, **d.facts()}) for p, d in zip(problems, (HIDDEN, PARTLY))]
+        told = []
+        cards = make_gallery(title, stated, None, out, orders or {}, told.append)
+        assert told == stated
+        assert [card.problem for card in cards] == stated
+        return tmp_path
+
+    return made
+
+
+class _Page(HTMLParser):
+    """Elements by tag, and whether they are closed in order."""
+
+    VOID = ("meta", "img", "input")
+
+    def __init__(self, text):
+        super().__init__()
+        self.found, self.open = {}, []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.found.setdefault(tag, []).append(dict(attrs))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def test_the_html_page_shows_and_filters_every_card(make):
+    out = make(A, B, orders={A.name: ORDER})
+    text = (out / "index.html").read_text()
+    found = _Page(text).found
+    facts = [(a["id"], a["data-category"], a["data-hiddenness"]) for a in found["article"]]
+    assert facts == [(A.name, "structured", "hidden"), (B.name, "unstructured", "partly")]
+    for image, link in zip(found["img"], (a for a in found["a"] if a.get("class") == "views"), strict=True):
+        assert image["src"] == link["href"]
+        with Image.open(out / image["src"]) as picture:
+            assert picture.size == (int(image["width"]), int(image["height"]))
+    values = {(i["name"], i["value"]) for i in found["input"]}
+    assert values == {
+        *(("category", v) for v in ("", "structured", "unstructured")),
+        *(("hiddenness", v) for v in ("", "partly", "hidden")),
+    }
+    assert len(found["li"]) == 2
+    assert text.count("ORACLE:</strong>") == 1
+    assert "no order does with less" in text
+    assert "$" not in text
+
+
+def test_the_pages_need_nothing_from_elsewhere(make):
+    out = make(A, B, orders={A.name: ORDER})
+    for page in ("index.html", "gallery.md"):
+        text = (out / page).read_text()
+        assert not re.search(r"https?:|//[a-z]|@import|url\(", text)
+        for link in re.findall(r'(?:src|href)="([^"#]+)"|\]\(([^)#]+)\)', text):
+            assert (out / "".join(link)).is_file()
+
+
+def test_the_markdown_page_has_a_row_and_a_card_for_each(make):
+    text = (make(B, A, orders={A.name: ORDER}) / "gallery.md").read_text()
+    assert f"| [{A.name}](#{A.name}) | the lime | 9 | 13 % | 2 picks |" in text
+    assert f"| [{B.name}](#{B.name}) | {B.description} | 14 | 0 % |  |" in text
+    headings = re.findall(r"^#+ .*", text, re.MULTILINE)
+    assert headings == ["# A set", "## Unstructured", f"### {B.name}", "## Structured", f"### {A.name}"]
+    assert "ORACLE: juice\\_carton" not in text
+    assert "ORACLE: juice_carton_orange, lime_green](cards/structured-04.jpg)" in text
+
+
+def test_without_answers_nothing_is_said_of_the_oracle(make):
+    out = make(A, B)
+    assert "ORACLE" not in (out / "index.html").read_text() + (out / "gallery.md").read_text()
+    assert "| wanted | objects | in sight |\n|---|---|---|---|\n" in (out / "gallery.md").read_text()
+
+
+def test_an_answer_comes_before_what_the_problem_states(make):
+    names = {o.name for o in A.objects}
+    assert "lime_green" in names
+    stating = replace(A, origin={"oracle_order": f"{sorted(names)[0]}, lime_green"})
+    assert f"<li>{sorted(names)[0]}</li>" in (make(stating) / "index.html").read_text()
+    text = (make(stating, orders={A.name: ORDER}) / "index.html").read_text()
+    assert "<li>juice_carton_orange</li>" in text
+
+
+def test_words_from_strangers_do_no_harm(make):
+    wild = replace(A, description='<script>alert("x")</script> | a [b](c) *d* ${title} & \\')
+    out = make(wild, title="<b>&")
+    found = _Page((out / "index.html").read_text()).found
+    assert len(found["script"]) == 1
+    assert "b" not in found
+    text = (out / "gallery.md").read_text()
+    assert "<" not in text.replace("\\<", "")
+    (row,) = [line for line in text.splitlines() if line.startswith("| [")]
+    assert len(re.findall(r"(?<!\\)\|", row)) == 5
+
+
+def test_two_problems_of_one_name_are_refused(make, tmp_path):
+    with pytest.raises(InputError, match="same name: structured-04"):
+        make_gallery("", [A, B, A], None, tmp_path / "g", {})
+    assert not (tmp_path / "g").exists()
+
+
+def test_a_folder_that_cannot_be_written_is_named(make, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="Choose another --out"):
+        make(A, out=tmp_path / "file")
+
+
+def test_cards_of_an_earlier_gallery_are_told(make):
+    out = make(A, B)
+    assert left_over([A, B], out) == ()
+    assert left_over([A], out) == ("unstructured-02.jpg",)

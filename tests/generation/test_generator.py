@@ -1,0 +1,131 @@
+"""A problem is a function of its configuration and its seed, and is what was asked for."""
+
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+from generation_configs import SMALL
+
+from torc.errors import InputError
+from torc.generation import generator as generator_module
+from torc.generation.batch import Job, generate_batch
+from torc.generation.config import GENERATOR_VERSION, GenerationConfig, Hiddenness
+from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem
+from torc.generation.rejections import Reason
+from torc.scenes.library import load_object
+from torc.scenes.problem import parse_problem, problem_text
+
+
+def test_the_same_seed_gives_the_same_problem_bit_for_bit(generated, inspector):
+    again = generate_problem(SMALL, 3, inspector)
+    assert isinstance(generated, GeneratedProblem)
+    assert again == generated
+    assert problem_text(again.problem) == problem_text(generated.problem)
+
+
+def test_a_problem_file_gives_it_back(generated):
+    assert parse_problem(problem_text(generated.problem)) == generated.problem
+
+
+def test_it_is_what_was_asked_for(generated, inspector):
+    problem = generated.problem
+    assert problem.category == "structured"
+    assert len(problem.objects) == 8 == generated.difficulty.objects
+    target = next(o for o in problem.objects if o.name == problem.target)
+    assert problem.description == load_object(target.model).description
+    assert Counter(o.model for o in problem.objects)[target.model] == 1
+    view = inspector.view(problem)
+    assert not inspector.graspable_at_first(view, problem.target, SMALL.first_looks)
+    around = inspector.around(problem, problem.target)
+    assert all(inspector.graspable_at_all(problem, name) for name in (problem.target, *around.all))
+    difficulty = generated.difficulty
+    assert difficulty.visible_fraction == pytest.approx(view.fraction(problem.target))
+    assert (difficulty.in_front, difficulty.beside, difficulty.taller) == (
+        len(around.in_front),
+        len(around.beside),
+        len(around.taller),
+    )
+
+
+def test_origin_says_how_to_make_it_again_and_how_hard_it_is(generated):
+    origin = generated.problem.origin
+    assert origin["generator"] == GENERATOR_VERSION
+    assert origin["seed"] == 3
+    assert origin["wanted_objects"] == "8-8"
+    assert origin["visible_fraction"] == round(generated.difficulty.visible_fraction, 4)
+    assert origin["hiddenness"] == generated.difficulty.hiddenness.value
+    assert "8 objects" in generated.difficulty.words()
+
+
+class _Rejecting:
+    """Stands in for an attempt: rejects the first ones."""
+
+    def __init__(self, rejected, made):
+        self.rejected, self.made, self.seen = list(rejected), made, []
+
+    def __call__(self, config, count, models, seed, attempt, inspector, clutter):
+        self.seen.append((count, seed, attempt))
+        return self.rejected.pop(0) if self.rejected else self.made
+
+
+def test_attempts_go_on_from_the_same_seed_and_are_counted(generated, inspector, monkeypatch):
+    rejected = [Reason.TRIVIAL, Reason.PHYSICS, Reason.TRIVIAL]
+    attempts = _Rejecting(rejected, (generated.problem, generated.difficulty))
+    monkeypatch.setattr(generator_module, "_attempt", attempts)
+    told = []
+    made = generate_problem(
+        SMALL, 7, inspector, progress=lambda attempt, reason: told.append((attempt, reason))
+    )
+    assert isinstance(made, GeneratedProblem)
+    assert made.attempts == 4
+    assert made.rejections == {Reason.TRIVIAL: 2, Reason.PHYSICS: 1}
+    assert told == list(enumerate(rejected, start=1))
+    assert attempts.seen == [(8, 7, a) for a in range(4)]
+    assert made.problem.origin["attempt"] == 3
+
+
+def test_after_the_last_attempt_it_says_why(inspector, monkeypatch):
+    monkeypatch.setattr(generator_module, "_attempt", _Rejecting([Reason.NONE_SO_HIDDEN] * 5, None))
+    made = generate_problem(replace(SMALL, attempts=5), 0, inspector)
+    assert made == NotGenerated(5, {Reason.NONE_SO_HIDDEN: 5})
+
+
+def test_counts_are_spread_over_the_range(generated, inspector, monkeypatch):
+    attempts = _Rejecting([], (generated.problem, generated.difficulty))
+    monkeypatch.setattr(generator_module, "_attempt", attempts)
+    for seed in range(60):
+        generate_problem(GenerationConfig(objects=(8, 12)), seed, inspector)
+    assert {count for count, _, _ in attempts.seen} == {8, 9, 10, 11, 12}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"objects": (1, 5)}, "2 to 64"),
+        ({"objects": (9, 8)}, "9-8"),
+        ({"objects": (8, 65)}, "2 to 64"),
+        ({"category": "messy"}, "structured"),
+        ({"hidden": "maybe"}, "partly"),
+        ({"attempts": 0}, "at least one attempt"),
+    ],
+)
+def test_wrong_configurations_are_refused(wrong, told):
+    with pytest.raises(InputError, match=told):
+        GenerationConfig(**wrong)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("category", ["structured", "unstructured"])
+def test_other_processes_make_the_same_problems_in_the_same_order(category, inspector):
+    jobs = [Job(GenerationConfig(category, (8, 9)), seed) for seed in (11, 12, 13)]
+    made = dict(generate_batch(jobs, workers=2))
+    assert list(made) == jobs
+    assert [made[job] for job in jobs] == [generate_problem(job.config, job.seed, inspector) for job in jobs]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hidden", ["visible", "partly", "hidden"])
+def test_a_target_is_as_hidden_as_wanted(hidden, inspector):
+    made = generate_problem(GenerationConfig("structured", (12, 14), hidden), 5, inspector)
+    assert isinstance(made, GeneratedProblem)
+    assert made.difficulty.hiddenness is Hiddenness(hidden)

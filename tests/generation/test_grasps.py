@@ -1,0 +1,65 @@
+"""Graspable at all: what a two-finger gripper of 85 mm can and cannot do, on full models."""
+
+import numpy as np
+import pytest
+
+from torc.errors import InputError, UnknownNameError
+from torc.generation.grasps import ModelGrasping, graspable_alone
+from torc.geometry.transforms import make_pose, rotation_about
+from torc.scenes.library import load_object
+from torc.scenes.workspace import Workspace
+
+TABLE_Z = Workspace().support_z_m
+
+
+def _upright(model, x=0.65, y=-0.12):
+    return make_pose(None, (x, y, TABLE_Z + load_object(model).size_m[2] / 2))
+
+
+def _on_its_back(model, x=0.65, y=-0.12):
+    return make_pose(rotation_about((0, 1, 0), np.pi / 2), (x, y, TABLE_Z + load_object(model).size_m[0] / 2))
+
+
+@pytest.mark.parametrize(
+    "model", ["soup_can_red", "mug_red", "bowl_blue", "marker_blue", "cereal_box_yellow"]
+)
+def test_household_things_that_stand_can_be_grasped(inspector, model):
+    assert inspector.grasping.graspable(model, _upright(model))
+
+
+@pytest.mark.parametrize("model", ["cereal_box_yellow", "cracker_box_red", "sugar_box_white"])
+def test_large_boxes_that_lie_flat_cannot(inspector, model):
+    assert not inspector.grasping.graspable(model, _on_its_back(model))
+
+
+def test_small_boxes_that_lie_can(inspector):
+    assert inspector.grasping.graspable("pudding_box_pink", _on_its_back("pudding_box_pink"))
+
+
+@pytest.mark.parametrize(("x", "y"), [(1.25, -0.12), (0.65, 0.60)])
+def test_what_is_out_of_reach_cannot(inspector, x, y):
+    found = inspector.grasping.graspability("soup_can_red", _upright("soup_can_red", x, y))
+    assert found.candidates > 0
+    assert found.valid == 0
+    assert found.best_score == 0.0
+
+
+def test_counts_are_consistent_and_repeatable(inspector):
+    found = inspector.grasping.graspability("mug_red", _upright("mug_red"))
+    assert found.candidates >= found.reachable >= found.valid > 0
+    assert 0.25 <= found.best_score <= 1.0
+    assert found == inspector.grasping.graspability("mug_red", _upright("mug_red"))
+
+
+def test_the_least_score_decides(inspector):
+    picky = ModelGrasping(inspector.robot, inspector.workspace, min_score=1.01)
+    assert not picky.graspable("soup_can_red", _upright("soup_can_red"))
+
+
+def test_alone_in_the_middle(inspector):
+    assert graspable_alone("spice_jar_pepper", inspector.grasping)
+    assert not graspable_alone("book_blue", inspector.grasping)
+    with pytest.raises(UnknownNameError, match="soup_can_red"):
+        graspable_alone("soup_can_rde", inspector.grasping)
+    with pytest.raises(InputError, match="at least one"):
+        graspable_alone("soup_can_red", inspector.grasping, yaws=0)

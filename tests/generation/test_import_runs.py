@@ -1,0 +1,153 @@
+"""Importing many scenes: what is asked for is made, and whatever is not made has a reason."""
+
+from pathlib import Path
+
+import pytest
+
+from torc.errors import InputError
+from torc.generation import import_runs
+from torc.generation.import_runs import ImportRequest, run_import
+from torc.generation.imports import ImportConfig
+from torc.scenes.importing.graspclutter6d import objects
+from torc.scenes.problem import load_problem
+from torc.sim.stillness import StillnessConfig
+from torc.testing.graspclutter6d_tree import edit_json, upright, write_tree
+from torc.testing.plain_mesh_reader import read_plain_mesh
+
+SPREAD = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))
+CANS = (upright(44, 0.0, 0.0), upright(44, 0.1, 0.0), upright(44, 0.0, 0.1), upright(17, 0.1, 0.12))
+QUICK = ImportConfig(still=StillnessConfig(seconds=0.5))
+
+
+class _View:
+    def fraction(self, name):
+        return 0.5
+
+
+class _Inspector:
+    """Everything is half in sight; nothing makes a problem of itself."""
+
+    def view(self, problem):
+        return _View()
+
+    def around(self, problem, target):
+        raise AssertionError("only asked for when a target has to be chosen")
+
+
+@pytest.fixture
+def root(tmp_path, monkeypatch):
+    monkeypatch.setenv("TORC_OBJECTS", str(tmp_path / "store"))
+    monkeypatch.setattr(objects, "read_mesh", read_plain_mesh)
+    write_tree(tmp_path / "gc6d", {249: SPREAD, 110: CANS, 401: SPREAD, 404: SPREAD}, images=15)
+    return tmp_path / "gc6d"
+
+
+def _run(root, out, **request):
+    return run_import(ImportRequest(root, config=QUICK, **request), _Inspector(), out)
+
+
+def test_the_papers_problems_of_a_scene_have_its_targets_and_one_layout(root, tmp_path):
+    attempts = _run(root, tmp_path / "out", paper=True, scenes=(110,))
+    assert [a.target for a in attempts] == ["obj_000044_0", "obj_000044_1", "obj_000044_2"]
+    problems = [load_problem(a.file) for a in attempts]
+    assert [p.target for p in problems] == [a.target for a in attempts]
+    assert {p.category for p in problems} == {"unstructured"}
+    assert problems[0].objects == problems[1].objects == problems[2].objects
+    assert all(p.origin["paper_problem"] for p in problems)
+    assert all(a.in_sight == 0.5 for a in attempts)
+
+
+def test_all_of_the_paper_is_tried_and_missing_scenes_are_told(root, tmp_path):
+    attempts = _run(root, tmp_path / "out", paper=True)
+    assert len(attempts) == 40
+    made = [a for a in attempts if a.file]
+    assert {(a.scene, a.target) for a in made} == {
+        (249, "obj_000017_0"),
+        (249, "obj_000048_0"),
+        *((110, f"obj_000044_{k}") for k in range(3)),
+    }
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == sorted(a.file.name for a in made)
+    missing = [a for a in attempts if not a.file]
+    assert all("is missing" in a.reason and a.target for a in missing)
+
+
+def test_a_bad_scene_does_not_stop_the_others(root, tmp_path):
+    edit_json(root / "scenes" / "000249" / "scene_gt.json", lambda d: d["14"][0].update(obj_id="../../etc"))
+    bad, good = _run(root, tmp_path / "out", scenes=(249, 401), target="17_0")
+    assert bad.file is None
+    assert "obj_id" in bad.reason
+    assert good.file is not None
+
+
+def test_a_scene_that_is_there_twice_is_imported_once(root, tmp_path):
+    first, second = _run(root, tmp_path / "out", scenes=(401, 404), target="17_0")
+    assert first.file is not None
+    assert second.file is None
+    assert "the same as scene 401" in second.reason
+
+
+def test_files_are_replaced_only_on_request(root, tmp_path):
+    request = ImportRequest(root, scenes=(249,), target="17", config=QUICK)
+    (first,) = run_import(request, _Inspector(), tmp_path / "out")
+    (refused,) = run_import(request, _Inspector(), tmp_path / "out")
+    assert "--overwrite" in refused.reason
+    (again,) = run_import(request, _Inspector(), tmp_path / "out", overwrite=True)
+    assert again.file == first.file
+
+
+def test_a_run_that_was_interrupted_goes_on_where_it_was(root, tmp_path, monkeypatch):
+    first = _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
+    lost = next(a for a in first if a.scene == 110)
+    lost.file.unlink()
+    settled = []
+    settle_scene = import_runs.settle_scene
+    monkeypatch.setattr(
+        import_runs, "settle_scene", lambda *a: settled.append(a[1].scene) or settle_scene(*a)
+    )
+    again = _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
+    assert settled == [110]
+    assert [a.scene for a in again] == [a.scene for a in first]
+    assert [a.target for a in again if a.file] == [lost.target]
+    assert sum("is there already" in a.reason for a in again) == 4
+
+
+def test_a_target_that_is_not_there_is_a_failure_of_that_scene(root, tmp_path):
+    (attempt,) = _run(root, tmp_path / "out", scenes=(249,), target="63")
+    assert attempt.file is None
+    assert "has no object 63" in attempt.reason
+
+
+@pytest.mark.parametrize(
+    ("request_", "told"),
+    [
+        ({}, "Say what to import"),
+        ({"paper": True, "target": "17"}, "has its own targets"),
+        ({"paper": True, "scenes": (250,)}, "no problem in scene 250; its scenes are 198, 223"),
+        ({"scenes": (249,), "target": "../x"}, "no object of a scene"),
+    ],
+)
+def test_requests_that_make_no_sense_are_refused_before_any_work(root, tmp_path, request_, told):
+    with pytest.raises(InputError, match=told):
+        _run(root, tmp_path / "out", **request_)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "config", [ImportConfig(placement="moon"), ImportConfig(annotation=13), ImportConfig(camera="kinect")]
+)
+def test_so_are_settings_that_do_not_exist(root, tmp_path, config):
+    with pytest.raises(InputError):
+        run_import(ImportRequest(root, scenes=(249,), config=config), _Inspector(), tmp_path / "out")
+
+
+def test_a_place_that_cannot_be_written_is_told(root):
+    with pytest.raises(InputError, match="Choose another --out"):
+        _run(root, Path("/proc/nowhere"), scenes=(249,), target="17")
+
+
+def test_nothing_is_settled_twice_for_several_targets(root, tmp_path, monkeypatch):
+    calls = []
+    settle_scene = import_runs.settle_scene
+    monkeypatch.setattr(import_runs, "settle_scene", lambda *a: calls.append(a) or settle_scene(*a))
+    _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
+    assert len(calls) == 2

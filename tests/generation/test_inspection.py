@@ -1,0 +1,77 @@
+"""The first look, for any target of a scene, is the look that the pipeline would take."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from torc.generation.config import Hiddenness, hiddenness_of
+from torc.occlusion.volume import empty_volume
+from torc.perception.segmentation import PerceptionConfig
+from torc.pipeline.defaults import default_pipeline
+from torc.records import TARGET_ID
+from torc.scenes.problem import load_problem
+
+SCENE = load_problem("structured-04")
+
+
+@pytest.fixture(scope="module")
+def view(inspector):
+    return inspector.view(SCENE)
+
+
+def test_another_target_is_the_same_picture_with_other_numbers(inspector, view):
+    other = SCENE.objects[-1].name
+    renumbered = view.observation_for(other)
+    fresh = inspector.view(replace(SCENE, target=other))
+    assert np.array_equal(renumbered.label_image, fresh.observation.label_image)
+    assert np.array_equal(renumbered.depth_m, fresh.observation.depth_m)
+    for placement in SCENE.objects:
+        assert view.fraction(placement.name) == fresh.fraction(placement.name)
+        assert view.pixels(placement.name) == fresh.pixels(placement.name)
+
+
+def test_fractions_are_those_of_the_picture(view):
+    labels = view.observation.label_image
+    for i, placement in enumerate(SCENE.ordered()):
+        assert view.pixels(placement.name) == np.count_nonzero(labels == i)
+        assert 0.0 <= view.fraction(placement.name) <= 1.0
+
+
+def test_graspable_at_first_is_what_the_pipeline_finds_among_all_objects(inspector, view):
+    pipeline = replace(default_pipeline(inspector.robot, inspector.workspace), min_score=0.0)
+    answers = []
+    for placement in SCENE.objects:
+        look = pipeline.look(
+            view.observation_for(placement.name),
+            empty_volume(inspector.workspace.grid),
+            target_description="",
+        )
+        expected = look.context.report.has_valid_grasp(TARGET_ID)
+        assert inspector.graspable_at_first(view, placement.name) == expected, placement.name
+        answers.append(expected)
+    assert len(set(answers)) == 2  # some can be grasped, some cannot
+
+
+def test_more_looks_find_no_fewer_grasps(inspector, view):
+    for placement in SCENE.objects[:4]:
+        if inspector.graspable_at_first(view, placement.name, looks=1):
+            assert inspector.graspable_at_first(view, placement.name, looks=3)
+
+
+def test_a_hidden_target_is_not_graspable_at_first(inspector, view):
+    assert inspector.hiddenness(view, SCENE.target) is Hiddenness.HIDDEN
+    assert not inspector.graspable_at_first(view, SCENE.target, looks=3)
+
+
+@pytest.mark.parametrize(
+    ("fraction", "pixels", "group"),
+    [
+        (0.9, PerceptionConfig().min_target_pixels - 1, Hiddenness.HIDDEN),
+        (0.1, PerceptionConfig().min_target_pixels, Hiddenness.PARTLY),
+        (0.7499, 1000, Hiddenness.PARTLY),
+        (0.75, 1000, Hiddenness.VISIBLE),
+    ],
+)
+def test_groups_by_what_is_visible(fraction, pixels, group):
+    assert hiddenness_of(fraction, pixels) is group

@@ -1,0 +1,78 @@
+"""Orders come back from where they were kept; a file that holds none is named."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from made_up_answers import answer_for
+
+from torc.errors import InputError
+from torc.generation.oracle_orders import ORDER_KEY, OracleOrder, join_order, orders_from, stated_order
+from torc.scenes.problem import load_problem
+
+A, B = load_problem("structured-04"), load_problem("unstructured-02")
+
+
+def _keep(directory, answer, **extra):
+    path = directory / f"{answer.problem}-{answer.seed}.json"
+    path.write_text(json.dumps({**answer.to_dict(), **extra}))
+    return path
+
+
+def test_answers_come_back_with_their_verdict(tmp_path):
+    _keep(tmp_path, answer_for(A, (3, 0)), first_s=1.5, objects=9)
+    _keep(tmp_path, answer_for(B, (2, 1, 0), proved=False))
+    orders = orders_from(tmp_path, [A, B])
+    names = [placement.name for placement in B.ordered()]
+    assert orders[B.name].names == (names[2], names[1], names[0])
+    assert orders[A.name] == OracleOrder(
+        answer_for(A, (3, 0)).order, "2 picks, 0 drops; no order does with less."
+    )
+    assert "not proved best" in orders[B.name].verdict
+
+
+def test_of_several_seeds_the_first_counts_and_other_problems_are_passed_over(tmp_path):
+    for seed, ids in ((11, (1, 0)), (2, (5, 0)), (9, (3, 0))):
+        _keep(tmp_path, replace(answer_for(A, ids), seed=seed))
+    _keep(tmp_path, answer_for(B, (2, 0)))
+    orders = orders_from(tmp_path, [A])
+    assert list(orders) == [A.name]
+    assert orders[A.name].names[0] == A.ordered()[5].name
+
+
+def test_where_no_order_was_found_there_are_no_picks(tmp_path):
+    _keep(tmp_path, replace(answer_for(A, (3, 2), proved=False), solved=False))
+    order = orders_from(tmp_path, [A])[A.name]
+    assert order.names == ()
+    assert "No order was found" in order.verdict
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        ("", "not an answer of the oracle"),
+        ("[1, 2]", "not an answer of the oracle"),
+        ('{"problem": "structured-04", "seed": "one"}', "seed: "),
+        (json.dumps({**answer_for(A, (3, 0)).to_dict(), "problem": "elsewhere"}), "No answer"),
+        (json.dumps({**answer_for(B, (3, 0)).to_dict(), "problem": A.name}), "changed since"),
+    ],
+)
+def test_what_is_no_answer_is_named(content, told, tmp_path):
+    (tmp_path / "x.json").write_text(content)
+    with pytest.raises(InputError, match=told) as caught:
+        orders_from(tmp_path, [A])
+    assert str(tmp_path) in str(caught.value)
+
+
+def test_a_directory_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(InputError, match="no directory"):
+        orders_from(tmp_path / "nothing", [A])
+
+
+def test_a_problem_may_state_its_order():
+    names = tuple(placement.name for placement in A.ordered()[2::-1])
+    stated = stated_order(replace(A, origin={ORDER_KEY: join_order(names)}))
+    assert stated == OracleOrder(names, "3 picks.")
+    assert stated_order(replace(A, origin={})) is None
+    assert stated_order(replace(A, origin={ORDER_KEY: ""})) is None
+    assert stated_order(replace(A, origin={ORDER_KEY: "a thing, another"})) is None

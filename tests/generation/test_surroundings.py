@@ -1,0 +1,75 @@
+"""Who is in front, beside, taller: scenes in which that is known."""
+
+import pytest
+
+from torc.errors import UnknownNameError
+from torc.generation.surroundings import surroundings
+from torc.scenes.library import load_object
+from torc.scenes.problem import ObjectPlacement, Problem
+from torc.scenes.workspace import Workspace
+
+TABLE_Z = Workspace().support_z_m
+CAMERA = Workspace().camera.T_world_camera
+
+
+def _standing(name, model, x, y, above_m=0.0):
+    z = TABLE_Z + above_m + load_object(model).size_m[2] / 2
+    return ObjectPlacement(name, model, (x, y, z), (1.0, 0.0, 0.0, 0.0))
+
+
+TARGET = _standing(
+    "target", "soup_can_red", 0.70, 0.0
+)  # 66 mm wide, 101 mm high, straight ahead of the camera
+
+
+def _around(*others):
+    problem = Problem("p", "structured", "", "target", (*others, TARGET))
+    return surroundings(problem, "target", CAMERA)
+
+
+@pytest.mark.parametrize(
+    ("model", "x", "y", "groups"),
+    [
+        ("die_red", 0.55, 0.0, {"in_front"}),
+        ("die_red", 0.45, 0.0, {"in_front"}),  # directly in front, however far
+        ("die_red", 0.55, -0.06, set()),  # the robot looks past it, and it is not level with the target
+        ("die_red", 0.85, 0.0, set()),  # behind, and lower
+        ("die_red", 0.70, 0.19, {"beside"}),  # 140 mm from side to side
+        ("die_red", 0.70, 0.21, set()),  # 160 mm
+        ("die_red", 0.70, -0.19, {"beside"}),
+        ("spray_can_red", 0.70, 0.10, {"beside", "taller"}),
+        ("spray_can_red", 0.85, 0.0, {"taller"}),  # behind, 84 mm away
+        ("spray_can_red", 0.94, 0.0, set()),  # behind, 174 mm away
+        ("spray_can_red", 0.55, 0.0, {"in_front", "taller"}),
+    ],
+)
+def test_an_object_is_where_it_stands(model, x, y, groups):
+    found = _around(_standing("other", model, x, y))
+    named = {g for g in ("in_front", "beside", "taller") if "other" in getattr(found, g)}
+    assert named == groups
+    assert ("other" in found.all) == bool(groups)
+
+
+def test_what_lies_on_the_target_is_taller():
+    lying_on = _standing("on_top", "die_red", 0.70, 0.0, above_m=load_object("soup_can_red").size_m[2])
+    assert "on_top" in _around(lying_on).taller
+
+
+def test_in_front_follows_the_line_of_sight_not_the_x_axis():
+    # From the camera at (0.10, 0) the line to (0.70, -0.30) passes (0.50, -0.20).
+    target = _standing("target", "soup_can_red", 0.70, -0.30)
+    on_the_line = _standing("on", "die_red", 0.50, -0.20)
+    straight = _standing("straight", "die_red", 0.50, -0.32)
+    problem = Problem("p", "structured", "", "target", (on_the_line, straight, target))
+    assert surroundings(problem, "target", CAMERA).in_front == ("on",)
+
+
+def test_names_come_once_in_order_and_without_the_target():
+    found = _around(_standing("a", "spray_can_red", 0.70, 0.10), _standing("b", "spray_can_red", 0.55, 0.0))
+    assert found.taller == ("a", "b")
+    assert found.all == ("b", "a")
+
+
+def test_an_unknown_target_is_an_error():
+    with pytest.raises(UnknownNameError, match="target"):
+        surroundings(Problem("p", "structured", "", "target", (TARGET,)), "tarqet", CAMERA)

@@ -1,0 +1,92 @@
+"""Imported objects get names and descriptions of their own."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from mesh_files import box, write_obj, write_stl
+
+from torc.errors import InputError
+from torc.scenes.importing import MeshImport
+from torc.scenes.importing.storing import add_object, check_name, find_meshes, unique_description
+from torc.scenes.library import load_object, object_description
+from torc.scenes.object_files import ObjectSource, load_source
+
+
+def _found(name: str, description: str = "the own die") -> MeshImport:
+    model = replace(load_object("die_red"), name=name, description=description)
+    return MeshImport(model, ObjectSource("die.stl", scale=0.001), ("a note",))
+
+
+def test_an_object_is_stored_and_usable(object_store: Path) -> None:
+    stored = add_object(_found("thing"), note="CC0")
+    assert stored.model.description == "the own die"
+    assert load_object("thing").name == "thing"
+    assert load_source(object_store / "thing") == ObjectSource("die.stl", "CC0", 0.001)
+
+
+def test_it_goes_where_it_is_told_to(tmp_path: Path) -> None:
+    add_object(_found("thing"), tmp_path / "library")
+    assert (tmp_path / "library" / "thing" / "object.yaml").is_file()
+
+
+def test_descriptions_are_made_unique() -> None:
+    assert unique_description("the red mug", "mine") == "the red mug"
+    taken = object_description("mug_red")
+    assert unique_description(taken, "mine") == f"{taken} 2"
+    add_object(_found("mine", taken))
+    assert object_description("mine") == f"{taken} 2"
+    assert unique_description(taken, "another") == f"{taken} 3"
+    add_object(_found("mine", f"{taken} 2"), overwrite=True)  # its own words are not in its way
+    assert object_description("mine") == f"{taken} 2"
+
+
+def test_taken_names_are_refused(object_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InputError, match="comes with torc"):
+        check_name("mug_red", overwrite=True)
+    add_object(_found("thing"))
+    with pytest.raises(InputError, match="--overwrite"):
+        add_object(_found("thing"))
+    add_object(_found("thing"), overwrite=True)
+    monkeypatch.setenv("TORC_OBJECTS", f"{tmp_path / 'first'}:{object_store}")
+    with pytest.raises(InputError, match="already, in"):  # it would hide the other one
+        check_name("thing", overwrite=True)
+
+
+def test_a_damaged_object_is_in_nobodys_way(object_store: Path) -> None:
+    add_object(_found("thing"))
+    (object_store / "thing" / "object.yaml").write_text("broken")
+    assert unique_description("the own die", "other") == "the own die"
+
+
+def test_meshes_are_found_once_with_distinct_names(tmp_path: Path) -> None:
+    vertices, faces = box((0.1, 0.1, 0.1))
+    root = tmp_path / "meshes"
+    for folder in ("003_cracker_box/google_16k", "004_sugar_box/google_16k"):
+        (root / folder).mkdir(parents=True)
+        write_obj(root / folder / "textured.obj", vertices, faces)
+        write_stl(root / folder / "textured.stl", vertices, faces)
+    write_stl(root / "Mug.STL", vertices, faces)
+    (root / "readme.txt").write_text("")
+    (tmp_path / "outside.stl").write_bytes(b"")
+    (root / "link.stl").symlink_to(tmp_path / "outside.stl")
+    found, left_out = find_meshes(root)
+    assert sorted(name for _, name in found) == [
+        "003_cracker_box_google_16k_textured",
+        "004_sugar_box_google_16k_textured",
+        "Mug",
+    ]
+    assert {p.suffix for p, _ in found} == {".obj", ".STL"}
+    assert sorted(why for _, why in left_out) == [
+        "it is a link that leads out of the directory",
+        "textured.obj is the same mesh",
+        "textured.obj is the same mesh",
+    ]
+
+
+def test_far_too_many_meshes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("torc.scenes.importing.storing.MAX_MESHES", 2)
+    for i in range(3):
+        (tmp_path / f"{i}.stl").write_bytes(b"")
+    with pytest.raises(InputError, match="more than 2 meshes"):
+        find_meshes(tmp_path)
