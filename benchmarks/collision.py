@@ -14,15 +14,10 @@ import numpy as np
 from torc.collision.checks import blockers, collides, edges_collide, robot_arrays
 from torc.collision.distance import distance_field
 from torc.collision.world import CollisionWorld, build_collision_world
-from torc.geometry.transforms import invert, make_pose
-from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
-from torc.perception.privileged import LabelPerception
-from torc.records import OcclusionVolume
 from torc.robots.description import RobotDescription, load_robot
-from torc.robots.ik import solve_ik
 from torc.robots.kinematics import sphere_centers
 from torc.scenes.workspace import Workspace
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing.views import reaching_qpos, view_of_clutter
 
 
 def main() -> None:
@@ -31,17 +26,17 @@ def main() -> None:
     parser.add_argument("--configurations", type=int, default=1000)
     args = parser.parse_args()
     robot, workspace = load_robot(), Workspace()
-    volume = _volume(workspace, args.objects)
-    world = build_collision_world(volume, workspace)
+    view = view_of_clutter(0, args.objects, workspace)
+    world = view.world
     print(
         f"{np.count_nonzero(world.kind)} of {world.kind.size} voxels occupied, {len(robot.spheres)} spheres"
     )
 
     report("distance field", _best(lambda: distance_field(world.kind > 0, 0.01)))
-    report("collision world, all of it", _best(lambda: build_collision_world(volume, workspace)))
+    report("collision world, all of it", _best(lambda: build_collision_world(view.volume, workspace)))
 
     arrays = robot_arrays(robot)
-    q = _grasping(robot, args.configurations)
+    q = reaching_qpos(robot, args.configurations, np.random.default_rng(1))
     n = len(q)
     ours = _best(lambda: blockers(world, arrays, q, 0.085, 0))
     report(f"blocker masks, {n} configurations", ours, n)
@@ -100,28 +95,6 @@ def _best(call: Callable[[], object], repeats: int = 7) -> float:
         call()
         times.append(time.perf_counter() - start)
     return min(times)
-
-
-def _volume(workspace: Workspace, objects: int) -> OcclusionVolume:
-    shapes = random_clutter(np.random.default_rng(0), objects)
-    scene = LabelPerception().perceive(synthetic_observation(shapes, workspace.camera))
-    return update_volume(empty_volume(workspace.grid), scene, OcclusionConfig(out_of_view_is_free=True))
-
-
-def _grasping(robot: RobotDescription, n: int) -> np.ndarray:
-    """Configurations with the gripper low in the clutter."""
-    rng = np.random.default_rng(1)
-    poses = []
-    for _ in range(2 * n):
-        tilt, yaw = rng.uniform(0, 1.2), rng.uniform(-1, 1)
-        z = np.array([np.sin(tilt) * np.cos(yaw), np.sin(tilt) * np.sin(yaw), -np.cos(tilt)])
-        x = np.cross(z, rng.normal(size=3))
-        x /= np.linalg.norm(x)
-        p = rng.uniform([0.5, -0.35, 1.06], [0.75, 0.1, 1.25])
-        poses.append(make_pose(np.stack([x, np.cross(z, x), z], axis=1), p))
-    T_tcp_tool0 = invert(robot.gripper.T_tool0_tcp(0.05))
-    solutions = solve_ik(robot.arm, np.stack(poses) @ T_tcp_tool0)
-    return solutions.qpos[solutions.count > 0, 0][:n].copy()
 
 
 if __name__ == "__main__":

@@ -9,30 +9,32 @@ import argparse
 import time
 from collections import defaultdict
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from torc.collision.world import build_collision_world
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps
 from torc.motion import queries
-from torc.motion.config import MotionConfig
+from torc.motion.config import MotionConfig, SearchConfig
 from torc.motion.planner import OmplMotionPlanner, with_backend
 from torc.motion.protocol import PickRequest
+from torc.motion.queries import MotionQuery, PathSearch
 from torc.motion.space import FreeSpace
-from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
-from torc.perception.privileged import LabelPerception
 from torc.records import PickPlan
 from torc.robots.description import RobotDescription, load_robot
 from torc.scenes.workspace import Workspace
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing.views import view_of_clutter
+
+Search = tuple[MotionQuery, SearchConfig]
 
 STAGES = {
-    "_lines": "branches, lines",
-    "_free": "free motion",
-    "_refined": "pink",
-    "_deliver": "transfer, home",
+    "straight.candidates": "branches, lines",
+    "free.to_pre_grasp": "free motion",
+    "straight.timed": "pink, timing",
+    "free.to_bin": "transfer",
+    "free.home": "home",
 }
 
 
@@ -44,7 +46,7 @@ def main() -> None:
     robot, workspace = load_robot(), Workspace()
     requests = [r for seed in range(args.scenes) for r in _requests(robot, workspace, seed, args.objects)]
     print(f"{len(requests)} graspable objects in {args.scenes} scenes")
-    searches: list[tuple[Any, ...]] = []
+    searches: list[Search] = []
     for backend in ("ompl", "numba"):
         planner = OmplMotionPlanner(robot, workspace, with_backend(MotionConfig(), backend))
         planner.plan_pick(requests[0], np.random.default_rng(0))
@@ -53,13 +55,13 @@ def main() -> None:
 
 
 def _plan_all(
-    planner: OmplMotionPlanner, requests: list[PickRequest], title: str, searches: list[tuple[Any, ...]]
+    planner: OmplMotionPlanner, requests: list[PickRequest], title: str, searches: list[Search]
 ) -> None:
     times: dict[str, list[float]] = defaultdict(list)
     for name, label in STAGES.items():
         _clock(planner, name, label, times)
-    search = queries._search
-    queries._search = lambda *a: (searches.append(a[:4]), search(*a))[1]  # type: ignore[assignment,func-returns-value]
+    choose = queries.path_search
+    queries.path_search = lambda config: _noting(choose(config), searches)
     found, motion, stages = 0, [], defaultdict(int)
     for i, request in enumerate(requests):
         start = time.perf_counter()
@@ -72,7 +74,7 @@ def _plan_all(
             )
         else:
             stages[plan.stage.value] += 1
-    queries._search = search
+    queries.path_search = choose
     print(
         f"\n{title}: {found} of {len(requests)} planned, {np.mean(motion):.1f} s of motion each; failed: {dict(stages)}"
     )
@@ -83,75 +85,51 @@ def _plan_all(
         )
 
 
-def _compare_searches(searches: list[tuple[Any, ...]]) -> None:
+def _noting(search: PathSearch, searches: list[Search]) -> PathSearch:
+    """The search, its queries added to a list."""
+
+    def noted(query: MotionQuery, config: SearchConfig, rng: np.random.Generator) -> np.ndarray | None:
+        searches.append((query, config))
+        return search(query, config, rng)
+
+    return noted
+
+
+def _compare_searches(searches: list[Search]) -> None:
     """The queries that no straight edge answers, by each search alone."""
     from torc.motion.ompl_search import ompl_search
     from torc.motion.tree_search import tree_search
 
     print(f"\n{len(searches)} tree searches alone")
-    for name, search in (
+    rivals: tuple[tuple[str, PathSearch], ...] = (
         ("ompl, our edges", ompl_search),
         ("numba", tree_search),
-        ("ompl, states in Python", rival_search),
-    ):
+        ("ompl, states in Python", partial(ompl_search, validate=states_in_python)),
+    )
+    for name, search in rivals:
         ms, found = [], 0
-        for i, (space, start, goals, config) in enumerate(searches):
+        for i, (query, config) in enumerate(searches):
             begin = time.perf_counter()
-            found += search(space, start, goals, config, np.random.default_rng(i)) is not None
+            found += search(query, config, np.random.default_rng(i)) is not None
             ms.append(1e3 * (time.perf_counter() - begin))
         print(f"  {name:24s} median {np.median(ms):7.1f}  p95 {np.percentile(ms, 95):7.1f} ms, found {found}")
 
 
-def rival_search(space: FreeSpace, start: np.ndarray, goals: np.ndarray, config: Any, rng: Any) -> Any:
-    """RRTConnect with a Python callback per state, at the resolution of our edges."""
-    from ompl import base as ob
-    from ompl import geometric as og
-    from ompl import util as ou
+def states_in_python(si: Any, space: FreeSpace) -> None:
+    """Tells OMPL to check by a Python callback per state, at the resolution of our edges."""
+    from torc.motion.ompl_search import configuration
 
-    ou.setLogLevel(ou.LOG_NONE)
-    ou.RNG.setSeed(int(rng.integers(1, 2**31 - 1)))
-    dof = len(start)
-    state_space = ob.RealVectorStateSpace(dof)
-    bounds = ob.RealVectorBounds(dof)
-    for i in range(dof):
-        bounds.setLow(i, float(space.lower[i]))
-        bounds.setHigh(i, float(space.upper[i]))
-    state_space.setBounds(bounds)
-    si = ob.SpaceInformation(state_space)
-    si.setStateValidityChecker(lambda s: not space.collides(np.array([[s[i] for i in range(dof)]]))[0])
-    si.setStateValidityCheckingResolution(
-        space.step_m / float(np.max(space.reach)) / state_space.getMaximumExtent()
-    )
-    si.setup()
-    problem = ob.ProblemDefinition(si)
-
-    def state(q: np.ndarray) -> Any:
-        s = state_space.allocState()
-        for i in range(dof):
-            s[i] = float(q[i])
-        return s
-
-    problem.addStartState(state(start))
-    goal = ob.GoalStates(si)
-    for q in goals:
-        goal.addState(state(q))
-    problem.setGoal(goal)
-    planner = og.RRTConnect(si)
-    planner.setRange(config.range_rad)
-    planner.setProblemDefinition(problem)
-    planner.setup()
-    left = [config.max_iterations]
-
-    def exhausted() -> bool:
-        left[0] -= 1
-        return left[0] < 0
-
-    planner.solve(ob.PlannerTerminationCondition(exhausted))
-    return problem.getSolutionPath() if problem.hasExactSolution() else None
+    dof = len(space.lower)
+    si.setStateValidityChecker(lambda state: not space.collides(configuration(state, dof)[None])[0])
+    extent = si.getStateSpace().getMaximumExtent()
+    si.setStateValidityCheckingResolution(space.step_m / float(np.max(space.reach)) / extent)
 
 
 def _clock(planner: OmplMotionPlanner, name: str, label: str, times: dict[str, list[float]]) -> None:
-    call: Callable[..., Any] = getattr(planner, name)
+    """Time a method, named by the planner's attribute that holds it and its own name."""
+    part, method = name.split(".")
+    owner = getattr(planner, part)
+    call: Callable[..., Any] = getattr(owner, method)
 
     def timed(*args: Any) -> Any:
         start = time.perf_counter()
@@ -160,20 +138,17 @@ def _clock(planner: OmplMotionPlanner, name: str, label: str, times: dict[str, l
         finally:
             times[label].append(time.perf_counter() - start)
 
-    setattr(planner, name, timed)
+    setattr(owner, method, timed)
 
 
 def _requests(robot: RobotDescription, workspace: Workspace, seed: int, objects: int) -> list[PickRequest]:
-    shapes = random_clutter(np.random.default_rng(seed), objects)
-    scene = LabelPerception().perceive(synthetic_observation(shapes, workspace.camera))
-    volume = update_volume(empty_volume(workspace.grid), scene, OcclusionConfig(out_of_view_is_free=True))
-    world = build_collision_world(volume, workspace)
+    view = view_of_clutter(seed, objects, workspace)
     grasps = GeometricGraspPlanner(robot.gripper, workspace.support_z_m).plan(
-        scene, volume, np.random.default_rng(seed)
+        view.scene, view.volume, np.random.default_rng(seed)
     )
-    report = evaluate_grasps(grasps, scene, world, robot)
+    report = evaluate_grasps(grasps, view.scene, view.world, robot)
     return [
-        PickRequest(scene, volume, world, grasps, report, k, robot.arm.rest_qpos)
+        PickRequest(view.scene, view.volume, view.world, grasps, report, k, robot.arm.rest_qpos)
         for k in report.graspable_ids
     ]
 

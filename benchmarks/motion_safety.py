@@ -16,15 +16,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import tyro
 
-from torc.episode.trial import default_pipeline
+from torc.episode.steps import pick_request
 from torc.motion.planner import OmplMotionPlanner
 from torc.motion.protocol import PickRequest
 from torc.occlusion.volume import empty_volume
+from torc.pipeline.defaults import default_pipeline
 from torc.pipeline.look import Look
 from torc.pipeline.seeding import stage_rng
 from torc.records import PickPlan
 from torc.robots.description import RobotDescription, load_robot
-from torc.scenes.problem import Problem, load_problem, problem_names
+from torc.scenes.problem import Problem, load_problem
+from torc.scenes.problem_sets import problem_names
 from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot
 from torc.sim.world import build_world
@@ -66,7 +68,7 @@ def main() -> None:
 def all_requests(robot: RobotDescription, workspace: Workspace) -> Iterator[tuple[str, int, PickRequest]]:
     """Requests from all problems, seed after seed: (problem, seed, request)."""
     for seed in itertools.count():
-        for name in problem_names():
+        for name in problem_names("torc40"):
             for request in requests(load_problem(name), robot, workspace, seed):
                 yield name, seed, request
 
@@ -83,18 +85,9 @@ def requests(
         look: Look = pipeline.look(
             observation, empty_volume(workspace.grid), target_description="", seed=seed
         )
-        context = look.context
-        graspable = context.report.graspable_ids
+        graspable = look.context.report.graspable_ids
         for object_id in graspable:
-            yield PickRequest(
-                scene=context.scene,
-                volume=context.volume,
-                world=look.world,
-                grasps=context.grasps,
-                report=context.report,
-                object_id=object_id,
-                qpos_start=observation.qpos,
-            )
+            yield pick_request(look, object_id)
         removable = [k for k in graspable if k != 0]
         if not removable:
             return

@@ -13,7 +13,7 @@ import numpy as np
 
 from torc.scenes.workspace import CameraMount
 from torc.task_planning.dg_select import DgSelectPlanner, decide_by_graph
-from torc.task_planning.graph import build_dependency_graph
+from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.paths import sink_probabilities
 from torc.task_planning.relations import find_relations
 from torc.testing.contexts import cluttered_context

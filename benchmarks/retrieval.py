@@ -1,22 +1,24 @@
 """Retrieval on the shipped problems: success, drops, picks, grasps that hold, failures by cause, time by stage.
 
     python benchmarks/retrieval.py --out runs/retrieval --seeds 10 --workers 2
+    python benchmarks/retrieval.py --out runs/torc40 --planners random dg-select oracle --per-problem
 
-Trials already in --out are not run again, so that a stopped run goes on where it was. The table is printed and written
-to --out/table.md. 95 % intervals are bootstraps over the problems (trials of one problem are not independent).
+Trials already in --out are not run again, so that a stopped run goes on where it was. The tables are printed and
+written to --out/table.md. 95 % intervals are bootstraps over the problems (trials of one problem are not independent).
 """
 
 import json
-import os
 from collections import Counter
-from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Iterable
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import tyro
+
+from intervals import GRASPS_HELD, RETRIEVED, UNSEEN_HELD, WITH_NO_DROP, interval, mean, median
+from processes import run_jobs
 
 
 @dataclass(frozen=True)
@@ -27,14 +29,16 @@ class Args:
     """Directory of the trials."""
     planners: tuple[str, ...] = ("dg-select", "random")
     """Task planners."""
-    problems: tuple[str, ...] = ()
-    """Names of problems; all shipped ones if empty."""
+    problems: str = "torc40"
+    """A set, problems or a directory of them, with commas between."""
     seeds: int = 10
     """Seeds 0..N-1."""
     workers: int = 2
     """Processes."""
     table_only: bool = False
-    """Only print the table of the trials that are there."""
+    """Only print the tables of the trials that are there."""
+    per_problem: bool = False
+    """Also print how hard the problems are, and a row per problem."""
 
 
 def play(problem: str, planner: str, seed: int, out: Path) -> str:
@@ -51,29 +55,23 @@ def play(problem: str, planner: str, seed: int, out: Path) -> str:
 
 def trials(args: Args) -> Iterable[tuple[str, str, int, Path]]:
     """All trials that the arguments ask for."""
-    from torc.scenes.problem import problem_names
+    from torc.scenes.problem_sets import select_problems
 
     for seed in range(args.seeds):
-        for problem in args.problems or problem_names():
+        for problem in select_problems(args.problems):
             for planner in args.planners:
-                yield problem, planner, seed, args.out / f"{problem}-{planner}-{seed}"
+                yield problem, planner, seed, args.out / f"{Path(problem).stem}-{planner}-{seed}"
 
 
 def run_missing(args: Args) -> None:
     """Run what is not there yet, over several processes."""
     todo = [t for t in trials(args) if not (t[3] / "result.json").exists()]
     args.out.mkdir(parents=True, exist_ok=True)
-    os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", NUMBA_NUM_THREADS="1")
-    with ProcessPoolExecutor(args.workers, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(play, *t) for t in todo]
-        for i, future in enumerate(as_completed(futures)):
-            print(f"[{i + 1}/{len(todo)}] {future.result()}", flush=True)
+    run_jobs(play, todo, args.workers)
 
 
 def load(args: Args) -> list[dict]:
     """Results of all trials that are there, with problem, category, planner and seed."""
-    from torc.scenes.problem import load_problem
-
     rows = []
     for problem, planner, seed, path in trials(args):
         if (path / "result.json").exists():
@@ -83,58 +81,37 @@ def load(args: Args) -> list[dict]:
                 "problem": problem,
                 "planner": planner,
                 "seed": seed,
-                "category": load_problem(problem).category,
+                "category": loaded(problem).category,
             }
             rows.append({**facts, **result, **unseen_kinds(problem, events), "events": events})
     return rows
 
 
-def unseen_kinds(problem: str, events: list[dict]) -> dict[str, int]:
-    """Executed and held grasps of objects of kinds that the grasp model was never trained on."""
-    from torc.scenes.library import load_object
+@cache
+def loaded(problem: str):
+    """A problem, read once however many trials it has."""
     from torc.scenes.problem import load_problem
 
-    unseen = [load_object(placement.model).held_out for placement in load_problem(problem).ordered()]
-    tried = [e for e in events if e["event"] == "executed" and e["duration_s"] > 0 and unseen[e["object_id"]]]
+    return load_problem(problem)
+
+
+def unseen_kinds(problem: str, events: list[dict]) -> dict[str, int]:
+    """Executed and held grasps of objects of kinds that the grasp model was never trained on."""
+    from torc.records import PickResult
+    from torc.scenes.library import load_object
+
+    unseen = [load_object(placement.model).held_out for placement in loaded(problem).ordered()]
+    ends = [e for e in events if e["event"] == "executed" and PickResult(e["result"]).grasp_tried]
+    tried = [e for e in ends if unseen[e["object_id"]]]
     return {"unseen_executed": len(tried), "unseen_held": sum(e["held_after_lift"] for e in tried)}
-
-
-def interval(rows: list[dict], statistic: Callable[[list[dict]], float], draws: int = 2000) -> str:
-    """A statistic with its 95 % interval: bootstrap over problems."""
-    groups: dict[str, list[dict]] = {}
-    for row in rows:
-        groups.setdefault(row["problem"], []).append(row)
-    names, rng = sorted(groups), np.random.default_rng(0)
-    values = []
-    for _ in range(draws):
-        sample = [row for i in rng.integers(0, len(names), len(names)) for row in groups[names[i]]]
-        values.append(statistic(sample))
-    low, high = np.nanpercentile(values, [2.5, 97.5])
-    return f"{statistic(rows):.2f} [{low:.2f}, {high:.2f}]"
-
-
-def share(predicate: Callable[[dict], bool]) -> Callable[[list[dict]], float]:
-    """Share of the rows for which the predicate holds."""
-    return lambda rows: float(np.mean([predicate(row) for row in rows]))
-
-
-def rate(held: str, executed: str) -> Callable[[list[dict]], float]:
-    """Sum of one column over the sum of another; NaN where the latter is 0."""
-    return lambda rows: (
-        sum(r[held] for r in rows) / n if (n := sum(r[executed] for r in rows)) else float("nan")
-    )
-
-
-GRASPS_HELD = rate("grasps_held", "grasps_executed")
-UNSEEN_HELD = rate("unseen_held", "unseen_executed")
 
 
 def summary(rows: list[dict], planners: tuple[str, ...]) -> str:
     """The table: a row per planner and category."""
     lines = [
-        "| planner | scenes | trials | errored | retrieved | with no drop | median picks | mean drops | grasps held "
-        "| of unseen kinds |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "| planner | scenes | trials | errored | retrieved | with no drop | median picks | mean picks | mean drops "
+        "| grasps held | of unseen kinds |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for planner in planners:
         for category in ("all", "structured", "unstructured"):
@@ -144,9 +121,9 @@ def summary(rows: list[dict], planners: tuple[str, ...]) -> str:
                 continue
             lines.append(
                 f"| {planner} | {category} | {len(mine)} | {len(mine) - len(done)} "
-                f"| {interval(done, share(lambda r: r['retrieved']))} "
-                f"| {interval(done, share(lambda r: r['retrieved'] and r['drops'] == 0))} "
-                f"| {np.median([r['picks'] for r in done]):.0f} | {np.mean([r['drops'] for r in done]):.2f} "
+                f"| {interval(done, RETRIEVED)} | {interval(done, WITH_NO_DROP)} "
+                f"| {interval(done, median('picks'), digits=1)} | {interval(done, mean('picks'), digits=1)} "
+                f"| {interval(done, mean('drops'))} "
                 f"| {interval(done, GRASPS_HELD)} | {interval(done, UNSEEN_HELD)} |"
             )
     return "\n".join(lines)
@@ -171,12 +148,7 @@ def times(rows: list[dict]) -> str:
     decide = [e["seconds"] for e in events if e["event"] == "decided"]
     plan = [e["seconds"] for e in events if e["event"] == "planned"]
     execute = [e["seconds"] for e in events if e["event"] == "executed" and e["seconds"] > 0]
-    episode = [
-        r["seconds"].get("look", 0)
-        + sum(r["seconds"].get(s, 0) for s in ("decide", "plan motions", "execute"))
-        for r in rows
-        if r["status"] == "completed"
-    ]
+    episode = [sum(r["seconds"].values()) for r in rows if r["status"] == "completed"]
     lines = ["| step | median, s | p95, s |", "|---|---|---|"]
     named = {
         "image to grasps": look,
@@ -191,13 +163,24 @@ def times(rows: list[dict]) -> str:
     return "\n".join(lines)
 
 
+def per_problem(rows: list[dict], args: Args) -> list[str]:
+    """The tables of the problems: by category, and a row for each."""
+    from problem_table import difficulties, facts_table, problem_table
+    from torc.scenes.problem_sets import select_problems
+
+    problems = {name: loaded(name) for name in select_problems(args.problems)}
+    facts = difficulties(problems)
+    return [facts_table(problems, facts), problem_table(rows, args.planners, problems, facts)]
+
+
 def main() -> None:
-    """Run, print and write the table."""
+    """Run, print and write the tables."""
     args = tyro.cli(Args)
     if not args.table_only:
         run_missing(args)
     rows = load(args)
-    text = "\n\n".join([summary(rows, args.planners), causes(rows, args.planners), times(rows)])
+    tables = [summary(rows, args.planners), causes(rows, args.planners), times(rows)]
+    text = "\n\n".join([*tables, *(per_problem(rows, args) if args.per_problem else [])])
     print(text)
     (args.out / "table.md").write_text(text + "\n")
 

@@ -14,11 +14,13 @@ import numpy as np
 import tyro
 
 from torc.episode.events import Decided, Event, Executed, Looked, Planned, Started
-from torc.episode.loop import EpisodeConfig, EpisodeParts, rehearse, run_episode
-from torc.episode.trial import default_pipeline
+from torc.episode.loop import rehearse, run_episode
+from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.motion.planner import OmplMotionPlanner
+from torc.pipeline.defaults import default_pipeline
 from torc.robots.description import load_robot
-from torc.scenes.problem import load_problem, problem_names
+from torc.scenes.problem import load_problem
+from torc.scenes.problem_sets import problem_names
 from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot
 from torc.sim.world import build_world
@@ -86,8 +88,9 @@ def main() -> None:
     robot, workspace, planner = load_robot(), Workspace(), make_planner("dg-select")
     watch, warm = Stopwatch(), False
     for seed in range(args.seeds):
-        for problem in map(load_problem, problem_names()):
+        for problem in map(load_problem, problem_names("torc40")):
             with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
+                simulated.take_over()
                 motion = OmplMotionPlanner(robot, workspace)
                 parts = EpisodeParts(simulated, default_pipeline(robot, workspace), planner, motion)
                 if not warm:

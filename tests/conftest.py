@@ -1,10 +1,35 @@
 """Fixtures that all tests share."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+
+from torc.robots.description import RobotDescription, load_robot
+from torc.scenes.workspace import Workspace
+
+
+@pytest.fixture(autouse=True)
+def object_store(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """An empty store of one's own objects: the tests do not see those of whoever runs them."""
+    store = tmp_path / "objects"
+    monkeypatch.setenv("TORC_OBJECTS", str(store))
+    return store
 
 
 @pytest.fixture
 def rng() -> np.random.Generator:
     """A seeded generator: tests are the same every time."""
     return np.random.default_rng(20260101)
+
+
+@pytest.fixture(scope="session")
+def robot() -> RobotDescription:
+    """The shipped robot."""
+    return load_robot()
+
+
+@pytest.fixture(scope="session")
+def workspace() -> Workspace:
+    """The default table, bin and camera."""
+    return Workspace()

@@ -1,6 +1,9 @@
 """Imports point only to earlier packages; nothing outside `testing` imports fakes; heavy extras stay optional."""
 
 import ast
+import subprocess
+import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -21,8 +24,11 @@ ORDER = [
     "motion",
     "pipeline",
     "task_planning",
+    "vlm",
     "brain",
     "episode",
+    "generation",
+    "web",
     "cli",
 ]
 ROOT = Path(torc.__file__).parent
@@ -44,6 +50,12 @@ def _package(path):
     return path.relative_to(ROOT).parts[0].removesuffix(".py")
 
 
+def test_no_two_test_files_have_the_same_name():
+    """pytest imports them by their file names alone."""
+    names = Counter(p.name for p in Path(__file__).parent.rglob("*.py") if p.name != "conftest.py")
+    assert [name for name, count in names.items() if count > 1] == []
+
+
 def test_every_package_has_its_place():
     packages = {_package(p) for p in MODULES} - {"__init__"}
     assert packages == set(ORDER)
@@ -60,7 +72,30 @@ def test_imports_point_to_earlier_packages(path):
             assert ORDER.index(parts[1]) <= ORDER.index(here), f"{name} comes after {here}"
 
 
-@pytest.mark.parametrize("library", ["sklearn", "matplotlib", "networkx", "coal"])
-def test_extras_are_imported_only_where_they_are_used(library):
+@pytest.mark.parametrize(
+    ("library", "package"),
+    [
+        ("sklearn", "grasping"),
+        ("matplotlib", "grasping"),
+        ("networkx", "grasping"),
+        ("coal", "grasping"),
+        ("toppra", "motion"),
+        ("trimesh", "scenes"),
+        ("coacd", "scenes"),
+        ("fast_simplification", "scenes"),
+        ("google", "vlm"),
+        ("openai", "vlm"),
+        ("anthropic", "vlm"),
+        ("starlette", "web"),
+        ("uvicorn", "web"),
+    ],
+)
+def test_extras_are_imported_only_where_they_are_used(library, package):
     users = {_package(p) for p in MODULES if any(n.split(".")[0] == library for n in _imported(p))}
-    assert users <= {"grasping"}
+    assert users <= {package}
+
+
+def test_importing_the_importer_needs_none_of_its_libraries():
+    probe = "import sys, torc.scenes.importing; print({'trimesh', 'coacd', 'fast_simplification'} & set(sys.modules))"
+    out = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "set()"

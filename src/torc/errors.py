@@ -13,14 +13,19 @@ class InputError(TorcError):
 
 
 class UnknownNameError(InputError):
-    """A name that is not in a registry; lists the valid names and the nearest one."""
+    """A name that is not in a registry; names the nearest one, and lists the valid ones, or those near it of many."""
+
+    MANY = 60
 
     def __init__(self, what: str, name: str, valid: list[str]) -> None:
         import difflib
 
-        near = difflib.get_close_matches(name, valid, n=1)
-        hint = f" Did you mean '{near[0]}'?" if near else ""
-        super().__init__(f"Unknown {what} '{name}'.{hint} Known: {', '.join(sorted(valid))}.")
+        near = difflib.get_close_matches(name, valid, n=6, cutoff=0.5)
+        hint = f" Did you mean '{near[0]}'?" if near and difflib.get_close_matches(name, near[:1]) else ""
+        few = len(valid) <= self.MANY
+        known = f"Known: {', '.join(sorted(valid))}" if few else f"There are {len(valid)}"
+        others = "" if few else f", among them {', '.join(near)}" if near else ", none of them like it"
+        super().__init__(f"Unknown {what} '{name}'.{hint} {known}{others}.")
         self.name = name
 
 
@@ -29,6 +34,18 @@ class MissingDependencyError(TorcError):
 
     def __init__(self, what: str, remedy: str) -> None:
         super().__init__(f"{what} is not available. Install it with: {remedy}")
+
+
+def extra_remedy(extra: str) -> str:
+    """How to get an optional extra.
+
+    Not `pip install torc[...]`: where torc is not installed, that would fetch an unrelated project of the same name.
+    """
+    return f"scripts/setup {extra} (in torc's checkout)"
+
+
+class PlannerError(TorcError):
+    """A task planner, mostly a third party's, crashed or answered something that is no decision."""
 
 
 class PhysicsError(TorcError):

@@ -1,6 +1,7 @@
 """The command line as a user meets it: help, errors, exit codes."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -8,6 +9,8 @@ import numpy as np
 import pytest
 
 from torc.cli.main import main
+from torc.cli.run import RunCommand
+from torc.scenes.problem import load_problem, problem_text
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 
 
@@ -75,16 +78,34 @@ def test_problems_are_listed_and_shown(capsys):
         (["run", "--planner", "dg-selct"], "Did you mean 'dg-select'"),
         (["run", "--planner", "nowhere:Nobody"], "nowhere"),
         (["run", "--max-picks", "0"], "at least 1"),
+        (["run", "--min-score", "1.5", "--out", "{tmp}/trial"], "from 0 to 1"),
+        (["run", "x" * 5000], "Unknown problem"),
+        (["problems", "list", "--set", "x" * 5000], "Unknown problem or problem set"),
+        (["problems", "import", "x" * 5000, "--paper"], "There is no directory"),
+        (["objects", "import", "x" * 5000], "There is no file"),
+        (["objects", "sheet", "mug", "--out", "/proc/nowhere/sheet.png"], "Choose another --out"),
         (["run", "--out", "/proc/nowhere/trial"], "Choose another --out"),
         (["decide", "no_such_frame.npz"], "no_such_frame.npz"),
+        (["decide", "no_such_frame.npz", "--seed", "-1"], "--seed must be at least 0"),
         (["problems", "show", "nothing-like-it"], "Known:"),
     ],
 )
-def test_wrong_arguments_get_one_clear_line(arguments, told, capsys):
-    code, _, err = _torc(*arguments, capsys=capsys)
+def test_wrong_arguments_get_one_clear_line(arguments, told, tmp_path, capsys):
+    code, _, err = _torc(*(a.replace("{tmp}", str(tmp_path)) for a in arguments), capsys=capsys)
     assert code == 2
+    assert list(tmp_path.iterdir()) == []
     assert told in err
     assert "Traceback" not in err
+
+
+def test_nowhere_to_keep_kernels_gets_one_clear_line(monkeypatch, capsys):
+    def run(self):
+        raise RuntimeError("cannot cache function 'f': no locator available for file 'kernels.py'")
+
+    monkeypatch.setattr(RunCommand, "run", run)
+    code, _, err = _torc("run", capsys=capsys)
+    assert code == 2
+    assert "NUMBA_CACHE_DIR" in err
 
 
 def test_decide_answers_for_a_frame(frame, tmp_path, capsys):
@@ -100,3 +121,108 @@ def test_decide_says_where_it_cannot_write(frame, tmp_path, capsys):
     code, _, err = _torc("decide", frame, "--out", tmp_path / "file", capsys=capsys)
     assert code == 2
     assert "Choose another --out" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (["--planner", "vlm-select"], "--vlm gemini:MODEL"),
+        (["--planner", "vlm-select", "--vlm", "gemni:m"], "Did you mean 'gemini'"),
+        (["--planner", "vlm-select", "--vlm", "openai:m@http://me:secret-1@host/v1"], "TORC_VLM_API_KEY"),
+        (["--planner", "vlm-select", "--vlm", "anthropic:m"], "export ANTHROPIC_API_KEY"),
+        (["--vlm", "openai:m", "--vlm-cache-mode", "replay"], "--vlm-cache DIR"),
+        (["--vlm-temperature", "1"], "no --vlm"),
+    ],
+)
+def test_a_vlm_that_cannot_be_asked_is_said_in_one_line(options, text, tmp_path, capsys, monkeypatch):
+    monkeypatch.delenv("ANTHROPIC_API_KEY", raising=False)
+    code, _, err = _torc("run", "structured-01", "--out", tmp_path / "run", *options, capsys=capsys)
+    assert code == 2
+    assert text in err
+    assert "secret-1" not in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def their_planner(tmp_path, monkeypatch):
+    """Writes a planner of somebody's, with that code for `decide`; returns its name."""
+
+    def write(code):
+        module = f"theirs_{abs(hash(code))}"
+        lines = [
+            "class Theirs:",
+            "    name = 'theirs'",
+            "    def decide(self, context, rng):",
+            f"        {code}",
+        ]
+        (tmp_path / f"{module}.py").write_text("\n".join(lines))
+        monkeypatch.syspath_prepend(tmp_path)
+        return f"{module}:Theirs"
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [("return {'object': 1}", "returned a dict"), ("return context.nothing", "AttributeError")],
+)
+def test_a_planner_that_fails_is_told_so_without_a_traceback(code, told, frame, their_planner, capsys):
+    status, out, err = _torc("decide", frame, "--json", "--planner", their_planner(code), capsys=capsys)
+    assert (status, out) == (1, "")
+    assert "Task planner 'theirs'" in err
+    assert told in err
+    assert "Traceback" not in err
+
+
+def test_the_least_score_changes_what_can_be_chosen(frame, capsys):
+    valid = []
+    for least in ("0", "0.8", "1"):
+        _, out, _ = _torc("decide", frame, "--json", "--min-score", least, capsys=capsys)
+        valid.append([o["valid_grasps"] for o in json.loads(out)["objects"]])
+    assert sum(valid[0]) > sum(valid[1])
+    assert valid[2] == valid[0]  # no grasp is certain, so all count again
+
+
+def test_strangers_text_does_not_reach_the_terminal_raw(capsys, tmp_path):
+    evil = tmp_path / "evil.yaml"
+    evil.write_text(problem_text(load_problem("structured-01")) + '"\\e]0;owned\\a\\e[2J": 1\n')
+    code, _, err = _torc("problems", "show", evil, capsys=capsys)
+    assert code == 2
+    assert "\x1b" not in err
+    assert "\\x1b]0;owned\\x07" in err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [
+        (
+            PermissionError(13, "Permission denied", "/root/x"),
+            2,
+            "'/root/x' cannot be used: Permission denied",
+        ),
+        (OSError(28, "No space left on device"), 1, "No space left on device"),
+        (OSError("libgomp.so.1: cannot open shared object file"), 1, "torc doctor"),
+    ],
+)
+def test_what_the_machine_refuses_is_one_line(error, code, told, monkeypatch, capsys):
+    def run(self):
+        raise error
+
+    monkeypatch.setattr(RunCommand, "run", run)
+    status, _, err = _torc("run", capsys=capsys)
+    assert status == code
+    assert told in err
+
+
+def test_names_that_the_terminal_cannot_show_are_escaped(tmp_path):
+    mesh = tmp_path / os.fsdecode(b"caf\xe9.xyz")
+    mesh.write_bytes(b"")
+    told = subprocess.run(
+        [sys.executable, "-m", "torc.cli.main", "objects", "import", str(mesh)],
+        capture_output=True,
+        check=False,
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+    )
+    assert told.returncode == 1
+    assert b"refused" in told.stdout
+    assert b"Traceback" not in told.stderr

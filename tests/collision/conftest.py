@@ -1,39 +1,28 @@
-"""A cluttered scene, its collision world, and the robot."""
+"""A cluttered scene, its collision world, and arm configurations in it."""
 
 import numpy as np
 import pytest
 
-from torc.collision.world import CollisionWorld, build_collision_world
-from torc.geometry.transforms import invert, make_pose
-from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
-from torc.perception.privileged import LabelPerception
+from torc.collision.world import CollisionWorld
 from torc.records import OcclusionVolume
-from torc.robots.description import RobotDescription, load_robot
-from torc.robots.ik import solve_ik
+from torc.robots.description import RobotDescription
 from torc.scenes.workspace import Workspace
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing.views import View, reaching_qpos, view_of_clutter
 
 
 @pytest.fixture(scope="session")
-def robot() -> RobotDescription:
-    return load_robot()
+def view(workspace: Workspace) -> View:
+    return view_of_clutter(4, 10, workspace)
 
 
 @pytest.fixture(scope="session")
-def workspace() -> Workspace:
-    return Workspace()
+def volume(view: View) -> OcclusionVolume:
+    return view.volume
 
 
 @pytest.fixture(scope="session")
-def volume(workspace: Workspace) -> OcclusionVolume:
-    shapes = random_clutter(np.random.default_rng(4), 10)
-    scene = LabelPerception().perceive(synthetic_observation(shapes, workspace.camera))
-    return update_volume(empty_volume(workspace.grid), scene, OcclusionConfig(out_of_view_is_free=True))
-
-
-@pytest.fixture(scope="session")
-def world(volume: OcclusionVolume, workspace: Workspace) -> CollisionWorld:
-    return build_collision_world(volume, workspace)
+def world(view: View) -> CollisionWorld:
+    return view.world
 
 
 @pytest.fixture(scope="session")
@@ -48,17 +37,4 @@ def qpos(robot: RobotDescription) -> np.ndarray:
 @pytest.fixture(scope="session")
 def grasping(robot: RobotDescription) -> np.ndarray:
     """Configurations with the hand low in the clutter."""
-    rng = np.random.default_rng(6)
-    out: list[np.ndarray] = []
-    while len(out) < 200:
-        tilt, yaw = rng.uniform(0, 1.2), rng.uniform(-1, 1)
-        z = np.array([np.sin(tilt) * np.cos(yaw), np.sin(tilt) * np.sin(yaw), -np.cos(tilt)])
-        x = np.cross(z, rng.normal(size=3))
-        x /= np.linalg.norm(x)
-        T = make_pose(
-            np.stack([x, np.cross(z, x), z], axis=1), rng.uniform([0.5, -0.35, 1.06], [0.75, 0.1, 1.25])
-        )
-        solutions = solve_ik(robot.arm, (T @ invert(robot.gripper.T_tool0_tcp(0.05)))[None])
-        if solutions.count[0]:
-            out.append(solutions.of(0)[int(rng.integers(solutions.count[0]))])
-    return np.array(out)
+    return reaching_qpos(robot, 200, np.random.default_rng(6))

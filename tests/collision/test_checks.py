@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.collision.checks import blockers, collides, edges_collide, robot_arrays, static_contacts
+from torc.collision.checks import (
+    blockers,
+    collides,
+    edges_collide,
+    robot_arrays,
+    self_contacts,
+    static_contacts,
+)
 from torc.collision.world import SURFACE, UNKNOWN, CollisionWorld, world_from_voxels
 from torc.errors import InputError
 from torc.geometry.transforms import invert, make_pose
@@ -14,6 +21,8 @@ from torc.robots.ik import solve_ik
 from torc.robots.kinematics import link_poses, sphere_centers
 
 DOF = 7
+STICK = np.array([[x, 0.0, 0.16, 0.015] for x in np.linspace(-0.35, 0.35, 25)])
+"""Attached spheres that reach far to both sides of the hand."""
 
 
 def _voxel_gaps(world: CollisionWorld, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -141,20 +150,39 @@ def test_attached_spheres_collide_like_the_gripper(world, robot, grasping):
     assert 0 < np.count_nonzero(expected) < len(q)
 
 
+def test_attached_spheres_touch_the_robot_where_they_overlap_it(world, robot, qpos):
+    bare = self_contacts(world, robot, qpos, 0.05)
+    found = self_contacts(world, robot, qpos, 0.05, attached=STICK)
+    tool0, spheres = link_poses(robot.arm, qpos)[:, -1], robot.spheres
+    others = spheres.link < DOF - 1
+    expected = []
+    for q, T in zip(qpos, tool0):
+        held = STICK[:, :3] @ T[:3, :3].T + T[:3, 3]
+        own = sphere_centers(robot, q[None], np.array([0.05]))[0][others]
+        centers = np.vstack([own, robot.static_spheres[:, :3]])
+        radii = np.append(spheres.radii[others], robot.static_spheres[:, 3])
+        gap = np.linalg.norm(held[:, None] - centers, axis=2) - STICK[:, 3:] - radii
+        expected.append(bool(np.any(gap < world.config.self_padding_m)))
+    np.testing.assert_array_equal(found, bare | expected)
+    assert 20 < np.count_nonzero(found & ~bare) < len(qpos) - 20
+    assert np.all(collides(world, robot, qpos, 0.05, attached=STICK) >= found)
+
+
 @pytest.mark.parametrize("scattered", [False, True])
-def test_edges_collide_where_fine_samples_do(world, robot, qpos, grasping, scattered):
+@pytest.mark.parametrize("attached", [None, STICK], ids=["bare", "stick"])
+def test_edges_collide_where_fine_samples_do(world, robot, qpos, grasping, scattered, attached):
     rng = np.random.default_rng(6)
     if scattered:
         # Obstacles as thin as one voxel: what is skipped too far is missed.
         kind = (rng.random(world.kind.shape) < 0.001).astype(np.uint8)
         world = _with_voxels(world, kind, np.where(kind > 0, np.uint64(1), np.uint64(0)))
     q = np.vstack([qpos, grasping])
-    q = q[~collides(world, robot, q, 0.085)]
+    q = q[~collides(world, robot, q, 0.085, attached=attached)]
     a, b = q[rng.integers(len(q), size=300)], q[rng.integers(len(q), size=300)]
     b = a + rng.uniform(0.05, 1.0, (300, 1)) * (b - a)
-    found = edges_collide(world, robot, a, b, 0.085)
-    share = np.linspace(0, 1, 400)[:, None]
-    fine = np.array([collides(world, robot, x + share * (y - x), 0.085).any() for x, y in zip(a, b)])
+    found = edges_collide(world, robot, a, b, 0.085, attached=attached)
+    lines = a[:, None] + np.linspace(0, 1, 400)[:, None] * (b - a)[:, None]
+    fine = np.array([collides(world, robot, line, 0.085, attached=attached).any() for line in lines])
     # Nothing is invented, and what is missed only grazes: with paddings smaller by half a step nothing touches.
     assert not np.any(found & ~fine)
     c = world.config
@@ -166,11 +194,12 @@ def test_edges_collide_where_fine_samples_do(world, robot, qpos, grasping, scatt
             padding_m=c.padding_m - slack,
             gripper_padding_m=c.gripper_padding_m - slack,
             gripper_static_padding_m=c.gripper_static_padding_m - slack,
+            attached_padding_m=c.attached_padding_m - slack,
             self_padding_m=c.self_padding_m - 2 * slack,
         ),
     )
-    for x, y in zip(a[~found], b[~found]):
-        assert not collides(looser, robot, x + share * (y - x), 0.085).any()
+    for line in lines[~found]:
+        assert not collides(looser, robot, line, 0.085, attached=attached).any()
     assert 20 < np.count_nonzero(found) < 280
 
 

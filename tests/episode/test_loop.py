@@ -2,18 +2,21 @@
 
 import json
 
+import numpy as np
 import pytest
 
-from torc.episode.event_log import event_line, without_seconds
-from torc.episode.events import Ended, EndReason, Started
-from torc.episode.loop import EpisodeConfig, EpisodeParts, run_episode
+from torc.episode.event_log import event_line, result_facts, without_seconds
+from torc.episode.events import Ended, Looked, Started
+from torc.episode.loop import run_episode
 from torc.episode.recorder import TrialRecorder
-from torc.errors import InputError
+from torc.episode.state import EndReason
+from torc.episode.steps import EpisodeConfig, EpisodeParts
+from torc.errors import InputError, PlannerError
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
-from torc.records import PickOutcome, PickResult
-from torc.robots.description import load_robot
+from torc.records import Observation, PickOutcome, PickResult
+from torc.records.serialization import load_record
 from torc.scenes.workspace import Workspace
 from torc.task_planning.registry import make_planner
 from torc.testing.fake_episode import FakeMotionPlanner, FakeRobot, ScriptedPlanner
@@ -22,11 +25,6 @@ from torc.testing.synthetic import SyntheticBox
 TALL = SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20))
 SIDE = SyntheticBox(2, (0.62, -0.30, 1.10), (0.05, 0.05, 0.10))
 TARGET = SyntheticBox(0, (0.66, -0.12, 1.08), (0.05, 0.05, 0.06))
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return load_robot()
 
 
 @pytest.fixture
@@ -86,6 +84,28 @@ def test_log_is_json_and_the_same_again(play):
     assert logs[0] == logs[1]
 
 
+def test_what_a_planner_answers_wrongly_ends_the_episode_as_its_error(play, tmp_path):
+    class Wrong(ScriptedPlanner):
+        def decide(self, context, rng):
+            return super().decide(context, rng).object_id
+
+    recorder = TrialRecorder(tmp_path / "trial", {})
+    with pytest.raises(PlannerError, match="'scripted' gave no valid decision"):
+        play(Wrong([1]), listeners=[recorder])
+    recorder.complete({})  # what was seen until then is kept
+    events = (tmp_path / "trial" / "events.jsonl").read_text().splitlines()
+    assert [json.loads(line)["event"] for line in events] == ["started", "looked"]
+
+
+def test_saved_snapshots_give_the_same_perception_again(play, tmp_path):
+    """The record is what perception was given, also what planners are not shown."""
+    recorder, seen = TrialRecorder(tmp_path / "trial", {}, records=True), []
+    play(make_planner("random"), max_picks=1, listeners=[recorder, seen.append])
+    recorder.complete({})
+    record = load_record(tmp_path / "trial" / "picks" / "00_observation.npz", Observation)
+    assert np.array_equal(record.label_image, seen[1].look.observation.label_image)
+
+
 def test_recorder_writes_a_whole_directory(play, tmp_path):
     recorder = TrialRecorder(tmp_path / "trial", {"planner": "dg-select"}, records=True)
     result = play(make_planner("dg-select"), listeners=[recorder])
@@ -129,6 +149,25 @@ def test_planners_see_nothing_privileged_in_the_history(play):
     told = PickOutcome(PickResult.STOPPED, 1, 0, dropped=(2,), detail="finger on object 0", duration_s=4.0)
     play(Spy([1, 1]), results=[told], max_picks=2)
     assert seen[1] == (PickOutcome(PickResult.STOPPED, 1, duration_s=4.0),)
+
+
+@pytest.mark.parametrize(("result", "counts"), [(PickResult.STOPPED, True), (PickResult.NOT_REACHED, False)])
+def test_a_grasp_that_was_never_reached_did_not_fail(play, result, counts):
+    def second_look(choice):
+        scores = []
+
+        def listen(event):
+            if isinstance(event, Looked) and event.pick == 1:
+                scores.append(event.look.context.grasps.scores)
+
+        told = PickOutcome(result, 1, duration_s=3.0)
+        end = play(ScriptedPlanner([choice, 1]), results=[told] * 2, max_picks=2, listeners=[listen])
+        return scores[0], result_facts(end)["grasps_executed"]
+
+    after_nothing, _ = second_look(None)  # no choice: nothing was tried
+    after_the_attempt, executed = second_look(1)
+    assert np.array_equal(after_nothing, after_the_attempt) == (not counts)
+    assert executed == (2 if counts else 0)
 
 
 def test_unwritable_directory_is_a_clear_error(tmp_path):

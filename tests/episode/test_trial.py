@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+import time
+from dataclasses import replace
 
 import pytest
 
@@ -10,6 +12,7 @@ from torc.episode.event_log import without_seconds
 from torc.episode.events import Decided, Looked
 from torc.episode.trial import TrialSpec, run_trial
 from torc.errors import InputError, PhysicsError
+from torc.scenes.problem import load_problem, save_problem
 
 SPEC = TrialSpec("structured-04", "dg-select", seed=3, max_picks=3)
 
@@ -82,6 +85,35 @@ def test_nothing_is_written_for_a_problem_that_is_not_there(tmp_path):
     with pytest.raises(InputError):
         run_trial(TrialSpec("no-such-problem", "random"), tmp_path / "trial", say=_silent)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_or_a_robot_that_cannot_be_used_is_bad_input_and_leaves_nothing(tmp_path):
+    problem = load_problem("structured-04")
+    hung_up = [
+        replace(o, position=(1.0, 0.55, 1.5)) if o.name == problem.target else o for o in problem.objects
+    ]
+    tilted = [replace(o, wxyz=(0.92, 0.39, 0.0, 0.0)) if o.name == problem.target else o for o in hung_up]
+    edge = tmp_path / "edge.yaml"
+    save_problem(replace(problem, objects=tuple(tilted)), edge)
+    for spec in (TrialSpec(str(edge), "random"), TrialSpec("structured-04", "random", robot="no_such_robot")):
+        with pytest.raises(InputError):
+            run_trial(spec, tmp_path / "trial", say=_silent)
+        assert [p.name for p in tmp_path.iterdir()] == ["edge.yaml"]
+
+
+def test_bad_input_during_the_episode_makes_it_errored(tmp_path):
+    def refuse(event):
+        if isinstance(event, Looked):
+            raise InputError("a planner's own bad file")
+
+    trial = run_trial(SPEC, tmp_path / "trial", listeners=[refuse], say=_silent)
+    assert trial.result["status"] == "errored"
+
+
+def test_seconds_by_stage_are_disjoint(tmp_path):
+    start = time.perf_counter()
+    result = run_trial(SPEC, tmp_path / "trial", say=_silent).result
+    assert 0 < sum(result["seconds"].values()) < time.perf_counter() - start
 
 
 def test_video_plays(tmp_path):

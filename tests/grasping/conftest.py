@@ -7,17 +7,12 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from grasping_scenes import TABLE_Z, clutter
+from grasping_scenes import TABLE_Z
 
 from torc.grasping.hand import hand_geometry
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.scoring import HandScore
-from torc.robots.description import load_robot
-
-
-@pytest.fixture(scope="session")
-def robot():
-    return load_robot()
+from torc.testing.views import view_of_clutter
 
 
 @pytest.fixture(scope="session")
@@ -38,4 +33,4 @@ def planner(gripper):
 @pytest.fixture(scope="session")
 def pile():
     """Eleven shapes, some on top of others."""
-    return clutter(3, 11)
+    return view_of_clutter(3, 11)

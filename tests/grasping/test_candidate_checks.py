@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
-from grasping_scenes import TABLE_Z, clutter, standing_box, view_of
+from grasping_scenes import TABLE_Z, standing_box
 from hand_reference import corners, in_grasp_frame, in_open_palm, in_swept_fingers, tip_shift
 
-from torc.grasping.checks import BETWEEN, FINGERS, PALM, Fault, check_candidates
+from torc.grasping.check_result import BETWEEN, FINGERS, PALM, Fault
+from torc.grasping.checks import check_candidates
 from torc.grasping.clouds import build_clouds
 from torc.grasping.config import CheckConfig, GraspConfig
 from torc.grasping.generators.common import RawCandidates
+from torc.testing.views import view_of, view_of_clutter
 
 CONFIG = GraspConfig()
 
@@ -25,7 +27,7 @@ def between(points, gripper, half_x):
 
 @pytest.mark.parametrize("seed", [3, 8])
 def test_every_kept_candidate_passes_the_checks_by_brute_force(seed, planner, gripper):
-    view = clutter(seed, 9)
+    view = view_of_clutter(seed, 9)
     found, clouds = candidates_of(planner, view)
     seen = {c.id: c.seen for c in clouds.objects}
     checks = CONFIG.checks

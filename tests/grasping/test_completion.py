@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from grasping_scenes import TABLE_Z, standing_box, view_of
+from grasping_scenes import TABLE_Z, standing_box
 
 from torc.geometry.transforms import look_at
 from torc.grasping.clouds import build_clouds, forward_direction
 from torc.grasping.completion import hidden_depth
 from torc.grasping.config import CloudConfig
 from torc.testing.synthetic import SyntheticCylinder, SyntheticSphere
+from torc.testing.views import view_of
 
 
 def clouds_of(view):

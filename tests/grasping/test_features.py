@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from grasping_scenes import TABLE_Z, clutter, standing_box, view_of
+from grasping_scenes import TABLE_Z, standing_box
 from hand_reference import in_grasp_frame, tip_shift
 
 from torc.grasping.clouds import build_clouds
 from torc.grasping.config import GraspConfig
 from torc.grasping.features import FEATURE_DOCS, FEATURE_NAMES, feature_column
+from torc.testing.views import view_of, view_of_clutter
 
 CONFIG = GraspConfig()
 
@@ -55,7 +56,7 @@ def unknown_share(case, low, high, steps):
 
 @pytest.fixture(scope="module")
 def cases(planner, gripper):
-    view = clutter(5, 9)
+    view = view_of_clutter(5, 9)
     found = planner.candidates(view.scene, view.volume, np.random.default_rng(0))
     clouds = build_clouds(view.scene, view.volume, TABLE_Z, CONFIG.clouds)
     pick = np.random.default_rng(3).permutation(len(found.grasps))[:120]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from grasping_scenes import TABLE_Z, standing_box, view_of
+from grasping_scenes import TABLE_Z, standing_box
 
 from torc.grasping.axes import approach_directions, grasp_frames, normal_clusters
 from torc.grasping.clouds import build_clouds
@@ -10,6 +10,7 @@ from torc.grasping.config import CandidateConfig, CloudConfig
 from torc.grasping.generators import GENERATORS, GeneratorInput, propose_boxes, propose_slices
 from torc.grasping.generators.boxes import upright_box
 from torc.testing.synthetic import SyntheticBox, SyntheticCylinder, SyntheticSphere
+from torc.testing.views import view_of
 
 CONFIG = CandidateConfig()
 SHAPES = {

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from grasping_scenes import TABLE_Z, standing_box, view_of
+from grasping_scenes import TABLE_Z, standing_box
 
 from torc.errors import InputError
 from torc.grasping.config import GraspConfig, SelectionConfig
@@ -12,6 +12,7 @@ from torc.grasping.features import FEATURE_NAMES
 from torc.grasping.planner import GeometricGraspPlanner, candidates_with_features
 from torc.grasping.scoring import HandScore
 from torc.testing.synthetic import SyntheticCylinder, SyntheticSphere
+from torc.testing.views import view_of
 
 
 def plan(planner, view, seed=0):

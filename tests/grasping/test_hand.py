@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hand_reference import in_swept_fingers, tip_shift
+from hand_reference import tip_shift
 
 from torc.errors import InputError
-from torc.grasping.checks import in_fingers
 from torc.grasping.hand import FINGER_Z, OPEN, PAD_Y, PAD_Z, hand_geometry, reach_at
 
 
@@ -23,18 +22,6 @@ def test_reach_is_the_fingertips_lead_over_the_open_gripper(gripper, hand, width
     assert reach_at(hand.reach_m, width) == pytest.approx(
         -tip_shift(gripper, gripper.max_width_m, width), abs=1e-5
     )
-
-
-@pytest.mark.parametrize("width", [0.002, 0.03, 0.07])
-def test_the_finger_sweep_is_that_of_the_boxes_moved_through_all_openings(gripper, hand, rng, width):
-    points = rng.uniform((-0.08, -0.02, -0.08), (0.08, 0.02, 0.01), (4000, 3))
-    shift = -reach_at(hand.reach_m, width)
-    found = np.array([in_fingers(*p, width, shift, 0.0, 0.0, 0.0, hand.sizes, hand.reach_m) for p in points])
-    expected = in_swept_fingers(gripper, points, width, -0.0003, steps=300)
-    # The kernel leaves nothing out, and adds at most what the arc's rear leaves free.
-    assert not np.any(expected & ~found & (points[:, 2] > shift - hand.sizes[FINGER_Z]))
-    assert np.mean(found & ~in_swept_fingers(gripper, points, width, 0.0015, steps=300)) < 0.05
-    assert expected.sum() > 100
 
 
 def test_links_that_lean_outwards_leave_the_space_between_the_fingers_free(gripper, hand):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from grasping_scenes import TABLE_Z, WORKSPACE, standing_box, view_of
+from grasping_scenes import TABLE_Z, WORKSPACE, standing_box
 
 from torc.collision.checks import blockers
 from torc.collision.world import SURFACE, build_collision_world
@@ -14,6 +14,7 @@ from torc.grasping.planner import GENERATOR_NAMES, empty_grasps
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot, tool0_targets
 from torc.records import GraspSet, GraspStatus
 from torc.robots.kinematics import tool0_poses
+from torc.testing.views import view_of
 
 
 def grasp_set(*grasps):

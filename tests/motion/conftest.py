@@ -7,27 +7,15 @@ import numpy as np
 import pytest
 
 from torc.collision.checks import blockers
-from torc.collision.world import build_collision_world
 from torc.geometry.transforms import invert, make_pose
 from torc.motion.planner import OmplMotionPlanner
 from torc.motion.protocol import PickRequest
-from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
-from torc.perception.privileged import LabelPerception
 from torc.records import GraspReport, GraspSet, GraspStatus
-from torc.robots.description import RobotDescription, load_robot
+from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
 from torc.scenes.workspace import Workspace
-from torc.testing.synthetic import Shape, half_sizes, random_clutter, synthetic_observation
-
-
-@pytest.fixture(scope="session")
-def robot() -> RobotDescription:
-    return load_robot()
-
-
-@pytest.fixture(scope="session")
-def workspace() -> Workspace:
-    return Workspace()
+from torc.testing.synthetic import Shape, half_sizes
+from torc.testing.views import view_of_clutter
 
 
 @pytest.fixture(scope="session")
@@ -41,14 +29,12 @@ def request_for(robot: RobotDescription, workspace: Workspace) -> Callable[[int]
 
     @cache
     def requests(seed: int) -> list[PickRequest]:
-        shapes = random_clutter(np.random.default_rng(seed), 9)
-        scene = LabelPerception().perceive(synthetic_observation(shapes, workspace.camera))
-        volume = update_volume(empty_volume(workspace.grid), scene, OcclusionConfig(out_of_view_is_free=True))
-        world = build_collision_world(volume, workspace)
-        grasps = simple_grasps([s for s in shapes if s.id in scene.ids], robot)
-        report = simple_report(grasps, world, robot, scene.ids)
+        view = view_of_clutter(seed, 9, workspace)
+        scene = view.scene
+        grasps = simple_grasps([s for s in view.shapes if s.id in scene.ids], robot)
+        report = simple_report(grasps, view.world, robot, scene.ids)
         return [
-            PickRequest(scene, volume, world, grasps, report, k, robot.arm.rest_qpos)
+            PickRequest(scene, view.volume, view.world, grasps, report, k, robot.arm.rest_qpos)
             for k in report.graspable_ids
         ]
 

@@ -41,6 +41,35 @@ def test_plans_pass_the_independent_checker(planner, checker, request_for, seed)
     assert request.grasps.object_ids[plan.grasp_index] == request.object_id
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_no_held_object_touches_the_robot(planner, checker, request_for, seed):
+    """Objects that reach back under the arm: what is planned is sound, and some are planned."""
+    for request in request_for(seed)[:2]:
+        plan = planner.plan_pick(_with_a_tail(request), np.random.default_rng(seed))
+        if isinstance(plan, PickPlan):
+            assert checker.faults(plan, _with_a_tail(request)) == []
+
+
+def test_the_checker_sees_a_held_object_on_the_robot(planner, checker, request_for):
+    """Plans for objects as they are, checked as if they reached further."""
+    for request in request_for(0):
+        plan = planner.plan_pick(request, np.random.default_rng(0))
+        if isinstance(plan, PickPlan):
+            faults = checker.faults(plan, _with_a_tail(request))
+            if any("the held object touches" in fault for fault in faults):
+                return
+    pytest.fail("No fault was found.")
+
+
+def _with_a_tail(request):
+    """The request as if the object reached 45 cm towards the robot, high above the table."""
+    seen = request.scene.object(request.object_id)
+    tail = seen.points.mean(axis=0) + np.outer(np.linspace(0, 1, 40), [-0.45, 0.0, 0.12])
+    longer = replace(seen, points=np.vstack([seen.points, tail.astype(np.float32)]))
+    objects = tuple(longer if o.id == seen.id else o for o in request.scene.objects)
+    return replace(request, scene=replace(request.scene, objects=objects))
+
+
 def test_nearly_every_graspable_object_can_be_planned_for(planner, request_for):
     requests = [request for seed in range(6) for request in request_for(seed)]
     plans = [planner.plan_pick(request, np.random.default_rng(0)) for request in requests]

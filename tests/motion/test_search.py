@@ -1,12 +1,14 @@
 """Both searches find free paths, never draw from anywhere but the generator, and give up when told."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from torc.collision.checks import robot_arrays
 from torc.motion.config import MotionConfig, SearchConfig
 from torc.motion.ompl_search import ompl_search
-from torc.motion.queries import free_path, timed_motion
+from torc.motion.queries import MotionQuery, free_path, timed_motion
 from torc.motion.smoothing import corner_blends, shortcut
 from torc.motion.space import free_space
 from torc.motion.tree_search import tree_search
@@ -40,18 +42,17 @@ def test_paths_are_free_and_reproducible(space, queries, search):
     config = SearchConfig(max_iterations=4000)
     found = 0
     for a, b in queries:
-        path = search(space, a, b[None], config, np.random.default_rng(3))
-        again = search(space, a, b[None], config, np.random.default_rng(3))
-        other = search(space, a, b[None], config, np.random.default_rng(4))
+        query = MotionQuery(space, a, b[None])
+        path, again, other = (search(query, config, np.random.default_rng(seed)) for seed in (3, 3, 4))
         if path is None:
             continue
         found += 1
         np.testing.assert_array_equal(path, again)
         assert other is None or not np.array_equal(path, other)
         np.testing.assert_allclose(path[[0, -1]], [a, b], atol=1e-12)
-        assert space.path_free(path)
+        assert _free(space, path)
         short = shortcut(path, 40, space, np.random.default_rng(0))
-        assert space.path_free(short)
+        assert _free(space, short)
         assert _length(short) <= _length(path) + 1e-9
         np.testing.assert_array_equal(short[[0, -1]], path[[0, -1]])
         blends = corner_blends(short, 0.3, space)
@@ -63,16 +64,25 @@ def test_paths_are_free_and_reproducible(space, queries, search):
 @pytest.mark.parametrize("search", SEARCHES)
 def test_a_query_ends_after_its_samples(space, queries, search):
     config = SearchConfig(max_iterations=1)
-    paths = [search(space, a, b[None], config, np.random.default_rng(0)) for a, b in queries]
+    paths = [search(MotionQuery(space, a, b[None]), config, np.random.default_rng(0)) for a, b in queries]
     assert any(path is None for path in paths)
 
 
 def test_one_of_several_goals_is_reached(space, queries):
     a, b = queries[0]
     goals = np.stack([b, queries[1][1], queries[2][1]])
-    path, chosen = free_path(space, a, goals, np.zeros(3), SearchConfig(), np.random.default_rng(0))
+    path, chosen = free_path(MotionQuery(space, a, goals), SearchConfig(), np.random.default_rng(0))
     np.testing.assert_array_equal(path[-1], goals[chosen])
     np.testing.assert_array_equal(path[0], a)
+
+
+def test_the_goal_that_costs_least_in_all_is_taken(space, robot):
+    rest = robot.arm.rest_qpos
+    goals = np.stack([rest + 0.02 * k for k in (1, 2, 3)])
+    for later_s, expected in ((None, 0), (np.array([5.0, 1.0, 5.0]), 1), (np.array([5.0, 5.0, 0.0]), 2)):
+        query = MotionQuery(space, rest, goals, later_s)
+        _, chosen = free_path(query, SearchConfig(), np.random.default_rng(0))
+        assert chosen == expected
 
 
 def test_goals_or_starts_that_touch_something_are_none(robot, space, queries):
@@ -80,17 +90,21 @@ def test_goals_or_starts_that_touch_something_are_none(robot, space, queries):
     assert space.collides(low[None])[0]
     config = MotionConfig()
     for start, goal in ((queries[0][0], low), (low, queries[0][0])):
-        rng = np.random.default_rng(0)
-        failed = timed_motion(space, start, goal[None], np.zeros(1), robot.arm, config, rng)
+        query = MotionQuery(space, start, goal[None])
+        failed = timed_motion(query, robot.arm, config, np.random.default_rng(0))
         assert failed is PlanStage.FREE
 
 
 def test_standing_still_takes_no_time_to_speak_of(robot, space):
     rest = robot.arm.rest_qpos
-    rng = np.random.default_rng(0)
-    trajectory, _ = timed_motion(space, rest, rest[None], np.zeros(1), robot.arm, MotionConfig(), rng)
+    query = MotionQuery(space, rest, rest[None])
+    trajectory, _ = timed_motion(query, robot.arm, MotionConfig(), np.random.default_rng(0))
     assert trajectory.duration_s < 0.1
     assert not trajectory.qvel.any()
+
+
+def _free(space, path):
+    return all(space.edge_free(a, b) for a, b in pairwise(path))
 
 
 def _length(path):

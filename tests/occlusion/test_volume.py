@@ -8,8 +8,8 @@ import pytest
 from torc.errors import InputError
 from torc.geometry.projection import project
 from torc.occlusion.volume import OcclusionConfig, empty_volume, surface_labels, update_volume
-from torc.perception.noise import NoiseConfig, add_sensor_noise
-from torc.perception.privileged import LabelPerception
+from torc.perception.noise import NoiseConfig, add_sensor_noise, stereo_camera
+from torc.perception.privileged import REAL_CAMERA, LabelPerception
 from torc.records import BACKGROUND, EMPTY, ROBOT, VoxelGrid
 from torc.scenes.workspace import CameraMount, Workspace
 from torc.testing.synthetic import (
@@ -334,3 +334,25 @@ def test_surface_labels_hold_the_points_of_this_snapshot():
         assert np.all(labels >= 0)
         assert np.mean(labels == o.id) > 0.9
         assert np.all(volume.seen[tuple(index.T)])
+
+
+def test_smoothing_takes_away_what_single_bad_readings_hide_and_keeps_the_shadows(rng):
+    clean = synthetic_observation([BOX])
+    noisy = add_sensor_noise(clean, stereo_camera(), rng)
+    truth = update_volume(empty_volume(GRID), LabelPerception().perceive(clean))
+    raw = update_volume(empty_volume(GRID), LabelPerception().perceive(noisy))
+    scene = LabelPerception(REAL_CAMERA).perceive(noisy)
+    smooth = update_volume(empty_volume(GRID), scene, OcclusionConfig(smooth_px=5))
+    extra_raw = np.count_nonzero(unknown(raw) & truth.seen)
+    extra = np.count_nonzero(unknown(smooth) & truth.seen)
+    assert extra < 0.25 * extra_raw
+    lost = np.count_nonzero(smooth.seen & unknown(truth))
+    assert lost < 0.05 * np.count_nonzero(unknown(truth))
+    # What is hidden beside an eroded mask is hidden by the object, not by the room.
+    dark = unknown(smooth) & in_view() & has_bit(truth, 1)
+    assert np.mean(has_bit(smooth, 1)[dark]) > 0.99
+
+
+def test_a_median_filter_has_an_odd_width():
+    with pytest.raises(InputError, match="smooth_px"):
+        OcclusionConfig(smooth_px=4)

@@ -1,5 +1,8 @@
 """Laws of the marked image."""
 
+import hashlib
+import subprocess
+import sys
 from dataclasses import replace
 from itertools import combinations
 
@@ -13,6 +16,7 @@ from torc.perception.marking import mark_image
 from torc.perception.palette import object_color
 from torc.perception.privileged import LabelPerception
 from torc.records import MAX_OBJECTS
+from torc.records.files import png_bytes
 from torc.testing.synthetic import SyntheticBox, random_clutter, synthetic_observation
 
 SIZES = ((19, 19), (15, 15))
@@ -160,3 +164,66 @@ def test_colours_differ_and_red_is_the_target():
     assert np.all(distance[0, 1:] > 80)
     with pytest.raises(InputError, match="no colour"):
         object_color(64)
+
+
+def curved_masks():
+    """Rings, crescents, horseshoes and combs: their centres of mass lie outside them, or near their rims."""
+    y, x = np.mgrid[:200, :200] - 100
+    radius = np.hypot(x, y)
+    yield (radius < 80) & (radius > 50)
+    yield (radius < 80) & (np.hypot(x - 30, y) > 62)
+    yield (radius < 80) & (radius > 45) & (y < 20)
+    yield (np.abs(x) < 80) & (np.abs(y) < 80) & ((x // 25) % 2 == 0)
+    yield (np.abs(x) < 80) & (np.abs(y) < 80) & ((np.abs(x) > 50) | (y > 50))
+
+
+@pytest.mark.parametrize("mask", list(curved_masks()))
+@pytest.mark.parametrize("neighbours", [False, True])
+def test_numbers_of_curved_masks_stand_wholly_inside_them(mask, neighbours):
+    """Also where another object lies in the hole and in the notches, with a number of its own."""
+    label = np.where(mask, 3, 8 if neighbours else -1).astype(np.int16)
+    places = place_labels(label, {3: SIZES, 8: SIZES})
+    assert not places[3].leader
+    assert np.all(label[box_slices(places[3])] == 3)
+    if neighbours:
+        assert not overlap(places[3], places[8])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_number_with_room_in_its_mask_covers_no_other_object(seed):
+    scene = scene_of(random_clutter(np.random.default_rng(seed), 12))
+    places = place_labels(scene.label_image, dict.fromkeys(scene.ids, SIZES))
+    for i, place in places.items():
+        height, width = SIZES[1]
+        views = np.lib.stride_tricks.sliding_window_view(scene.label_image == i, (height + 8, width + 8))
+        if views.all(axis=(2, 3)).any():
+            assert np.all(scene.label_image[box_slices(place)] == i)
+
+
+def test_a_visible_target_is_numbered_0_in_its_mask():
+    scene = scene_of([SyntheticBox(0, (0.6, 0, 1.13), (0.12, 0.12, 0.16))])
+    image = mark_image(scene)
+    digit = np.repeat(number_image(0, 13)[..., None], 3, axis=2)
+    rows, cols = np.nonzero(scene.label_image == 0)
+    views = np.lib.stride_tricks.sliding_window_view(image, digit.shape)[..., 0, :, :, :]
+    found = np.argwhere((views == digit).all(axis=(2, 3, 4)))
+    assert len(found) == 1
+    assert scene.label_image[tuple(found[0])] == 0
+    assert abs(found[0][0] + 6 - rows.mean()) < 3
+    assert abs(found[0][1] + 4 - cols.mean()) < 3
+
+
+def test_the_png_is_the_same_file_in_another_process():
+    code = (
+        "import hashlib, numpy as np\n"
+        "from torc.perception.marking import mark_image\n"
+        "from torc.perception.privileged import LabelPerception\n"
+        "from torc.records.files import png_bytes\n"
+        "from torc.testing.synthetic import random_clutter, synthetic_observation\n"
+        "shapes = random_clutter(np.random.default_rng(3), 9)\n"
+        "image = mark_image(LabelPerception().perceive(synthetic_observation(shapes)))\n"
+        "print(hashlib.sha256(png_bytes(image)).hexdigest())"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    png = png_bytes(mark_image(scene_of(random_clutter(np.random.default_rng(3), 9))))
+    assert out.strip() == hashlib.sha256(png).hexdigest()

@@ -7,6 +7,7 @@ import pytest
 
 from torc.errors import InputError
 from torc.geometry.projection import project
+from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.privileged import LabelPerception, PerceptionConfig
 from torc.records import BACKGROUND, ROBOT
 from torc.scenes.workspace import CameraMount, Workspace
@@ -237,3 +238,14 @@ def test_unusable_input_is_named():
         PerceptionConfig(stride=0)
     with pytest.raises(InputError, match="range"):
         PerceptionConfig(min_depth_m=3.0, max_depth_m=1.0)
+
+
+def test_the_rim_of_a_mask_that_is_too_small_is_no_background():
+    view = synthetic_observation(SHAPES)
+    small = add_sensor_noise(view, NoiseConfig(mask_erosion_px=2), np.random.default_rng(0))
+    on_shapes = [
+        sum(np.count_nonzero(inside(s, scene.background_points, 1e-4)) for s in SHAPES)
+        for scene in (perceive(small, background_stride=1), perceive(small, background_stride=1, rim_px=3))
+    ]
+    assert on_shapes[0] > 100
+    assert on_shapes[1] == 0

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from torc.robots.description import RobotDescription, load_robot
-
 MJCF = """
 <mujoco model="other">
   <compiler angle="radian" autolimits="true"/>
@@ -84,11 +82,6 @@ gripper:
 """
 
 WriteRobot = Callable[..., Path]
-
-
-@pytest.fixture(scope="session")
-def robot() -> RobotDescription:
-    return load_robot()
 
 
 @pytest.fixture

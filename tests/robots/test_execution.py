@@ -90,14 +90,15 @@ def test_nothing_between_the_fingers() -> None:
     arm, gripper = FakeArm(REST), FakeGripper(object_width_m=None)
     trace = run(arm, gripper)
     assert trace.result is PickResult.MISSED
-    assert phases(trace)[-4:] == [Phase.RELEASE, Phase.RETREAT, Phase.RETREAT, Phase.RETREAT]
+    # An empty hand never goes back down.
+    assert phases(trace)[-4:] == [Phase.LIFT, Phase.TRANSFER, Phase.RELEASE, Phase.HOME]
     assert not trace.held_after_lift
     assert trace.at_home
     np.testing.assert_allclose(arm.qpos, REST)
 
 
 def test_slips_on_the_way_to_the_bin() -> None:
-    # Looks at the state: after closing, after the lift twice, after the transfer.
+    # Looks at the state: after closing, after the lift twice, then no more before it is gone.
     trace = run(FakeArm(REST), FakeGripper(loses_after=3))
     assert trace.result is PickResult.SLIPPED
     assert trace.held_after_lift
@@ -105,12 +106,12 @@ def test_slips_on_the_way_to_the_bin() -> None:
     assert phases(trace)[-2:] == [Phase.RELEASE, Phase.HOME]
 
 
-@pytest.mark.parametrize("number", [0, 1])
-def test_stopped_before_the_grasp(number: int) -> None:
+@pytest.mark.parametrize(("number", "result"), [(0, PickResult.NOT_REACHED), (1, PickResult.STOPPED)])
+def test_stopped_before_the_grasp(number: int, result: PickResult) -> None:
     """The arm goes back the way it came, in reverse order, never closing the gripper."""
     arm, gripper = FakeArm(REST, stop_at={number: 0.5}), FakeGripper()
     trace = run(arm, gripper)
-    assert trace.result is PickResult.STOPPED
+    assert trace.result is result
     assert "touched a box" in trace.detail
     assert phases(trace).count(Phase.RETREAT) == number + 1
     assert [c for c, _ in gripper.commands] == ["open"]
@@ -149,7 +150,7 @@ def test_stopped_without_contact_during_the_lift() -> None:
 
 def test_stuck_on_the_way_back() -> None:
     trace = run(FakeArm(REST, stop_at={0: 0.5, 1: 0.2}), FakeGripper())
-    assert trace.result is PickResult.STOPPED
+    assert trace.result is PickResult.NOT_REACHED
     assert not trace.at_home
     assert "did not get home" in trace.detail
 

@@ -5,7 +5,7 @@ import pytest
 from sim_scenes import TABLE_Z, UPRIGHT, standing, world_of
 
 from torc.robots.description import load_robot
-from torc.sim.contacts import ContactReader
+from torc.sim.contacts import ContactReader, deepest_overlap
 from torc.sim.robot import _choose_held
 
 ROBOT = load_robot()
@@ -66,3 +66,16 @@ def test_force_on_the_robot_names_the_thing(stacked):
 )
 def test_which_of_several_counts(carried, delivered, wanted, held):
     assert _choose_held(carried, delivered, wanted) == held
+
+
+def test_the_deepest_overlap_is_measured_and_named():
+    apart = world_of(standing("can", "soup_can_red", 0.60, 0.0), standing("cup", "mug_red", 0.60, 0.3))
+    apart.data.qpos[2] += 0.1
+    apart.data.qpos[9] += 0.1
+    assert deepest_overlap(apart).depth_m <= 0.0
+    sunk = world_of(standing("can", "soup_can_red", 0.60, 0.0), standing("cup", "mug_red", 0.60, 0.3))
+    sunk.data.qpos[2] -= 0.006  # it was 1 mm above the table
+    overlap = deepest_overlap(sunk)
+    assert overlap.depth_m == pytest.approx(0.005, abs=1e-6)
+    assert any("can" in name for name in overlap.between)
+    assert "table" in overlap.between

@@ -107,6 +107,40 @@ def test_grasping_air_misses(world):
     assert world.present.all()
 
 
+def test_after_a_miss_the_hand_does_not_go_down_on_what_it_moved(world):
+    """A box slides under the raised hand: the arm gets home, and the box is where it was."""
+    plan = plan_for(world, 0, offset=(0.0, 0.12, 0.0))
+    moved = []
+
+    def slide(w: World) -> None:
+        lifted = np.abs(robot.arm.qpos - plan.lift.qpos[-1]).max() < 0.02
+        if lifted and not moved:
+            w.set_object_pose(0, w.positions[0] + [0.0, 0.075, 0.0], np.array([1.0, 0, 0, 0]))
+            moved.append(w.positions[0].copy())
+
+    robot = SimulatedRobot(world, observer=slide)
+    outcome = robot.execute(plan)
+    assert outcome.result is PickResult.MISSED
+    assert outcome.at_home
+    assert np.allclose(robot.arm.qpos, REST, atol=0.01)
+    assert np.linalg.norm(world.positions[0] - moved[0]) < 0.01
+
+
+def test_an_arm_that_is_held_up_stays_where_it_is(world):
+    """It does not leap to its goal once what held it up is gone."""
+    robot = SimulatedRobot(world)
+    above = reach(ROBOT, grasp_pose((0.62, 0.0, TABLE_Z + 0.08), 0.8), 0.085, REST)
+    inside = reach(ROBOT, grasp_pose((0.62, 0.0, TABLE_Z - 0.10), 0.8), 0.085, above)
+    robot.arm.follow(move(REST, above, 2.0))
+    result = robot.arm.follow(move(above, inside, 2.0))
+    assert not result.reached
+    assert "short of the goal" in result.detail
+    assert np.abs(result.qpos - inside).max() > 0.15
+    world.set_object_pose(0, np.array([0.6, 0.4, TABLE_Z + 0.1]), np.array([1.0, 0, 0, 0]))
+    robot.wait_for_rest()
+    assert np.abs(robot.arm.qpos - result.qpos).max() < 0.05
+
+
 def test_a_target_let_go_beside_the_bin_is_lost(world):
     outcome = SimulatedRobot(world).execute(plan_for(world, 0, drop_at=(0.24, -0.60, 1.20)))
     assert outcome.result is PickResult.SLIPPED
@@ -198,3 +232,30 @@ def test_capture_after_delivery_no_longer_shows_the_object(world):
         labels = robot.capture().label_image
     assert not (labels == 0).any()
     assert (labels == 1).any()
+
+
+def test_what_falls_off_before_the_first_pick_is_out_of_the_scene_and_nobody_dropped_it(world):
+    robot = SimulatedRobot(world)
+    world.set_object_pose(1, np.array([0.6, 0.8, TABLE_Z - 0.2]), np.array([1.0, 0, 0, 0]))
+    assert robot.take_over() == (1,)
+    assert world.presence.tolist() == [Presence.PRESENT, Presence.ABSENT]
+    outcome = robot.execute(plan_for(world, 0))
+    assert outcome.result is PickResult.RETRIEVED
+    assert outcome.dropped == ()
+
+
+def test_a_target_that_falls_off_before_the_first_pick_is_refused(world):
+    robot = SimulatedRobot(world)
+    world.set_object_pose(0, np.array([0.6, 0.8, TABLE_Z - 0.2]), np.array([1.0, 0, 0, 0]))
+    with pytest.raises(InputError, match="falls off the table"):
+        robot.take_over()
+
+
+def test_taking_over_lets_hovering_objects_come_down_and_a_scene_at_rest_alone(world):
+    robot = SimulatedRobot(world)
+    world.set_object_pose(1, np.array([0.6, 0.15, TABLE_Z + 0.07 + 0.03]), np.array([1.0, 0, 0, 0]))
+    assert robot.take_over() == ()
+    assert world.positions[1, 2] == pytest.approx(TABLE_Z + 0.07, abs=1e-3)
+    at_rest = world.positions
+    robot.take_over()
+    assert np.abs(world.positions - at_rest).max() < 1e-4

@@ -7,7 +7,8 @@ from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
 from torc.errors import PhysicsError
 from torc.scenes.problem import ObjectPlacement
 from torc.scenes.workspace import Workspace
-from torc.sim.settling import SettleConfig, drift, dump, run, settle, settle_problem
+from torc.sim.settling import SettleConfig, dump, run, settle, settle_problem
+from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.watchdog import Watchdog
 
 KINDS = ("soup_can_red", "mug_red", "apple_red", "bowl_blue", "cracker_box_red", "tuna_can_blue")
@@ -26,10 +27,10 @@ def test_standing_objects_settle_where_they_stand():
 def test_a_settled_scene_hardly_drifts():
     world = world_of(*row(*KINDS))
     settle(world)
-    report = drift(world, 2.0)
-    assert report.distances_m.max() < 0.002
-    assert report.angles_rad.max() < 0.02
-    assert report.left == ()
+    report = watch_stillness(world, StillnessConfig(seconds=2.0))
+    assert report.still
+    assert report.distance_m < 0.002
+    assert report.angle_rad < 0.02
 
 
 def test_a_ball_at_the_edge_rolls_off_and_is_reported():

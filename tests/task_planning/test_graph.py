@@ -1,111 +1,13 @@
-"""The dependency graph: precedence of edges, weights, serialisation."""
+"""The dependency graph as a record: what it refuses, and that JSON brings it back."""
 
 import json
-from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.records import TARGET_ID, PlanningContext
-from torc.task_planning.graph import (
-    DependencyEdge,
-    DependencyGraph,
-    DependencyNode,
-    EdgeKind,
-    build_dependency_graph,
-    hidden_volumes_m3,
-)
-from torc.task_planning.relations import Relation, RelationKind
+from torc.task_planning.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
+from torc.task_planning.graph_building import build_dependency_graph
 from torc.testing import contexts
-from torc.testing.contexts import box, make_context
-
-APART = tuple(box(k, 0.55 + 0.08 * (k % 2), -0.3 + 0.11 * k, (0.04, 0.04, 0.06)) for k in range(5))
-
-
-def edges_of(graph: DependencyGraph) -> dict[tuple[int, int], tuple[str, float]]:
-    return {(e.source, e.target): (e.kind.value, pytest.approx(e.weight)) for e in graph.edges}
-
-
-def below(a: int, b: int) -> Relation:
-    return Relation(a, b, RelationKind.BELOW)
-
-
-def behind(a: int, b: int) -> Relation:
-    return Relation(a, b, RelationKind.BEHIND)
-
-
-def test_below_overrides_everything_and_shares_equally() -> None:
-    context = make_context(APART, valid={0: 2}, blocked={1: [(2,)]})
-    graph = build_dependency_graph(context, relations=[below(0, 3), below(0, 4), behind(0, 1), below(1, 3)])
-    assert edges_of(graph) == {(0, 3): ("below", 0.5), (0, 4): ("below", 0.5), (1, 3): ("below", 1.0)}
-
-
-def test_a_graspable_object_waits_for_nothing_but_what_lies_on_it() -> None:
-    context = make_context(APART, valid={1: 1}, blocked={1: [(2,), (3,)]})
-    assert build_dependency_graph(context, relations=[behind(1, 2)]).edges == ()
-
-
-def test_blocking_is_weighted_by_grasps_and_overrides_behind() -> None:
-    context = make_context(APART, blocked={1: [(2,), (2, 3), (2,)]})
-    graph = build_dependency_graph(context, relations=[behind(1, 4)])
-    assert edges_of(graph) == {(1, 2): ("grasp blocking", 0.75), (1, 3): ("grasp blocking", 0.25)}
-    assert dict(graph.edges[0].evidence) == {"blocks": 3, "blocked_grasps": 3}
-
-
-@pytest.mark.parametrize("unreachable", [{}, {1: 4}], ids=["no grasps", "grasps out of reach"])
-def test_behind_is_for_objects_that_nothing_else_holds(unreachable: dict[int, int]) -> None:
-    context = make_context(APART, unreachable=unreachable)
-    graph = build_dependency_graph(context, relations=[behind(1, 2), behind(1, 3), behind(1, 3)])
-    assert edges_of(graph) == {(1, 2): ("behind", 0.5), (1, 3): ("behind", 0.5)}
-    assert graph.sinks == (0, 2, 3, 4)
-
-
-def test_hidden_target_waits_for_those_that_hide_space() -> None:
-    context = contexts.hidden_context()
-    graph = build_dependency_graph(context, relations=[])
-    volumes = {k: context.volume.hidden_volume_m3(k) for k in context.scene.ids}
-    assert graph.target == TARGET_ID
-    assert graph.node(TARGET_ID).hidden
-    assert edges_of(graph) == {(0, k): ("hidden by", v / sum(volumes.values())) for k, v in volumes.items()}
-
-
-def test_hidden_target_without_hidden_space_waits_for_all_alike() -> None:
-    context = contexts.hidden_context()
-    empty = replace(context.volume, hidden_by=np.zeros_like(context.volume.hidden_by))
-    graph = build_dependency_graph(replace(context, volume=empty), relations=[])
-    assert edges_of(graph) == {(0, 1): ("hidden by", 0.5), (0, 2): ("hidden by", 0.5)}
-
-
-def test_an_object_that_hides_nothing_gets_no_edge() -> None:
-    context = contexts.hidden_context()
-    only_one = np.where(context.volume.hidden_by & np.uint64(2), np.uint64(2), np.uint64(0))
-    graph = build_dependency_graph(
-        replace(context, volume=replace(context.volume, hidden_by=only_one)), relations=[]
-    )
-    assert edges_of(graph) == {(0, 1): ("hidden by", 1.0)}
-
-
-def test_visible_target_has_no_hidden_edges() -> None:
-    graph = build_dependency_graph(contexts.behind_context())
-    assert not any(n.hidden for n in graph.nodes)
-    assert edges_of(graph) == {(0, 1): ("grasp blocking", 1.0)}
-
-
-def test_nothing_in_sight() -> None:
-    graph = build_dependency_graph(contexts.empty_context())
-    assert graph.ids == (TARGET_ID,)
-    assert graph.sinks == (TARGET_ID,)
-
-
-def test_hidden_volumes_are_the_records_own(rng: np.random.Generator) -> None:
-    volume = contexts.hidden_context().volume
-    masks = rng.integers(0, 2**64, volume.hidden_by.shape, dtype=np.uint64) & rng.integers(
-        0, 2**64, volume.hidden_by.shape, dtype=np.uint64
-    )
-    volume = replace(volume, hidden_by=masks)
-    expected = [volume.hidden_volume_m3(k) for k in range(64)]
-    np.testing.assert_allclose(hidden_volumes_m3(volume, range(64)), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -116,19 +18,6 @@ def test_weights_sum_to_one_and_json_brings_the_graph_back(seed: int) -> None:
     for node_id, total in zip(graph.ids, sums):
         assert total == pytest.approx(0.0 if node_id in graph.sinks else 1.0)
     assert DependencyGraph.from_dict(json.loads(json.dumps(graph.to_dict()))) == graph
-
-
-def test_unknown_objects_in_relations_are_refused() -> None:
-    context: PlanningContext = make_context(APART)
-    for bad in (behind(1, 9), behind(2, 2)):
-        with pytest.raises(InputError, match="visible"):
-            build_dependency_graph(context, relations=[bad])
-
-
-def test_a_visible_object_0_that_is_not_the_target_is_refused() -> None:
-    context = make_context(APART)
-    with pytest.raises(InputError, match="target"):
-        build_dependency_graph(replace(context, scene=replace(context.scene, target_id=None)))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ import pytest
 
 from torc.records import Decision, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner, decide_by_graph, graph_probabilities
-from torc.task_planning.graph import DependencyGraph, build_dependency_graph
+from torc.task_planning.graph import DependencyGraph
+from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.random_choice import RandomPlanner
 from torc.task_planning.relations import Relation, RelationKind
 from torc.testing import contexts

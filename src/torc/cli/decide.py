@@ -1,51 +1,74 @@
 """`torc decide`: only the brain, for a frame from anywhere."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
 import tyro
+
+from torc.cli.vlm_options import VlmOptions
+from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 
 
 @dataclass(frozen=True)
 class DecideCommand:
     """Decide which object to pick next in a saved RGB-D frame with masks.
 
-    FRAME is a .npz file with rgb, depth_m (or depth and depth_scale), K, T_world_camera (OpenCV camera frame, world z
-    up, metres) and labels (an integer per object, 0 for the background); or a directory with rgb.png, depth.png,
-    labels.png and frame.json, which holds the same. `target` is the target's label, or "hidden"; further optional keys
-    are target_description and support_z_m, the height of the table. No simulator is needed: the answer, the
-    dependency graph and the probabilities, as text, as JSON and as pictures.
+    PATH is a .npz file or a directory. The file holds
+
+      rgb             height x width x 3, uint8
+      depth_m         metres along the optical axis, 0 or NaN for no reading; 0.1 to 10 m are used
+                      (or depth, integers, with depth_scale: metres per unit)
+      K               3x3 intrinsics
+      T_world_camera  4x4 camera pose: OpenCV camera axes, z of the world upwards, metres
+      labels          a whole number per object, 0 for the background
+      target          the target's label, or "hidden"
+
+    and, if you like, target_description, background and robot (their labels, if others than 0 or -1, and -2), and
+    support_z_m, the height of the table, which is estimated otherwise. The directory holds rgb.png, depth.png,
+    labels.png and frame.json with the same.
+
+    The answer names the object by your label. Reasons, pictures and JSON use torc's own numbers, in which the target is
+    0 and labels 1..63 stay as they are; both stand in the table that is printed, and in JSON under "objects".
     """
 
     frame: tyro.conf.Positional[Path]
     """The frame: .npz file or directory."""
     planner: str = "dg-select"
-    """Task planner: dg-select, random, or your own as module:Class."""
+    """Task planner: dg-select, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your
+    own as module:Class."""
     robot: str = "none"
-    """Robot whose reach counts: none, sda10f_2f85, or a robot description file."""
+    """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, or a robot description file. With a
+    robot the world is its base frame."""
     seed: int = 0
     """Decides all random draws."""
+    min_score: float = DEFAULT_MIN_SCORE
+    """Grasps that are less likely to hold wait until no object has a better one; 0 keeps to the paper."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Directory for decision.json, seen.png and graph.png."""
     json: Annotated[bool, tyro.conf.arg(help="Print decision.json instead of text.")] = False
+    vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
         """Print the decision; exit code 0 also when there is nothing to pick."""
         import json
         import sys
 
-        from torc.brain import decide_frame, load_frame
-        from torc.episode.recorder import write_json
+        from torc.brain import answer_text, decide_frame, load_frame, rehearse
         from torc.errors import InputError
-        from torc.pipeline.warm_up import compiling_once
+        from torc.pipeline.warm_up import announced_compilation
+        from torc.records.files import write_json
         from torc.task_planning.registry import make_planner
+        from torc.vlm.opening import planner_options
 
-        planner, frame = make_planner(self.planner), load_frame(self.frame)
-        with compiling_once(lambda text: print(text, file=sys.stderr), f"decide-{self.robot != 'none'}"):
-            answer = decide_frame(
-                frame, planner, robot=None if self.robot == "none" else self.robot, seed=self.seed
-            )
+        if self.seed < 0:
+            raise InputError("--seed must be at least 0.")
+        options = planner_options(self.vlm.config(), self.vlm.cache())
+        planner, frame = make_planner(self.planner, **options), load_frame(self.frame)
+        robot = None if self.robot == "none" else self.robot
+        with announced_compilation(lambda text: print(text, file=sys.stderr)):
+            rehearse(frame, planner, robot=robot)
+        answer = decide_frame(frame, planner, robot=robot, seed=self.seed, min_score=self.min_score)
         if self.out is not None:
             try:
                 self.out.mkdir(parents=True, exist_ok=True)
@@ -55,5 +78,5 @@ class DecideCommand:
                 raise InputError(
                     f"Cannot write to '{self.out}': {error.strerror}. Choose another --out."
                 ) from error
-        print(json.dumps(answer.to_dict(), indent=2) if self.json else answer.text())
+        print(json.dumps(answer.to_dict(), indent=2) if self.json else answer_text(answer))
         return 0

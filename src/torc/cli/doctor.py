@@ -1,13 +1,30 @@
 """`torc doctor`: what is missing on this machine, and how to get it."""
 
+import importlib
 import importlib.util
 import os
 import shutil
 import sys
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Annotated
 
 import tyro
+
+from torc.errors import extra_remedy
+
+_LIBRARIES = {
+    "numpy": "numpy",
+    "numba": "numba",
+    "mujoco": "mujoco-core",
+    "ompl": "ompl",
+    "pink": "pin-pink",
+    "daqp": "daqp",
+    "cv2": "opencv-python-headless",
+    "av": "av",
+}
+"""Module -> the package it comes with."""
+_SYSTEM_LIBRARIES = {"libgomp": "apt-get install libgomp1"}
 
 
 @dataclass(frozen=True)
@@ -29,36 +46,53 @@ class DoctorCommand:
 
     def run(self) -> int:
         """Print the findings; returns the exit code."""
-        checks = all_checks()
+        checks = []
+        for check in all_checks():
+            checks.append(check)
+            if not self.json:
+                mark = "ok  " if check.ok else ("MISS" if check.required else "note")
+                print(f"{mark}  {check.name}: {check.detail}", flush=True)
+                if not check.ok and check.remedy:
+                    print(f"      -> {check.remedy}", flush=True)
         if self.json:
             import json
 
             print(json.dumps([asdict(check) for check in checks], indent=2))
-        else:
-            for check in checks:
-                mark = "ok  " if check.ok else ("MISS" if check.required else "note")
-                print(f"{mark}  {check.name}: {check.detail}")
-                if not check.ok and check.remedy:
-                    print(f"      -> {check.remedy}")
         return 0 if all(check.ok or not check.required for check in checks) else 1
 
 
-def all_checks() -> list[Check]:
-    """All findings, required ones first."""
-    return [_python(), *_libraries(), _rendering(), _cores(), _kernels(), _cache(), *_extras(), _disk()]
+def all_checks() -> Iterator[Check]:
+    """All findings, required ones first; each as it is found, since some take seconds."""
+    yield _python()
+    yield _libraries()
+    yield from (_rendering(), _cores(), _kernels(), _cache(), *_extras(), _disk())
 
 
 def _python() -> Check:
     version = ".".join(map(str, sys.version_info[:3]))
-    return Check("Python", sys.version_info >= (3, 11), version, "Install Python 3.11 or newer.")
+    return Check(
+        "Python", (3, 11) <= sys.version_info < (3, 14), version, "Install Python 3.11, 3.12 or 3.13."
+    )
 
 
-def _libraries() -> list[Check]:
-    needed = {"numpy": "numpy", "numba": "numba", "mujoco": "mujoco-core", "ompl": "ompl", "pink": "pin-pink"}
-    needed |= {"toppra": "toppra", "daqp": "daqp", "cv2": "opencv-python-headless", "av": "av"}
-    missing = [package for module, package in needed.items() if importlib.util.find_spec(module) is None]
-    detail = f"missing: {', '.join(missing)}" if missing else f"all {len(needed)} found"
-    return [Check("libraries", not missing, detail, f"pip install {' '.join(missing)}")]
+def _libraries() -> Check:
+    """Each library is imported: an installed one may still miss a system library of its own."""
+    faults, remedies = [], []
+    for module, package in _LIBRARIES.items():
+        try:
+            importlib.import_module(module)
+        except (ImportError, OSError) as error:
+            faults.append(f"{module}: {error}")
+            remedies.append(_remedy(error, package))
+    detail = "; ".join(faults) if faults else f"all {len(_LIBRARIES)} can be loaded"
+    return Check("libraries", not faults, detail, "   and   ".join(dict.fromkeys(remedies)))
+
+
+def _remedy(error: Exception, package: str) -> str:
+    """What to install where an import failed with that error: the system library it names, else the package."""
+    return next(
+        (line for name, line in _SYSTEM_LIBRARIES.items() if name in str(error)), f"pip install {package}"
+    )
 
 
 def _rendering() -> Check:
@@ -77,9 +111,9 @@ def _cores() -> Check:
 
 
 def _kernels() -> Check:
-    from torc.pipeline.warm_up import MESSAGE, kernels_are_cached
+    from torc.pipeline.warm_up import MESSAGE, kernel_cache
 
-    if kernels_are_cached():
+    if kernel_cache()[1]:
         return Check("kernels", True, "compiled and cached")
     return Check(
         "kernels", False, "not compiled yet", f"Nothing to do; the first run says: {MESSAGE}", required=False
@@ -87,26 +121,43 @@ def _kernels() -> Check:
 
 
 def _cache() -> Check:
-    from torc.pipeline.warm_up import cache_directory
+    from torc.pipeline.warm_up import kernel_cache
 
-    path = cache_directory()
+    path, _ = kernel_cache()
     probe = next(p for p in (path, *path.parents) if p.exists())
     ok = os.access(probe, os.W_OK)
-    return Check("cache", ok, str(path), f"Make '{probe}' writable or set XDG_CACHE_HOME.", required=False)
+    return Check("cache", ok, str(path), f"Make '{probe}' writable or set NUMBA_CACHE_DIR.", required=False)
 
 
 def _extras() -> list[Check]:
-    extras = {"train": ("sklearn", "training the grasp model"), "dev": ("pytest", "running the tests")}
+    extras = {
+        "import": ("coacd", "importing meshes"),
+        "gemini": ("google.genai", "asking Gemini models"),
+        "openai": ("openai", "asking OpenAI's models, and local servers that speak its protocol"),
+        "anthropic": ("anthropic", "asking Claude models"),
+        "web": ("starlette", "the page of torc human and torc view"),
+        "train": ("sklearn", "training the grasp model"),
+        "toppra": ("toppra", "timing motions by the reference library"),
+        "dev": ("pytest", "running the tests"),
+    }
     return [
         Check(
             f"extra '{extra}'",
-            importlib.util.find_spec(module) is not None,
+            _installed(module),
             f"for {use}",
-            f"pip install 'torc[{extra}]'",
+            extra_remedy(extra),
             required=False,
         )
         for extra, (module, use) in extras.items()
     ]
+
+
+def _installed(module: str) -> bool:
+    """Whether a module can be found; it is not imported, only the package that it may lie in."""
+    try:
+        return importlib.util.find_spec(module) is not None
+    except ModuleNotFoundError:
+        return False
 
 
 def _disk() -> Check:

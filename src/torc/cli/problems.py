@@ -1,4 +1,4 @@
-"""`torc problems`: the problems that come with torc."""
+"""`torc problems`: problems to play, those that come with torc and new ones."""
 
 import json as json_module
 from dataclasses import dataclass
@@ -6,18 +6,28 @@ from typing import Annotated
 
 import tyro
 
+from torc.cli.problems_gallery import GalleryCommand
+from torc.cli.problems_generate import GenerateCommand
+from torc.cli.problems_import import ImportCommand
+from torc.cli.problems_solve import SolveCommand
+from torc.cli.problems_validate import ValidateCommand
+
 
 @dataclass(frozen=True)
 class ListCommand:
-    """List the shipped problems."""
+    """List the shipped problems, or those of one set or directory."""
 
+    set: Annotated[str, tyro.conf.arg(metavar="SET")] = ""
+    """A shipped set (torc40, validation), a directory of problem files, or several with commas between; all shipped
+    ones if not given."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
     def run(self) -> int:
         """Print a line per problem."""
-        from torc.scenes.problem import load_problem, problem_names
+        from torc.scenes.problem import load_problem
+        from torc.scenes.problem_sets import problem_sets, select_problems
 
-        problems = [load_problem(name) for name in problem_names()]
+        problems = [load_problem(name) for name in select_problems(self.set or ",".join(problem_sets()))]
         if self.json:
             rows = [
                 {
@@ -39,8 +49,8 @@ class ListCommand:
 class ShowCommand:
     """Show one problem: its objects, its target, and how to play it."""
 
-    problem: tyro.conf.Positional[str]
-    """Name or file."""
+    problem: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="PROBLEM")]
+    """Name of a shipped problem (`torc problems list`) or a problem file."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
     def run(self) -> int:
@@ -62,11 +72,25 @@ class ShowCommand:
 
 @dataclass(frozen=True)
 class ProblemsCommand:
-    """List and show problems."""
+    """Problems to play: those that come with torc, new ones from a seed, and those of GraspClutter6D.
+
+    Try:
+      torc problems list
+      torc problems show structured-03
+      torc problems generate --count 10 --out mine
+      torc problems validate mine
+      torc problems gallery mine --out gallery
+      torc problems solve structured-03      # the fewest picks that any planner could do with
+    """
 
     action: (
         Annotated[ListCommand, tyro.conf.subcommand("list")]
         | Annotated[ShowCommand, tyro.conf.subcommand("show")]
+        | Annotated[GalleryCommand, tyro.conf.subcommand("gallery")]
+        | Annotated[GenerateCommand, tyro.conf.subcommand("generate")]
+        | Annotated[ValidateCommand, tyro.conf.subcommand("validate")]
+        | Annotated[ImportCommand, tyro.conf.subcommand("import")]
+        | Annotated[SolveCommand, tyro.conf.subcommand("solve")]
     )
 
     def run(self) -> int:

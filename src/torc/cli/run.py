@@ -1,10 +1,13 @@
 """`torc run`: one trial in simulation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
 import tyro
+
+from torc.cli.vlm_options import VlmOptions
+from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 
 
 @dataclass(frozen=True)
@@ -14,10 +17,11 @@ class RunCommand:
     Exit code 0 when the trial was completed (retrieved or not), 1 when it errored, 2 on bad arguments.
     """
 
-    problem: tyro.conf.Positional[str] = "structured-01"
+    problem: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[PROBLEM]")] = "structured-01"
     """Name of a shipped problem (`torc problems list`) or a problem file."""
     planner: str = "dg-select"
-    """Task planner: dg-select, random, or your own as module:Class."""
+    """Task planner: dg-select, random, oracle (tries picks out in the simulation), vlm-select, vlm-grasps,
+    vlm-fixes-dg (these three ask the model --vlm), or your own as module:Class."""
     seed: int = 0
     """Decides all random draws: same problem, planner and seed, same trial."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
@@ -26,6 +30,8 @@ class RunCommand:
     """Attempts, failed ones included."""
     noise: bool = False
     """Add the noise of a stereo camera: depth errors that grow with distance, lost edges, eroded masks."""
+    min_score: float = DEFAULT_MIN_SCORE
+    """Grasps that are less likely to hold wait until no object has a better one; 0 keeps to the paper."""
     video: bool = False
     """Also write video.mp4 (an outside view, with what the planner saw)."""
     save_records: bool = False
@@ -33,6 +39,7 @@ class RunCommand:
     overwrite: bool = False
     """Replace the output directory if it exists."""
     json: Annotated[bool, tyro.conf.arg(help="Print result.json instead of progress.")] = False
+    vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
         """Run the trial; returns the exit code."""
@@ -46,18 +53,29 @@ class RunCommand:
         from torc.episode.progress import TerminalProgress
         from torc.episode.trial import TrialSpec, run_trial
 
-        spec = TrialSpec(self.problem, self.planner, self.seed, self.max_picks, self.noise)
+        spec = TrialSpec(
+            self.problem,
+            self.planner,
+            self.seed,
+            self.max_picks,
+            self.noise,
+            vlm=self.vlm.config(),
+            min_score=self.min_score,
+        )
         console = Console(stderr=self.json)
         out = self.out or Path("runs") / spec.default_name
-        trial = run_trial(
-            spec,
-            out,
-            listeners=[] if self.json else [TerminalProgress(console)],
-            video=self.video,
-            overwrite=self.overwrite,
-            save_records=self.save_records,
-            say=lambda text: console.print(text, style="dim", highlight=False),
-        )
+        # On a terminal, a line that moves: compiling and the simulated motions take their time.
+        with console.status("preparing...") as status:
+            trial = run_trial(
+                spec,
+                out,
+                listeners=[] if self.json else [TerminalProgress(console, status)],
+                video=self.video,
+                overwrite=self.overwrite,
+                save_records=self.save_records,
+                vlm_cache=self.vlm.cache(),
+                say=lambda text: console.print(text, style="dim", highlight=False),
+            )
         if self.json:
             import json
 

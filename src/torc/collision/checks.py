@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, UInt64
+from jaxtyping import Bool, Float, UInt8, UInt64
 
 from torc.collision.edges import edges_batch
 from torc.collision.kernels import contacts_batch
@@ -11,6 +11,7 @@ from torc.collision.obstacles import SELF, STATIC, WorldArrays, clear_touched
 from torc.collision.placement import RobotArrays, joint_reach, place_spheres, sphere_rows
 from torc.collision.world import CollisionWorld
 from torc.errors import InputError
+from torc.geometry.arrays import kernel_array
 from torc.robots.description import RobotDescription
 
 
@@ -68,10 +69,19 @@ def static_contacts(
     width_m: Float[np.ndarray, "n"] | float,
 ) -> Bool[np.ndarray, "n"]:
     """Whether each configuration touches table, bin or the robot itself; voxels are not looked at."""
-    arrays = _arrays(robot)
-    q, width, own = _batch(arrays, qpos, width_m, -1)
-    _, flags = contacts_batch(q, width, own, arrays, world_arrays(world), True, False)
-    return flags != 0
+    return _fixed_flags(world, _arrays(robot), qpos, width_m, first_only=True) != 0
+
+
+def self_contacts(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "n dof"],
+    width_m: Float[np.ndarray, "n"] | float,
+    attached: Float[np.ndarray, "a 4"] | None = None,
+) -> Bool[np.ndarray, "n"]:
+    """Whether the robot, with attached spheres (see `collides`), touches itself at each configuration."""
+    arrays = with_attached(_arrays(robot), attached)
+    return (_fixed_flags(world, arrays, qpos, width_m, first_only=False) & SELF) != 0
 
 
 def collides(
@@ -85,7 +95,7 @@ def collides(
     """Whether each configuration touches anything; ignore_id as own_id of `blockers`.
 
     attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object.
-    Like the gripper, they ignore the voxels of ignore_id; they are not checked against the robot itself.
+    Like the gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
     """
     arrays = with_attached(_arrays(robot), attached)
     q, width, own = _batch(arrays, qpos, width_m, ignore_id)
@@ -152,38 +162,47 @@ def robot_arrays(robot: RobotDescription) -> RobotArrays:
     dof = len(arm.joint_names)
     order = np.argsort(model.link, kind="stable")
     link = np.asarray(model.link)[order]
-    centers, radii = _f64(np.asarray(model.centers)[order]), _f64(np.asarray(model.radii)[order])
-    pairs = np.asarray(robot.self_pairs, dtype=np.int64).reshape(-1, 2)
+    centers, radii = (
+        kernel_array(np.asarray(model.centers)[order]),
+        kernel_array(np.asarray(model.radii)[order]),
+    )
+    pairs = kernel_array(robot.self_pairs, np.int64).reshape(-1, 2)
     openings = np.linspace(0.0, robot.gripper.max_width_m, 33)
     fixed = np.isin(np.arange(dof + 3), robot.static_links)
     return RobotArrays(
-        base=_f64(arm.T_world_base)[:3].copy(),
-        parents=_f64(arm.Ts_parent_joint)[:, :3].copy(),
-        axes=_f64(arm.axes),
-        tool=_f64(arm.T_last_tool0)[:3].copy(),
-        tcps=_f64(np.stack([robot.gripper.T_tool0_tcp(w)[:3] for w in openings])),
+        base=kernel_array(arm.T_world_base)[:3].copy(),
+        parents=kernel_array(arm.Ts_parent_joint)[:, :3].copy(),
+        axes=kernel_array(arm.axes),
+        tool=kernel_array(arm.T_last_tool0)[:3].copy(),
+        tcps=kernel_array(np.stack([robot.gripper.T_tool0_tcp(w)[:3] for w in openings])),
         tcp_step_m=float(openings[1]),
         link_start=np.searchsorted(link, np.arange(dof + 4)).astype(np.int64),
         centers=centers,
         radii=radii,
-        link_spheres=_around(link, centers, radii, dof + 3),
-        static_spheres=_f64(robot.static_spheres).reshape(-1, 4),
+        link_spheres=np.stack([_around(centers[link == i], radii[link == i]) for i in range(dof + 3)]),
+        static_spheres=kernel_array(robot.static_spheres).reshape(-1, 4),
         static_links=fixed,
         self_pairs=pairs,
     )
 
 
 def with_attached(arrays: RobotArrays, attached: Float[np.ndarray, "a 4"] | None) -> RobotArrays:
-    """The robot with spheres (x, y, z, radius; tool0 frame) attached to its gripper."""
+    """The robot with spheres (x, y, z, radius; tool0 frame) attached to its gripper.
+
+    They can touch the robot's fixed parts and all links of the arm but the last: that one, like the gripper, never
+    moves relative to what is held.
+    """
     if attached is None or len(attached) == 0:
         return arrays
-    spheres = _f64(attached)
+    spheres, dof = kernel_array(attached), len(arrays.axes)
+    pairs = np.column_stack([np.arange(dof - 1), np.full(dof - 1, dof + 3)])
     return arrays._replace(
         link_start=np.append(arrays.link_start, arrays.link_start[-1] + len(spheres)),
         centers=np.concatenate([arrays.centers, spheres[:, :3]]),
         radii=np.concatenate([arrays.radii, spheres[:, 3]]),
-        link_spheres=np.vstack([arrays.link_spheres, np.zeros(4)]),
-        static_links=np.append(arrays.static_links, False),
+        link_spheres=np.vstack([arrays.link_spheres, _around(spheres[:, :3], spheres[:, 3])]),
+        static_links=np.append(arrays.static_links, True),
+        self_pairs=kernel_array(np.vstack([arrays.self_pairs, pairs]), np.int64),
     )
 
 
@@ -198,31 +217,38 @@ def world_arrays(world: CollisionWorld) -> WorldArrays:
         ]
     )
     return WorldArrays(
-        _f64(world.grid.origin),
+        kernel_array(world.grid.origin),
         float(world.grid.voxel_size_m),
         world.kind,
         world.bits,
         world.distance_m,
         world.block_bits,
         world.block_static,
-        _f64(world.boxes),
+        kernel_array(world.boxes),
         padding,
         float(c.self_padding_m),
     )
 
 
-def _around(
-    link: np.ndarray, centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"], links: int
-) -> Float[np.ndarray, "links 4"]:
-    """Per link a sphere around all its spheres."""
-    out = np.zeros((links, 4))
-    for i in range(links):
-        mine = link == i
-        if np.any(mine):
-            c, r = centers[mine], radii[mine, None]
-            out[i, :3] = 0.5 * ((c - r).min(axis=0) + (c + r).max(axis=0))
-            out[i, 3] = np.max(np.linalg.norm(c - out[i, :3], axis=1) + r[:, 0])
-    return out
+def _around(centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]) -> Float[np.ndarray, "4"]:
+    """A sphere around spheres; zero where there are none."""
+    if len(radii) == 0:
+        return np.zeros(4)
+    r = radii[:, None]
+    middle = 0.5 * ((centers - r).min(axis=0) + (centers + r).max(axis=0))
+    return np.append(middle, np.max(np.linalg.norm(centers - middle, axis=1) + radii))
+
+
+def _fixed_flags(
+    world: CollisionWorld,
+    arrays: RobotArrays,
+    qpos: np.ndarray,
+    width_m: np.ndarray | float,
+    first_only: bool,
+) -> UInt8[np.ndarray, "n"]:
+    """STATIC and SELF of each configuration (or only one of them), voxels left out."""
+    q, width, own = _batch(arrays, qpos, width_m, -1)
+    return contacts_batch(q, width, own, arrays, world_arrays(world), first_only, False)[1]
 
 
 def _arrays(robot: RobotDescription | RobotArrays) -> RobotArrays:
@@ -233,18 +259,14 @@ def _batch(
     arrays: RobotArrays, qpos: np.ndarray, width_m: np.ndarray | float, own_id: np.ndarray | int
 ) -> tuple[np.ndarray, np.ndarray, UInt64[np.ndarray, "n"]]:
     """Contiguous configurations, widths, and own ids as bits."""
-    q = _f64(qpos)
+    q = kernel_array(qpos)
     dof = len(arrays.axes)
     if q.ndim != 2 or q.shape[1] != dof:
         raise InputError(f"qpos must have shape (n, {dof}), not {q.shape}.")
-    width = np.ascontiguousarray(np.broadcast_to(np.asarray(width_m, dtype=float), (len(q),)))
+    width = kernel_array(np.broadcast_to(np.asarray(width_m, dtype=float), (len(q),)))
     ids = np.broadcast_to(np.asarray(own_id, dtype=np.int64), (len(q),))
     bits = np.where(ids >= 0, np.uint64(1) << np.maximum(ids, 0).astype(np.uint64), np.uint64(0))
-    return q, width, np.ascontiguousarray(bits)
-
-
-def _f64(array: np.ndarray) -> np.ndarray:
-    return np.ascontiguousarray(array, dtype=np.float64)
+    return q, width, kernel_array(bits, np.uint64)
 
 
 __all__ = [
@@ -254,6 +276,7 @@ __all__ = [
     "collides",
     "edges_collide",
     "robot_arrays",
+    "self_contacts",
     "static_contacts",
     "with_attached",
     "world_arrays",

@@ -9,6 +9,8 @@ import numpy as np
 from jaxtyping import Bool, Float32
 from numba import njit
 
+from torc.geometry.arrays import kernel_array
+
 _FAR = 1 << 28
 
 
@@ -96,4 +98,4 @@ def distance_field(
     occupied: Bool[np.ndarray, "nx ny nz"], voxel_size_m: float
 ) -> Float32[np.ndarray, "nx ny nz"]:
     """Metres from each voxel's centre to the nearest occupied voxel's centre; > 100 if there is none."""
-    return _metres(_squared_distance(np.ascontiguousarray(occupied)), float(voxel_size_m))
+    return _metres(_squared_distance(kernel_array(occupied, np.bool_)), float(voxel_size_m))

@@ -158,17 +158,3 @@ def edges_batch(starts, ends, width_m, own, robot, world, reach, step_m):
             starts[i], ends[i], width_m[i], own[i], robot, world, reach, step_m, q, Ts, scratch, spheres
         )
     return out
-
-
-@njit(cache=True)
-def path_collides(path, width_m, own, robot, world, reach, step_m):
-    """Index of the first edge of a path that collides, or -1."""
-    m, dof = path.shape
-    q, Ts, scratch = np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4))
-    spheres = np.empty((sphere_rows(robot), 3))
-    for i in range(m - 1):
-        if edge_collides(
-            path[i], path[i + 1], width_m, own, robot, world, reach, step_m, q, Ts, scratch, spheres
-        ):
-            return i
-    return -1

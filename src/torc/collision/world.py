@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Float32, UInt8, UInt64
 from torc.collision.config import CollisionConfig
 from torc.collision.distance import distance_field
 from torc.collision.obstacles import sum_up_blocks
+from torc.geometry.arrays import kernel_array
 from torc.records import BACKGROUND, OcclusionVolume, VoxelGrid
 from torc.scenes.workspace import Box, Workspace
 
@@ -81,6 +82,7 @@ def world_from_voxels(
     config: CollisionConfig,
 ) -> CollisionWorld:
     """The world of classified voxels and fixed boxes; see CollisionWorld."""
+    kind, bits = kernel_array(kind, np.uint8), kernel_array(bits, np.uint64)
     distance = distance_field(kind != FREE, grid.voxel_size_m)
     return CollisionWorld(grid, kind, bits, distance, boxes, box_names, config, *sum_up_blocks(kind, bits))
 

@@ -44,7 +44,7 @@ def event_line(event: Event) -> dict[str, Any]:
 
 def result_facts(result: EpisodeResult) -> dict[str, Any]:
     """The outcome of an episode as it stands in result.json."""
-    executed = [o for o in result.outcomes if o.duration_s > 0]
+    executed = [o for o in result.outcomes if o.result.grasp_tried]
     return {
         "retrieved": result.retrieved,
         "held_target": result.held_target,

@@ -2,26 +2,22 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any
 
+from torc.episode.state import EndReason, EpisodeState, dropped_ids
 from torc.pipeline.look import Look
 from torc.records import Decision, PickOutcome, PickPlan, PlanFailure
 
 
-class EndReason(StrEnum):
-    """Why an episode ended."""
-
-    RETRIEVED = "retrieved"
-    BUDGET_SPENT = "budget spent"
-    TARGET_LOST = "target lost"
-    NOTHING_LEFT = "nothing left to try"
-    GAVE_UP = "gave up"
-
-
 @dataclass(frozen=True)
 class Started:
-    """The episode begins. `names` are the objects' names by id, known to simulators only."""
+    """The episode begins.
+
+    Attributes:
+        problem, planner, seed, target_description, max_picks: who tries what.
+        names: the objects' names by id, known to simulators only.
+        absent: ids of objects that fell off the table before the first pick, known to simulators only.
+    """
 
     problem: str
     planner: str
@@ -29,15 +25,17 @@ class Started:
     target_description: str
     max_picks: int
     names: tuple[str, ...] = ()
+    absent: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
 class Looked:
-    """A snapshot was taken and understood."""
+    """A snapshot was taken and understood. `state` is that before the pick, for those who may know all of it."""
 
     pick: int
     look: Look
     seconds: float
+    state: EpisodeState
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,7 @@ class EpisodeResult:
     @property
     def dropped(self) -> tuple[int, ...]:
         """Ids of the objects other than the target that fell off the table."""
-        return tuple(k for outcome in self.outcomes for k in outcome.dropped)
+        return dropped_ids(self.outcomes)
 
 
 @dataclass(frozen=True)

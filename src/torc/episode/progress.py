@@ -2,22 +2,35 @@
 
 from rich.console import Console
 from rich.markup import escape
+from rich.status import Status
 
 from torc.episode.events import Decided, Ended, Event, Executed, Looked, Planned, Started
 from torc.records import PickPlan, PickResult
 
 _GOOD = (PickResult.RETRIEVED, PickResult.REMOVED)
+_NEXT = {
+    Started: "looking...",
+    Looked: "deciding...",
+    Decided: "planning the motions...",
+    Planned: "the robot moves...",
+    Executed: "looking...",
+    Ended: "writing the results...",
+}
+"""What begins when an event is told."""
 
 
 class TerminalProgress:
-    """Prints a few lines per pick."""
+    """Prints a few lines per pick; between them, on a terminal, what is going on now."""
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: Console, status: Status) -> None:
+        """status: the console's live line, shown by whoever runs the trial."""
         self.console = console
+        self.status = status
         self.names: tuple[str, ...] = ()
 
     def __call__(self, event: Event) -> None:
         """Print one event."""
+        self.status.update(_NEXT[type(event)])
         match event:
             case Started():
                 self.names = event.names
@@ -25,6 +38,11 @@ class TerminalProgress:
                     f"[bold]{escape(event.problem)}[/]: retrieve [bold]{escape(event.target_description)}[/] with "
                     f"{escape(event.planner)}, seed {event.seed}, at most {event.max_picks} picks"
                 )
+                if event.absent:
+                    gone = ", ".join(map(self._name, event.absent))
+                    self._line(
+                        f"  [yellow]off the table before the first pick, and out of the scene: {gone}[/]"
+                    )
             case Looked():
                 context = event.look.context
                 target = "target in sight" if context.scene.target_id is not None else "target hidden"

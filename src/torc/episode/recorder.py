@@ -6,18 +6,18 @@ import shutil
 from pathlib import Path
 from typing import IO, Any
 
-import cv2
 import numpy as np
 
 from torc.episode.event_log import event_line
 from torc.episode.events import Decided, Event, Executed, Looked
+from torc.episode.pick_view import view_of
 from torc.episode.pictures import Crop, Frame, crop_around_objects, picture_strip
 from torc.errors import InputError
 from torc.perception.marking import mark_image
 from torc.records import GraspReport, SegmentedScene
+from torc.records.files import write_json, write_png
 from torc.records.serialization import save_record
-from torc.task_planning.drawing import draw_graph
-from torc.task_planning.graph import DependencyGraph
+from torc.task_planning.drawing import draw_decision
 
 
 class TrialRecorder:
@@ -40,6 +40,8 @@ class TrialRecorder:
     ) -> None:
         self.out, self.partial, self.records = out, out.with_name(out.name + ".partial"), records
         self.frames: list[Frame] = []
+        self.begun = False
+        """Whether an event has been recorded."""
         self._crop: Crop | None = None
         if out.exists() and not overwrite:
             raise InputError(
@@ -57,6 +59,7 @@ class TrialRecorder:
 
     def __call__(self, event: Event) -> None:
         """Record one event; lines are flushed so that nothing is lost in a crash."""
+        self.begun = True
         self._log.write(json.dumps(event_line(event)) + "\n")
         self._log.flush()
         match event:
@@ -64,8 +67,9 @@ class TrialRecorder:
                 scene, report = event.look.context.scene, event.look.context.report
                 self._crop = self._crop or crop_around_objects(scene.label_image)
                 self._picture(event.pick, "seen", mark_image(scene))
+                save_record(view_of(event.look.context), self._pick_path(event.pick, "view.npz"))
                 if self.records:
-                    save_record(scene.observation, self._pick_path(event.pick, "observation.npz"))
+                    save_record(event.look.observation, self._pick_path(event.pick, "observation.npz"))
                 self._last = (scene, report)
             case Decided():
                 scene, report = self._last
@@ -85,11 +89,16 @@ class TrialRecorder:
         os.replace(self.partial, self.out)
         shutil.rmtree(backup, ignore_errors=True)
 
+    def discard(self) -> None:
+        """Remove what was begun: nothing was run."""
+        self._log.close()
+        shutil.rmtree(self.partial, ignore_errors=True)
+
     def write_result(self, result: dict[str, Any]) -> None:
         """Write what there is, leaving the directory partial (an interrupted trial)."""
         self._log.close()
         if self.frames:
-            self._write_png(self.partial / "strip.png", picture_strip(self.frames))
+            write_png(self.partial / "strip.png", picture_strip(self.frames))
         write_json(self.partial / "result.json", result)
 
     def _decision_pictures(self, event: Decided, scene: SegmentedScene, report: GraspReport) -> None:
@@ -98,29 +107,12 @@ class TrialRecorder:
         marked = mark_image(scene, highlight=chosen)
         cropped = self._crop.of(marked) if self._crop else marked
         self.frames.append(Frame(event.pick, cropped, chosen, event.decision.reason))
-        graph = event.decision.evidence.get("graph")
+        graph = draw_decision(event.decision)
         if graph is not None:
-            probabilities = event.decision.evidence.get("probabilities")
-            picture = draw_graph(DependencyGraph.from_dict(graph), probabilities=probabilities, chosen=chosen)
-            self._picture(event.pick, "graph", picture)
+            self._picture(event.pick, "graph", graph)
 
     def _pick_path(self, pick: int, name: str) -> Path:
         return self.partial / "picks" / f"{pick:02d}_{name}"
 
     def _picture(self, pick: int, name: str, rgb: np.ndarray) -> None:
-        self._write_png(self._pick_path(pick, f"{name}.png"), rgb)
-
-    @staticmethod
-    def _write_png(path: Path, rgb: np.ndarray) -> None:
-        cv2.imwrite(str(path), cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
-
-
-def write_json(path: Path, data: Any) -> None:
-    """Write JSON atomically: a reader sees the whole file or none."""
-    temporary = path.with_name(path.name + ".tmp")
-    with open(temporary, "w", encoding="utf-8") as f:
-        json.dump(data, f, indent=2)
-        f.write("\n")
-        f.flush()
-        os.fsync(f.fileno())
-    os.replace(temporary, path)
+        write_png(self._pick_path(pick, f"{name}.png"), rgb)

@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import platform
+import re
 import sys
 import traceback
 from collections.abc import Callable, Sequence
@@ -13,26 +14,30 @@ from typing import Any
 import torc
 from torc.episode.event_log import result_facts
 from torc.episode.events import Ended, Event, Listener, Started
-from torc.episode.loop import EpisodeConfig, EpisodeParts, rehearse, run_episode
+from torc.episode.loop import rehearse, run_episode
+from torc.episode.planners import make_trial_planner
+from torc.episode.privileged import PrivilegedPlanner, Simulation, open_sandbox
 from torc.episode.recorder import TrialRecorder
+from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.episode.video import VideoRecorder
-from torc.errors import TorcError
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.errors import InputError, TorcError
 from torc.motion.planner import OmplMotionPlanner
-from torc.perception.noise import stereo_camera
-from torc.perception.privileged import LabelPerception
-from torc.pipeline.look import Pipeline
-from torc.pipeline.warm_up import compiling_once
-from torc.robots.description import RobotDescription, load_robot
+from torc.pipeline.defaults import default_pipeline
+from torc.pipeline.min_score import DEFAULT_MIN_SCORE
+from torc.pipeline.warm_up import announced_compilation
+from torc.robots.description import load_robot
 from torc.scenes.problem import Problem, load_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot
-from torc.sim.world import build_world
+from torc.sim.stepping import Observer
+from torc.sim.world import World, build_world
 from torc.task_planning.protocol import TaskPlanner
-from torc.task_planning.registry import make_planner
+from torc.vlm.cache import CacheConfig
+from torc.vlm.config import VlmConfig
+from torc.vlm.opening import planner_options
 
 RESULT_FORMAT = "torc-trial/1"
-_VERSIONED = ("numpy", "scipy", "numba", "mujoco-core", "ompl", "pin-pink", "daqp", "toppra", "cmeel-toppra")
+_VERSIONED = ("numpy", "scipy", "numba", "mujoco-core", "ompl", "pin-pink", "daqp")
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,9 @@ class TrialSpec:
         max_picks: attempts, failed ones included.
         noise: add sensor noise.
         robot: name or path of the robot description.
+        vlm: the model that the planner asks, for planners that ask one.
+        min_score: less likely grasps wait until there are no better ones; see `Pipeline`.
+        expert: who decides, where the planner is a person.
     """
 
     problem: str
@@ -54,11 +62,16 @@ class TrialSpec:
     max_picks: int = 15
     noise: bool = False
     robot: str = "sda10f_2f85"
+    vlm: VlmConfig | None = None
+    min_score: float = DEFAULT_MIN_SCORE
+    expert: str = ""
 
     @property
     def default_name(self) -> str:
         """A directory name for the trial."""
-        return f"{Path(self.problem).stem}-{self.planner.replace(':', '.')}-{self.seed}"
+        model = "-" + re.sub(r"[^\w.]+", "-", self.vlm.model) if self.vlm is not None else ""
+        expert = f"-{self.expert}" if self.expert else ""
+        return f"{Path(self.problem).stem}-{self.planner.replace(':', '.')}{model}{expert}-{self.seed}"
 
 
 @dataclass(frozen=True)
@@ -73,31 +86,50 @@ def run_trial(
     spec: TrialSpec,
     out: Path,
     *,
+    planner: TaskPlanner | None = None,
     listeners: Sequence[Listener] = (),
+    observers: Sequence[Observer] = (),
     video: bool = False,
     overwrite: bool = False,
     save_records: bool = False,
+    vlm_cache: CacheConfig | None = None,
     say: Callable[[str], None] = print,
 ) -> Trial:
     """Play one trial and write its directory.
 
-    A broken simulation or a crash of a part makes the trial "errored", never a failed retrieval; Ctrl-C makes it
-    "interrupted" and leaves `<out>.partial` readable.
+    Args:
+        spec: what is played.
+        out: the directory.
+        planner: who decides, if it is not to be made from spec.planner: a person at a browser, say.
+        listeners: called with every event, in order.
+        observers: called with the world 25 times a simulated second, e.g. to watch the robot.
+        video: also write video.mp4.
+        overwrite: replace an existing directory.
+        save_records: also save each snapshot as a record.
+        vlm_cache: where replies of a VLM are kept.
+        say: told a line of text where something takes long.
+
+    A broken simulation, a VLM's server that gives no reply, or a crash of a part makes the trial "errored", never a
+    failed retrieval; Ctrl-C makes it "interrupted" and leaves `<out>.partial` readable.
 
     Raises:
-        InputError: the problem, planner or output directory cannot be used; nothing was run.
+        InputError: the problem, planner, robot, VLM or output directory cannot be used; nothing was run.
     """
-    problem, planner = load_problem(spec.problem), make_planner(spec.planner)
+    problem = load_problem(spec.problem)
+    planner = planner or make_trial_planner(spec.planner, **planner_options(spec.vlm, vlm_cache))
     recorder = TrialRecorder(out, asdict(spec), overwrite=overwrite, records=save_records)
     facts: dict[str, Any] = {"status": "errored"}
     try:
         video_path = recorder.partial / "video.mp4" if video else None
-        facts = _play(spec, problem, planner, [recorder, *listeners], video_path, say)
+        facts = _play(spec, problem, planner, [recorder, *listeners], observers, video_path, say)
     except KeyboardInterrupt:
         result = _result({"status": "interrupted"})
         recorder.write_result(result)
         return Trial(recorder.partial, result)
     except Exception as error:
+        if isinstance(error, InputError) and not recorder.begun:
+            recorder.discard()
+            raise
         # Whatever broke, the trial is recorded as errored with the cause, and what was computed before is kept.
         facts["error"] = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
         (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
@@ -106,47 +138,58 @@ def run_trial(
     return Trial(out, result)
 
 
-def default_pipeline(robot: RobotDescription, workspace: Workspace, *, noise: bool = False) -> Pipeline:
-    """The shipped parts between camera and task planner."""
-    return Pipeline(
-        perception=LabelPerception(),
-        grasp_planner=GeometricGraspPlanner(robot.gripper, workspace.support_z_m),
-        robot=robot,
-        workspace=workspace,
-        noise=stereo_camera() if noise else None,
-    )
-
-
 def _play(
     spec: TrialSpec,
     problem: Problem,
     planner: TaskPlanner,
     listeners: list[Listener],
+    observers: Sequence[Observer],
     video: Path | None,
     say: Callable[[str], None],
 ) -> dict[str, Any]:
     workspace, robot = Workspace(), load_robot(spec.robot)
-    names = tuple(placement.name for placement in problem.ordered())
-    started = Started(problem.name, planner.name, spec.seed, problem.description, spec.max_picks, names)
     last = _Last()
     with ExitStack() as stack:
         film = stack.enter_context(VideoRecorder(video)) if video is not None else None
-        world = build_world(problem, robot, workspace)
-        simulated = stack.enter_context(SimulatedRobot(world, observer=film.observe if film else None))
         if film is not None:
-            film.observe(world)
-            listeners = [*listeners, film]
+            observers, listeners = [*observers, film.observe], [*listeners, film]
+        world = build_world(problem, robot, workspace)
+        simulated = stack.enter_context(SimulatedRobot(world, observer=_together(observers)))
+        absent = simulated.take_over()
+        for observe in observers:
+            observe(world)
         parts = EpisodeParts(
             simulated,
-            default_pipeline(robot, workspace, noise=spec.noise),
+            default_pipeline(robot, workspace, noise=spec.noise, min_score=spec.min_score),
             planner,
             OmplMotionPlanner(robot, workspace),
         )
-        with compiling_once(say, "run") as cold:
-            if cold:
-                rehearse(parts)
-        run_episode(parts, started, EpisodeConfig(spec.max_picks, spec.seed), [*listeners, last])
+        with announced_compilation(say):
+            rehearse(parts)
+        names = tuple(placement.name for placement in problem.ordered())
+        started = Started(
+            problem.name, planner.name, spec.seed, problem.description, spec.max_picks, names, absent
+        )
+        config = EpisodeConfig(spec.max_picks, spec.seed)
+        if isinstance(planner, PrivilegedPlanner):
+            sandbox = stack.enter_context(
+                open_sandbox(problem, robot, parts.pipeline, parts.motion_planner, config)
+            )
+            simulation = Simulation(simulated, sandbox, config, say)
+            planner.attach(simulation)
+            listeners = [*listeners, simulation]
+        run_episode(parts, started, config, [*listeners, last])
     return {"status": "completed", **last.facts}
+
+
+def _together(observers: Sequence[Observer]) -> Observer | None:
+    """One observer that calls all of them."""
+
+    def observe(world: World) -> None:
+        for each in observers:
+            each(world)
+
+    return observe if observers else None
 
 
 class _Last:

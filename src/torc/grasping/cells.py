@@ -6,6 +6,8 @@ import numpy as np
 from jaxtyping import Float, Int64
 from numba import njit
 
+from torc.geometry.arrays import kernel_array
+
 
 @dataclass(frozen=True)
 class PointCells:
@@ -29,7 +31,7 @@ class PointCells:
 
 def group(points: Float[np.ndarray, "n 3"], tags: Int64[np.ndarray, "n"], cell_m: float) -> PointCells:
     """Group points in cells of edge `cell_m`; within a cell they keep their order."""
-    points = np.ascontiguousarray(points, dtype=np.float64)
+    points = kernel_array(points)
     order, starts = cell_runs(points, cell_m)
     centers, radii = _spheres(points, order, starts)
     return PointCells(points[order], np.asarray(tags, dtype=np.int64)[order], order, starts, centers, radii)
@@ -42,8 +44,8 @@ def thin_out(
 
     Normals that are not finite become zero.
     """
-    p = np.ascontiguousarray(points, dtype=np.float64)
-    n = np.nan_to_num(np.asarray(normals, dtype=np.float64), posinf=0.0, neginf=0.0)
+    p = kernel_array(points)
+    n = kernel_array(np.nan_to_num(np.asarray(normals, dtype=np.float64), posinf=0.0, neginf=0.0))
     order, starts = cell_runs(p, voxel_m)
     return _means(p, n, order, starts)
 

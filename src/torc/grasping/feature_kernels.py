@@ -4,8 +4,8 @@ import numpy as np
 from numba import njit
 
 from torc.grasping.cells import gather
-from torc.grasping.checks import between_pads
-from torc.grasping.hand import reach_at
+from torc.grasping.hand import FINGER_X, FINGER_Y, FINGER_Z, OPEN, PAD_Y, PAD_Z, reach_at
+from torc.grasping.hand_volume import between_pads
 
 CONTACT_M = 0.008
 ALIGNED_COS = 0.87
@@ -44,8 +44,8 @@ def candidate_features(
     own_bit = np.uint64(1) << np.uint64(own_id)
     # The strip that the fingers close on, from far behind the fingertips to far beyond them.
     strip = np.empty((2, 3))
-    strip[1, 0] = 0.5 * sizes[0]
-    strip[1, 1], strip[1, 2] = max(sizes[1], sizes[3]), _FAR_M
+    strip[1, 0] = 0.5 * sizes[OPEN]
+    strip[1, 1], strip[1, 2] = max(sizes[PAD_Y], sizes[FINGER_Y]), _FAR_M
     strip[0] = -strip[1]
     for n in range(len(widths)):
         R, tip, width, row = Rs[n], tips[n], widths[n], out[n]
@@ -149,7 +149,7 @@ def _shape(
     beyond_low, beyond_high = 1e9, -1e9
     for i in range(len(local)):
         x, y, z = local[i, 0], local[i, 1], local[i, 2]
-        if abs(y) > sizes[3]:
+        if abs(y) > sizes[FINGER_Y]:
             continue
         if seen_point[index[i]] == 1:
             first = min(first, z)
@@ -189,11 +189,11 @@ def _pose(
     row: np.ndarray,
 ) -> None:
     """Columns 26, 27 and 29-40: width, lever, directions, heights."""
-    row[26], row[27] = width, sizes[0] - width
+    row[26], row[27] = width, sizes[OPEN] - width
     middle = np.empty(3)
     along = 0.0
     for k in range(3):
-        middle[k] = center_view[k] - (tip[k] - 0.5 * sizes[2] * R[k, 2])
+        middle[k] = center_view[k] - (tip[k] - 0.5 * sizes[PAD_Z] * R[k, 2])
         along += middle[k] * R[k, 0]
     distance = middle[0] ** 2 + middle[1] ** 2 + middle[2] ** 2
     row[29] = np.sqrt(max(0.0, distance - along**2))
@@ -203,7 +203,7 @@ def _pose(
     row[35] = R[0, 2] * center_view[3] + R[1, 2] * center_view[4]
     row[36] = abs(R[0, 0] * center_view[3] + R[1, 0] * center_view[4])
     row[37] = tip[2] - support_z_m
-    row[38] = row[37] - abs(R[2, 0]) * (0.5 * sizes[0] + sizes[4]) - abs(R[2, 1]) * sizes[3]
+    row[38] = row[37] - abs(R[2, 0]) * (0.5 * sizes[OPEN] + sizes[FINGER_X]) - abs(R[2, 1]) * sizes[FINGER_Y]
     row[39], row[40] = tip[2] - center_view[6], center_view[7] - tip[2]
 
 
@@ -264,8 +264,8 @@ def _unknown(
 ) -> None:
     """Columns 41-45: unseen share of fingers (closed to open), palm and the space between the pads."""
     low, high = np.empty(3), np.empty(3)
-    outer = 0.5 * sizes[0] + sizes[4]
-    low[1], high[1], low[2], high[2] = -sizes[3], sizes[3], -sizes[5], 0.0
+    outer = 0.5 * sizes[OPEN] + sizes[FINGER_X]
+    low[1], high[1], low[2], high[2] = -sizes[FINGER_Y], sizes[FINGER_Y], -sizes[FINGER_Z], 0.0
     low[0], high[0] = -outer, -0.5 * width
     left, left_other = _unknown_share(
         R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _LATTICE_M
@@ -288,6 +288,6 @@ def _unknown(
         total += size * share
         volume += size
     row[44] = total / volume
-    low[0], high[0], low[1], high[1] = -0.5 * width, 0.5 * width, -sizes[1], sizes[1]
-    low[2], high[2] = -sizes[2], 0.0
+    low[0], high[0], low[1], high[1] = -0.5 * width, 0.5 * width, -sizes[PAD_Y], sizes[PAD_Y]
+    low[2], high[2] = -sizes[PAD_Z], 0.0
     row[45], _ = _unknown_share(R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _LATTICE_M)

@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Float, Float32, Int32
 
+from torc.geometry.arrays import kernel_array
 from torc.grasping.cells import PointCells
 from torc.grasping.clouds import ObjectCloud
 from torc.grasping.feature_kernels import candidate_features
@@ -93,7 +94,7 @@ def compute_features(
     support_z_m: float,
     camera_position: Float[np.ndarray, "3"],
 ) -> Float32[np.ndarray, "n f"]:
-    """Features of the candidates of one object. `foreign`: see `checks.CheckResult`."""
+    """Features of the candidates of one object. `foreign`: see `check_result.CheckResult`."""
     out = np.zeros((len(candidates), len(FEATURE_NAMES)), dtype=np.float32)
     if len(candidates) == 0:
         return out
@@ -119,10 +120,10 @@ def compute_features(
         hand.sizes,
         hand.palm,
         hand.reach_m,
-        volume.seen,
-        volume.hidden_by,
-        np.asarray(volume.grid.origin, dtype=float),
-        volume.grid.voxel_size_m,
+        kernel_array(volume.seen, np.bool_),
+        kernel_array(volume.hidden_by, np.uint64),
+        kernel_array(volume.grid.origin),
+        float(volume.grid.voxel_size_m),
         support_z_m,
         out,
     )

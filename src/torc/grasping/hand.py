@@ -118,4 +118,4 @@ def sweep_end_z(
     A finger covers |x| while half the opening lies in [|x| - thickness, |x|]; the smallest such opening, but
     not below the grasp's width, comes furthest. `shift_z` = -reach_at(width).
     """
-    return reach_at(reach_m, max(width_m, 2.0 * (distance - sizes[4]))) + shift_z
+    return reach_at(reach_m, max(width_m, 2.0 * (distance - sizes[FINGER_X]))) + shift_z

@@ -5,6 +5,7 @@ from jaxtyping import Bool, Float, Int64, UInt64
 from numba import njit
 
 from torc.collision.world import FREE, SURFACE, CollisionWorld
+from torc.geometry.arrays import kernel_array
 from torc.grasping.hand import HandGeometry, reach_at
 from torc.records import OcclusionVolume, VoxelGrid
 
@@ -59,16 +60,16 @@ def _found(
 ) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
     bits, static = np.zeros(len(widths_m), np.uint64), np.zeros(len(widths_m), np.bool_)
     _contacts(
-        np.ascontiguousarray(Ts_world_tcp, dtype=float),
-        np.ascontiguousarray(widths_m, dtype=float),
-        np.ascontiguousarray(own_ids, dtype=np.int64),
+        kernel_array(Ts_world_tcp),
+        kernel_array(widths_m),
+        kernel_array(own_ids, np.int64),
         open_boxes(hand),
         hand.reach_m,
-        kind,
-        owners,
-        np.asarray(grid.origin, dtype=float),
-        grid.voxel_size_m,
-        np.ascontiguousarray(fixed, dtype=float).reshape(-1, 6),
+        kernel_array(kind, np.uint8),
+        kernel_array(owners, np.uint64),
+        kernel_array(grid.origin),
+        float(grid.voxel_size_m),
+        kernel_array(fixed).reshape(-1, 6),
         np.array(paddings),
         bits,
         static,

@@ -4,10 +4,11 @@ import numpy as np
 from jaxtyping import Bool
 from numba import njit
 
+from torc.geometry.arrays import kernel_array
 from torc.grasping.cells import box_reached
 from torc.grasping.clouds import scene_cells
 from torc.grasping.config import ValidityConfig
-from torc.grasping.hand import hand_geometry, reach_at
+from torc.grasping.hand import FINGER_X, FINGER_Y, FINGER_Z, OPEN, PAD_Y, PAD_Z, hand_geometry, reach_at
 from torc.records import GraspSet, SegmentedScene
 from torc.robots.description import GripperDescription
 
@@ -22,9 +23,9 @@ def between_and_inside(
     counts = np.zeros((n, 2), dtype=np.int64)
     foreign = np.zeros(n, dtype=np.int64)
     _count(
-        np.ascontiguousarray(grasps.Ts_world_tcp, dtype=float),
-        np.ascontiguousarray(grasps.widths_m, dtype=float),
-        grasps.object_ids.astype(np.int64),
+        kernel_array(grasps.Ts_world_tcp),
+        kernel_array(grasps.widths_m),
+        kernel_array(grasps.object_ids, np.int64),
         cells.points,
         cells.tags,
         cells.starts,
@@ -62,12 +63,12 @@ def _count(
     """
     box = np.empty((2, 3))
     per_id = np.zeros(64, dtype=np.int64)
-    inner, outer = 0.5 * sizes[0], 0.5 * sizes[0] + sizes[4]
+    inner, outer = 0.5 * sizes[OPEN], 0.5 * sizes[OPEN] + sizes[FINGER_X]
     for n in range(len(widths)):
         R, tip = Ts[n, :3, :3].copy(), Ts[n, :3, 3].copy()
         shift_z = -reach_at(reach_m, widths[n])
-        box[0, 0], box[0, 1], box[0, 2] = -outer, -sizes[3], shift_z - sizes[5]
-        box[1, 0], box[1, 1], box[1, 2] = outer, sizes[3], 0.0
+        box[0, 0], box[0, 1], box[0, 2] = -outer, -sizes[FINGER_Y], shift_z - sizes[FINGER_Z]
+        box[1, 0], box[1, 1], box[1, 2] = outer, sizes[FINGER_Y], 0.0
         per_id[:] = 0
         for c in range(len(radii)):
             if not box_reached(R, tip, centers[c], radii[c], box):
@@ -76,10 +77,10 @@ def _count(
                 px, py, pz = points[i, 0] - tip[0], points[i, 1] - tip[1], points[i, 2] - tip[2]
                 z = R[0, 2] * px + R[1, 2] * py + R[2, 2] * pz
                 y = R[0, 1] * px + R[1, 1] * py + R[2, 1] * pz
-                if z > 0.0 or z < box[0, 2] or abs(y) > sizes[3]:
+                if z > 0.0 or z < box[0, 2] or abs(y) > sizes[FINGER_Y]:
                     continue
                 x = abs(R[0, 0] * px + R[1, 0] * py + R[2, 0] * pz)
-                if x < inner and abs(y) < sizes[1] and z > -sizes[2]:
+                if x < inner and abs(y) < sizes[PAD_Y] and z > -sizes[PAD_Z]:
                     per_id[ids[i]] += 1
                 elif x >= inner and x <= outer and z <= shift_z and ids[i] == own_ids[n]:
                     counts[n, 1] += 1

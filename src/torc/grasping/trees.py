@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int32
 
 from torc.errors import InputError
+from torc.geometry.arrays import kernel_array
 from torc.grasping.tree_kernels import SortedTests, evaluate_sorted, evaluate_trees, sorted_tests
 
 MODEL_VERSION = 1
@@ -60,7 +61,7 @@ class TreeModel:
 
     def probability(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
         """Calibrated probability per row."""
-        x = np.ascontiguousarray(features, dtype=np.float32)
+        x = kernel_array(features, np.float32)
         if self.sorted_tests is not None and not np.isnan(x).any():
             raw = evaluate_sorted(x, *self.sorted_tests, self.baseline)
         else:

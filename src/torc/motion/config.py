@@ -75,7 +75,7 @@ class TimingConfig:
     """Time parametrisation.
 
     Attributes:
-        backend: "compiled" (our TOPP-RA) or "toppra" (the library: same profile, slower, heavy to import).
+        backend: "compiled" (our TOPP-RA) or "toppra" (the library, in the extra of that name: same profile, slower).
         sample_s: time between samples of a trajectory.
         grid_points: along the path, at least. Coarser grids give far too slow trajectories.
         speed_scale, acceleration_scale: share of the joints' limits that is used.
@@ -114,6 +114,10 @@ class MotionConfig:
     cartesian: CartesianConfig = field(default_factory=CartesianConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     timing: TimingConfig = field(default_factory=TimingConfig)
+
+    def opening(self, max_width_m: float) -> float:
+        """Opening of a gripper until it closes on the object."""
+        return max_width_m if self.opening_m is None else min(self.opening_m, max_width_m)
 
 
 def even_yaws(n: int) -> np.ndarray:

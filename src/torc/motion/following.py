@@ -9,47 +9,15 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from torc.collision.placement import RobotArrays, forward
-
-
-@njit(cache=True)
-def _pose_error(T, target, error):
-    """Translation and rotation vector (world) from T to target, both 3 by 4; returns their norms."""
-    for i in range(3):
-        error[i] = target[i, 3] - T[i, 3]
-    # Rotation vector of target @ T^-1; its half-angle form is exact enough for the small turns between
-    # waypoints.
-    R = np.zeros((3, 3))
-    for i in range(3):
-        for j in range(3):
-            R[i, j] = target[i, 0] * T[j, 0] + target[i, 1] * T[j, 1] + target[i, 2] * T[j, 2]
-    sx, sy, sz = 0.5 * (R[2, 1] - R[1, 2]), 0.5 * (R[0, 2] - R[2, 0]), 0.5 * (R[1, 0] - R[0, 1])
-    sine = np.sqrt(sx * sx + sy * sy + sz * sz)
-    angle = np.arctan2(sine, 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0))
-    k = angle / sine if sine > 1e-12 else 1.0
-    error[3], error[4], error[5] = k * sx, k * sy, k * sz
-    return np.sqrt(error[0] ** 2 + error[1] ** 2 + error[2] ** 2), angle
-
-
-@njit(cache=True)
-def _geometric_jacobian(Ts, axes, J):
-    """Jacobian of tool0 (world frame; rows: translation, rotation) from the link poses."""
-    dof = axes.shape[0]
-    tool = Ts[dof]
-    for i in range(dof):
-        T, u = Ts[i], axes[i]
-        zx = T[0, 0] * u[0] + T[0, 1] * u[1] + T[0, 2] * u[2]
-        zy = T[1, 0] * u[0] + T[1, 1] * u[1] + T[1, 2] * u[2]
-        zz = T[2, 0] * u[0] + T[2, 1] * u[1] + T[2, 2] * u[2]
-        dx, dy, dz = tool[0, 3] - T[0, 3], tool[1, 3] - T[1, 3], tool[2, 3] - T[2, 3]
-        J[0, i], J[1, i], J[2, i] = zy * dz - zz * dy, zz * dx - zx * dz, zx * dy - zy * dx
-        J[3, i], J[4, i], J[5, i] = zx, zy, zz
+from torc.geometry.arrays import kernel_array
+from torc.robots.kernels import jacobian_kernel, pose_error
 
 
 @njit(cache=True)
 def follow_waypoints(q_start, targets, robot, lower, upper, max_step_rad, tolerance, path):
     """Fill path with a configuration per target pose; returns how many could be reached in a row.
 
-    It ends where a waypoint is not met within the tolerance (metres and radians), a joint limit is passed, or
+    It ends where a waypoint is not met within the tolerance (metres and radians, per axis), a joint limit is passed, or
     a joint changes by more than max_step_rad between two waypoints.
     """
     dof = q_start.shape[0]
@@ -61,11 +29,10 @@ def follow_waypoints(q_start, targets, robot, lower, upper, max_step_rad, tolera
         met = False
         for _ in range(12):
             forward(q, robot, Ts, scratch)
-            distance, angle = _pose_error(Ts[dof], targets[k], error)
-            if distance < tolerance and angle < tolerance:
+            if pose_error(Ts[dof], targets[k], error) < tolerance:
                 met = True
                 break
-            _geometric_jacobian(Ts, robot.axes, J)
+            jacobian_kernel(Ts, robot.axes, J)
             q += J.T @ np.linalg.solve(J @ J.T + damping, error)
         if not met:
             return k
@@ -95,10 +62,10 @@ def follow_line(
     tolerance: float = 1e-5,
 ) -> tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]:
     """Joint paths through the poses from each start, and how many poses in a row each path meets."""
-    targets = np.ascontiguousarray(Ts_world_tool0[:, :3], dtype=float)
-    starts = np.ascontiguousarray(starts, dtype=float)
+    targets, starts = kernel_array(Ts_world_tool0[:, :3]), kernel_array(starts)
     paths = np.full((len(starts), len(targets), starts.shape[1]), np.nan)
     counts = np.zeros(len(starts), dtype=np.int64)
+    lower, upper = kernel_array(lower), kernel_array(upper)
     _follow_many(starts, targets, robot, lower, upper, max_step_rad, tolerance, paths, counts)
     return paths, counts
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
-from torc.collision.checks import Contacts, blockers, collides, static_contacts
+from torc.collision.checks import Contacts, blockers, collides, self_contacts, static_contacts
 from torc.collision.placement import RobotArrays
 from torc.collision.world import CollisionWorld
 from torc.motion.config import CartesianConfig
@@ -38,13 +38,15 @@ class LinePair:
 
 @dataclass(frozen=True)
 class LineContext:
-    """What the lines of one grasp depend on.
+    """One grasp and all that its motions depend on.
 
     Attributes:
         arm, robot: the arm, and the robot for the compiled checks.
         world: obstacles.
         opening_m: of the gripper before it closes.
         own_id: the object to be grasped.
+        T_world_tool0: the flange at the grasp.
+        approach_axis: direction of the approach, world frame.
         width_m: of the closed gripper.
         held: the object as spheres in the tool0 frame, once it is held.
     """
@@ -54,6 +56,8 @@ class LineContext:
     world: CollisionWorld
     opening_m: float
     own_id: int
+    T_world_tool0: Float[np.ndarray, "4 4"]
+    approach_axis: Float[np.ndarray, "3"]
     width_m: float
     held: Float[np.ndarray, "a 4"]
 
@@ -63,21 +67,24 @@ class LineContext:
 
     def free_when_lifted(self, qpos: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
         """Whether nothing is touched with the object in the hand."""
-        return ~collides(self._without_object, self.robot, qpos, self.width_m, attached=self.held)
+        return ~collides(self.without_object, self.robot, qpos, self.width_m, attached=self.held)
 
     @cached_property
-    def _without_object(self) -> CollisionWorld:
+    def without_object(self) -> CollisionWorld:
+        """The world once the object is in the hand, what it hid taken to be free."""
         return self.world.without_object(self.own_id)
 
     def hits_fixed(self, qpos: Float[np.ndarray, "n dof"]) -> bool:
         """Whether table, bin or the robot itself is touched anywhere."""
         return bool(np.any(static_contacts(self.world, self.robot, qpos, self.opening_m)))
 
+    def hits_robot_when_held(self, qpos: Float[np.ndarray, "n dof"]) -> bool:
+        """Whether the object in the hand touches the robot anywhere."""
+        return bool(np.any(self_contacts(self.world, self.robot, qpos, self.width_m, self.held)))
+
 
 def line_pairs(
     context: LineContext,
-    T_world_tool0: Float[np.ndarray, "4 4"],
-    approach_axis: Float[np.ndarray, "3"],
     branches: Float[np.ndarray, "b dof"],
     qpos_start: Float[np.ndarray, "dof"],
     config: CartesianConfig,
@@ -85,14 +92,14 @@ def line_pairs(
     """Per branch an approach and a lift that it can follow; those with a free pre-grasp, and the
     others.
 
-    A line must keep off table, bin and the robot itself. Other objects are not forbidden on lines (paper: A
-    Modular Pipeline), but the branches that touch least of them come first; then long approaches, then
-    nearness to the start.
+    A line must keep off table, bin and the robot itself, with the object in the hand too. Other objects are not
+    forbidden on lines (paper: A Modular Pipeline), but the branches that touch least of them come first; then long
+    approaches, then nearness to the start.
     """
-    margin = config.limit_margin_rad
+    margin, T_grasp = config.limit_margin_rad, context.T_world_tool0
     lower, upper = context.arm.lower + margin, context.arm.upper - margin
-    back = line_poses(T_world_tool0, -approach_axis, max(config.back_offs_m), config.step_m)
-    up = line_poses(T_world_tool0, _UP, max(config.lifts_m), config.step_m)
+    back = line_poses(T_grasp, -context.approach_axis, max(config.back_offs_m), config.step_m)
+    up = line_poses(T_grasp, _UP, max(config.lifts_m), config.step_m)
     step = config.max_joint_step_rad
     backward, back_count = follow_line(context.robot, branches, back, lower, upper, step)
     upward, up_count = follow_line(context.robot, branches, up, lower, upper, step)
@@ -104,7 +111,7 @@ def line_pairs(
             continue
         n_up, clear = raised
         lift = np.vstack([q, upward[b, :n_up]])
-        if context.hits_fixed(lift[::2]):
+        if context.hits_fixed(lift[::2]) or context.hits_robot_when_held(lift[::2]):
             continue
         found = _pre_grasp(context, q, backward[b], int(back_count[b]), config)
         if found is None:
@@ -114,9 +121,9 @@ def line_pairs(
         touches = _touches(context, approach) + (not clear)
         pair = LinePair(
             approach,
-            np.concatenate([back[:n][::-1], T_world_tool0[None]]),
+            np.concatenate([back[:n][::-1], T_grasp[None]]),
             lift,
-            np.concatenate([T_world_tool0[None], up[:n_up]]),
+            np.concatenate([T_grasp[None], up[:n_up]]),
             touches,
         )
         distance = float(np.max(np.abs(approach[0] - qpos_start) / context.arm.max_speed))

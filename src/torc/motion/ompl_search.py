@@ -1,6 +1,6 @@
 """RRT-Connect of OMPL around our compiled edge check."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -10,29 +10,41 @@ from ompl import geometric as og
 from ompl import util as ou
 
 from torc.motion.config import SearchConfig
+from torc.motion.queries import MotionQuery
 from torc.motion.space import FreeSpace
 
 
+def compiled_edges(si: "ob.SpaceInformation", space: FreeSpace) -> None:
+    """Tells OMPL to check configurations and edges by the compiled checks."""
+    validator = _EdgeValidator(si, space)
+    si.setMotionValidator(validator)
+    si.setStateValidityChecker(validator.state_free)
+
+
 def ompl_search(
-    space: FreeSpace,
-    start: Float[np.ndarray, "dof"],
-    goals: Float[np.ndarray, "g dof"],
+    query: MotionQuery,
     config: SearchConfig,
     rng: np.random.Generator,
+    validate: Callable[["ob.SpaceInformation", FreeSpace], None] = compiled_edges,
 ) -> Float[np.ndarray, "m dof"] | None:
-    """A free path from start to one of the goals, or None after config.max_iterations samples.
+    """`PathSearch` by OMPL. `validate` tells OMPL how to check.
 
-    Start and goals must be free. OMPL seeds each of its generators from a global one, which is set here from
-    rng: so equal queries have equal answers within and across processes.
+    OMPL seeds each of its generators from a global one, which is set here from rng: so equal queries have equal
+    answers within and across processes.
     """
     with _quiet_and_seeded(int(rng.integers(1, 2**31 - 1))):
-        return _solve(space, start, goals, config)
+        return _solve(query, config, validate)
+
+
+def configuration(state: "ob.State", dof: int) -> Float[np.ndarray, "dof"]:
+    """An OMPL state as an array."""
+    return np.array([state[i] for i in range(dof)])
 
 
 def _solve(
-    space: FreeSpace, start: np.ndarray, goals: np.ndarray, config: SearchConfig
+    query: MotionQuery, config: SearchConfig, validate: Callable[["ob.SpaceInformation", FreeSpace], None]
 ) -> Float[np.ndarray, "m dof"] | None:
-    dof = len(start)
+    space, dof = query.space, len(query.start)
     state_space = ob.RealVectorStateSpace(dof)
     bounds = ob.RealVectorBounds(dof)
     for i in range(dof):
@@ -40,14 +52,12 @@ def _solve(
         bounds.setHigh(i, float(space.upper[i]))
     state_space.setBounds(bounds)
     si = ob.SpaceInformation(state_space)
-    validator = _EdgeValidator(si, space, dof)
-    si.setMotionValidator(validator)
-    si.setStateValidityChecker(validator.state_free)
+    validate(si, space)
     si.setup()
     problem = ob.ProblemDefinition(si)
-    problem.addStartState(_state(state_space, start))
+    problem.addStartState(_state(state_space, query.start))
     goal = ob.GoalStates(si)
-    for q in goals:
+    for q in query.goals:
         goal.addState(_state(state_space, q))
     problem.setGoal(goal)
     planner = og.RRTConnect(si)
@@ -63,27 +73,23 @@ def _solve(
     planner.solve(ob.PlannerTerminationCondition(exhausted))
     if not problem.hasExactSolution():
         return None
-    states = problem.getSolutionPath().getStates()
-    return np.array([[s[i] for i in range(dof)] for s in states])
+    return np.array([configuration(s, dof) for s in problem.getSolutionPath().getStates()])
 
 
 class _EdgeValidator(ob.MotionValidator):
     """Edges by the compiled check."""
 
-    def __init__(self, si: "ob.SpaceInformation", space: FreeSpace, dof: int) -> None:
+    def __init__(self, si: "ob.SpaceInformation", space: FreeSpace) -> None:
         super().__init__(si)
-        self.space, self.dof = space, dof
+        self.space, self.dof = space, len(space.lower)
 
     def checkMotion(self, a: "ob.State", b: "ob.State") -> bool:
         """Whether the straight edge is free."""
-        return self.space.edge_free(self._array(a), self._array(b))
+        return self.space.edge_free(configuration(a, self.dof), configuration(b, self.dof))
 
     def state_free(self, state: "ob.State") -> bool:
         """Whether one configuration is free."""
-        return not self.space.collides(self._array(state)[None])[0]
-
-    def _array(self, state: "ob.State") -> Float[np.ndarray, "dof"]:
-        return np.array([state[i] for i in range(self.dof)])
+        return not self.space.collides(configuration(state, self.dof)[None])[0]
 
 
 def _state(state_space: "ob.StateSpace", q: np.ndarray) -> "ob.State":

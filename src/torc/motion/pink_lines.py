@@ -5,12 +5,18 @@ pink returns no error where a line leaves the arm's reach or meets a limit: the 
 """
 
 import numpy as np
-import pink
-import pinocchio as pin
 from jaxtyping import Float
-from pink.tasks import FrameTask, PostureTask
 
+from torc.errors import MissingDependencyError
 from torc.robots.description import ArmDescription
+
+try:
+    import pink
+    import pinocchio as pin
+    from pink.tasks import FrameTask, PostureTask
+except ImportError as error:
+    # pinocchio's wheel leaves this one library to the system.
+    raise MissingDependencyError(f"pinocchio ({error})", "apt-get install libgomp1") from error
 
 _FRAME = "tool0"
 

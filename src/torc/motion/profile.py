@@ -11,6 +11,8 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit
 
+from torc.geometry.arrays import kernel_array
+
 
 @njit(cache=True)
 def _bounds(start, end, curvature, ds, limits, low, high):
@@ -101,4 +103,4 @@ def fastest_speeds(
         max_speed, max_acceleration: of the joints.
     """
     arrays = (grid, starts, ends, curvatures, max_speed, max_acceleration)
-    return _profile(*(np.ascontiguousarray(a, dtype=float) for a in arrays))
+    return _profile(*map(kernel_array, arrays))

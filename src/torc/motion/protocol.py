@@ -34,7 +34,11 @@ class PickRequest:
 
 
 class MotionPlanner(Protocol):
-    """Plans the motions of a pick."""
+    """Plans the motions of a pick.
+
+    One with numba kernels of its own may have a second method, `warm_up(request)`, called before a trial to use each
+    kernel once.
+    """
 
     def plan_pick(self, request: PickRequest, rng: np.random.Generator) -> PickPlan | PlanFailure:
         """Motions for the best valid grasp of the object for which all of them exist.

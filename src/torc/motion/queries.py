@@ -1,9 +1,10 @@
 """Free motions: search, shorten, round, time, and check once more."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from torc.motion.config import MotionConfig, SearchConfig
 from torc.motion.geometry import rounded_path
@@ -14,43 +15,73 @@ from torc.records import PlanStage, Trajectory
 from torc.robots.description import ArmDescription
 
 
-def free_path(
-    space: FreeSpace,
-    start: Float[np.ndarray, "dof"],
-    goals: Float[np.ndarray, "g dof"],
-    cost: Float[np.ndarray, "g"],
-    config: SearchConfig,
-    rng: np.random.Generator,
-) -> tuple[Float[np.ndarray, "m dof"], int] | None:
-    """A free polyline from start to one of the goals and that goal's index; None if none is found.
+@dataclass(frozen=True)
+class MotionQuery:
+    """From where to where, and what is free on the way.
 
-    cost: seconds that the choice of each goal costs later. Only the cheapest config.goals are looked at: the
-    first that a straight edge reaches is taken; else a tree search decides. Start and goals must be free.
+    Attributes:
+        space: what must not be touched.
+        start: configuration to start from, radians.
+        goals: configurations to end in, any of them.
+        later_s: seconds that the choice of each goal costs later; None: all cost the same.
     """
-    usable = np.flatnonzero(~space.collides(goals))
+
+    space: FreeSpace
+    start: Float[np.ndarray, "dof"]
+    goals: Float[np.ndarray, "g dof"]
+    later_s: Float[np.ndarray, "g"] | None = None
+
+    def among(self, index: Int[np.ndarray, "k"]) -> "MotionQuery":
+        """The same with only some of the goals."""
+        later_s = None if self.later_s is None else self.later_s[index]
+        return replace(self, goals=self.goals[index], later_s=later_s)
+
+    def by_time(self) -> Int[np.ndarray, "g"]:
+        """Indices of the goals, the soonest first."""
+        seconds = self.space.seconds_between(self.start, self.goals)
+        return np.argsort(seconds if self.later_s is None else seconds + self.later_s, kind="stable")
+
+
+class PathSearch(Protocol):
+    """A search for a path that no straight edge is."""
+
+    def __call__(
+        self, query: MotionQuery, config: SearchConfig, rng: np.random.Generator
+    ) -> Float[np.ndarray, "m dof"] | None:
+        """A free path from the start to one of the goals, or None after config.max_iterations samples.
+
+        Start and goals must be free; what the goals cost later does not count. Equal queries and generators have
+        equal answers.
+        """
+        ...
+
+
+def free_path(
+    query: MotionQuery, config: SearchConfig, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, "m dof"], int] | None:
+    """A free polyline from the start to one of the goals and that goal's index; None if none is found.
+
+    Only the soonest config.goals are looked at: the first that a straight edge reaches is taken; else a tree search
+    decides. Start and goals must be free.
+    """
+    space, start = query.space, query.start
+    usable = np.flatnonzero(~space.collides(query.goals))
     if len(usable) == 0 or space.collides(start[None])[0]:
         return None
-    later = space.seconds_between(start, goals[usable]) + cost[usable]
-    order = usable[np.argsort(later, kind="stable")][: config.goals]
+    order = usable[query.among(usable).by_time()][: config.goals]
     for chosen in order:
-        if space.edge_free(start, goals[chosen]):
-            return np.stack([start, goals[chosen]]), int(chosen)
-    path = _search(space, start, goals[order], config, rng)
+        if space.edge_free(start, query.goals[chosen]):
+            return np.stack([start, query.goals[chosen]]), int(chosen)
+    path = path_search(config)(query.among(order), config, rng)
     if path is None:
         return None
-    chosen = int(np.argmin(np.linalg.norm(goals - path[-1], axis=1)))
-    path[0], path[-1] = start, goals[chosen]
+    chosen = int(np.argmin(np.linalg.norm(query.goals - path[-1], axis=1)))
+    path[0], path[-1] = start, query.goals[chosen]
     return shortcut(path, config.shortcut_rounds, space, rng), chosen
 
 
 def timed_motion(
-    space: FreeSpace,
-    start: Float[np.ndarray, "dof"],
-    goals: Float[np.ndarray, "g dof"],
-    cost: Float[np.ndarray, "g"],
-    arm: ArmDescription,
-    config: MotionConfig,
-    rng: np.random.Generator,
+    query: MotionQuery, arm: ArmDescription, config: MotionConfig, rng: np.random.Generator
 ) -> tuple[Trajectory, int] | PlanStage:
     """A free, timed motion to one of the goals and that goal's index, or the stage that failed (FREE or
     TIMING).
@@ -58,17 +89,29 @@ def timed_motion(
     An edge is checked at steps; what grazes an obstacle between them shows in the trajectory, which is
     checked finely. Then the search is repeated with smaller steps.
     """
-    failed = PlanStage.FREE
+    failed, space = PlanStage.FREE, query.space
     for refinement in range(config.search.refinements + 1):
-        finer = replace(space, step_m=space.step_m / 2**refinement)
-        found = free_path(finer, start, goals, cost, config.search, rng)
+        finer = replace(query, space=replace(space, step_m=space.step_m / 2**refinement))
+        found = free_path(finer, config.search, rng)
         if found is None:
             return failed
-        trajectory = _timed(found[0], finer, arm, config)
+        trajectory = _timed(found[0], finer.space, arm, config)
         if trajectory is not None:
             return trajectory, found[1]
         failed = PlanStage.TIMING
     return failed
+
+
+def path_search(config: SearchConfig) -> PathSearch:
+    """The search that the configuration names."""
+    # Imported here: OMPL takes a while to load, and only one of the two is ever needed.
+    if config.backend == "ompl":
+        from torc.motion.ompl_search import ompl_search
+
+        return ompl_search
+    from torc.motion.tree_search import tree_search
+
+    return tree_search
 
 
 def _timed(
@@ -89,16 +132,3 @@ def _timed(
         if not blends.any():
             break
     return None
-
-
-def _search(
-    space: FreeSpace, start: np.ndarray, goals: np.ndarray, config: SearchConfig, rng: np.random.Generator
-) -> Float[np.ndarray, "m dof"] | None:
-    # Imported here: OMPL takes a while to load, and only one of the two is ever needed.
-    if config.backend == "ompl":
-        from torc.motion.ompl_search import ompl_search
-
-        return ompl_search(space, start, goals, config, rng)
-    from torc.motion.tree_search import tree_search
-
-    return tree_search(space, start, goals, config, rng)

@@ -6,6 +6,7 @@ from numba import njit
 
 from torc.collision.edges import edge_collides
 from torc.collision.placement import sphere_rows
+from torc.geometry.arrays import kernel_array
 from torc.motion.space import FreeSpace
 
 
@@ -125,10 +126,9 @@ def shortcut(
 ) -> Float[np.ndarray, "k dof"]:
     """A shorter free path: skip waypoints, then join random points of the path by free edges, then skip again."""
     draws = rng.random((rounds, 2))
-    scene = (space.width_m, space.robot, space.world, space.reach, space.step_m)
-    path = _skip_waypoints(np.ascontiguousarray(path), *scene)
-    path = _shortcut(path, draws, space.weights, *scene)
-    return _skip_waypoints(path, *scene)
+    path = _skip_waypoints(kernel_array(path), *space.scene)
+    path = _shortcut(path, draws, space.weights, *space.scene)
+    return _skip_waypoints(path, *space.scene)
 
 
 def corner_blends(
@@ -139,13 +139,4 @@ def corner_blends(
 
     0 at both ends and where even a small arc is not free.
     """
-    return _corner_blends(
-        np.ascontiguousarray(path),
-        blend_rad,
-        samples,
-        space.width_m,
-        space.robot,
-        space.world,
-        space.reach,
-        space.step_m,
-    )
+    return _corner_blends(kernel_array(path), blend_rad, samples, *space.scene)

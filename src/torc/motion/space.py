@@ -6,13 +6,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from torc.collision.checks import with_attached, world_arrays
-from torc.collision.edges import edges_batch, path_collides
+from torc.collision.edges import edges_batch
 from torc.collision.kernels import contacts_batch
 from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays, joint_reach
 from torc.collision.world import CollisionWorld
-
-_NO_BITS = np.uint64(0)
+from torc.geometry.arrays import kernel_array
 
 
 @dataclass(frozen=True)
@@ -38,11 +37,16 @@ class FreeSpace:
     upper: Float[np.ndarray, "dof"]
     weights: Float[np.ndarray, "dof"]
 
+    @property
+    def scene(self) -> tuple[float, RobotArrays, WorldArrays, np.ndarray, float]:
+        """Opening, robot, world, reach and step, in the order in which the compiled checks take them."""
+        return self.width_m, self.robot, self.world, self.reach, self.step_m
+
     def collides(self, qpos: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
         """Whether each configuration touches anything."""
         n = len(qpos)
         bits, flags = contacts_batch(
-            np.ascontiguousarray(qpos),
+            kernel_array(qpos),
             np.full(n, self.width_m),
             np.zeros(n, np.uint64),
             self.robot,
@@ -57,33 +61,13 @@ class FreeSpace:
     ) -> Bool[np.ndarray, "n"]:
         """Whether each straight edge from start touches anything."""
         n = len(ends)
-        return edges_batch(
-            np.ascontiguousarray(np.broadcast_to(start, ends.shape)),
-            np.ascontiguousarray(ends),
-            np.full(n, self.width_m),
-            np.zeros(n, np.uint64),
-            self.robot,
-            self.world,
-            self.reach,
-            self.step_m,
-        )
+        width_m, *scene = self.scene
+        starts = kernel_array(np.broadcast_to(start, ends.shape))
+        return edges_batch(starts, kernel_array(ends), np.full(n, width_m), np.zeros(n, np.uint64), *scene)
 
     def edge_free(self, a: Float[np.ndarray, "dof"], b: Float[np.ndarray, "dof"]) -> bool:
         """Whether the straight edge touches nothing."""
         return not self.edges_collide(a, b[None])[0]
-
-    def path_free(self, path: Float[np.ndarray, "m dof"]) -> bool:
-        """Whether all edges of a path touch nothing."""
-        first = path_collides(
-            np.ascontiguousarray(path),
-            self.width_m,
-            _NO_BITS,
-            self.robot,
-            self.world,
-            self.reach,
-            self.step_m,
-        )
-        return first < 0
 
     def seconds_between(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Time the slowest joint needs at full speed, ignoring accelerations."""
@@ -113,6 +97,9 @@ def free_space(
     )
 
 
-def loosened(space: FreeSpace, by_m: float) -> FreeSpace:
-    """The same space with smaller paddings."""
-    return replace(space, world=space.world._replace(padding=space.world.padding - by_m))
+def loosened(space: FreeSpace, by_m: float, itself_too: bool = False) -> FreeSpace:
+    """The same space with smaller paddings, if wanted also between parts of the robot."""
+    world = space.world._replace(padding=space.world.padding - by_m)
+    if itself_too:
+        world = world._replace(self_padding=world.self_padding - by_m)
+    return replace(space, world=world)

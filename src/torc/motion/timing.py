@@ -15,6 +15,8 @@ def time_path(path: PiecewisePath, arm: ArmDescription, config: TimingConfig) ->
     """The fastest motion along a path; None if there is none (toppra only).
 
     The trajectory stays on the path exactly: between grid points the speed follows constant path acceleration.
+
+    Raises MissingDependencyError if config.backend is "toppra" and the extra of that name is not installed.
     """
     speed, acceleration = config.speed_scale * arm.max_speed, config.acceleration_scale * arm.max_acceleration
     grid = path.grid(path.length / config.grid_points)

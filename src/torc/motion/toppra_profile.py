@@ -1,6 +1,6 @@
 """The speed profile by the toppra library: the same problem as `profile`, kept as a second opinion.
 
-Its import takes seconds (it loads matplotlib's user interface) and each path milliseconds, so it is not the default.
+Its import takes seconds (it loads matplotlib's user interface) and each path milliseconds, so it is an extra.
 """
 
 import logging
@@ -9,13 +9,19 @@ import warnings
 import numpy as np
 from jaxtyping import Float
 
+from torc.errors import MissingDependencyError, extra_remedy
 from torc.motion.geometry import PiecewisePath
 
-with warnings.catch_warnings():
-    # Some of its docstrings have invalid escapes: Python says so when it first compiles them.
-    warnings.simplefilter("ignore")
-    import toppra
-    from toppra.interpolator import AbstractGeometricPath
+try:
+    with warnings.catch_warnings():
+        # Some of its docstrings have invalid escapes: Python says so when it first compiles them.
+        warnings.simplefilter("ignore")
+        import toppra
+        from toppra.interpolator import AbstractGeometricPath
+except ImportError as error:
+    raise MissingDependencyError(
+        "The timing backend 'toppra' (x86-64 only)", extra_remedy("toppra")
+    ) from error
 
 
 class _ToppraPath(AbstractGeometricPath):

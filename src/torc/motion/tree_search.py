@@ -6,8 +6,9 @@ from numba import njit
 
 from torc.collision.edges import edge_collides
 from torc.collision.placement import sphere_rows
+from torc.geometry.arrays import kernel_array
 from torc.motion.config import SearchConfig
-from torc.motion.space import FreeSpace
+from torc.motion.queries import MotionQuery
 
 
 @njit(cache=True)
@@ -102,25 +103,19 @@ def _connect(start, goals, samples, range_rad, capacity, scene):
 
 
 def tree_search(
-    space: FreeSpace,
-    start: Float[np.ndarray, "dof"],
-    goals: Float[np.ndarray, "g dof"],
-    config: SearchConfig,
-    rng: np.random.Generator,
+    query: MotionQuery, config: SearchConfig, rng: np.random.Generator
 ) -> Float[np.ndarray, "m dof"] | None:
-    """A free path from start to one of the goals, or None after config.max_iterations samples.
-
-    Start and goals must be free. Every draw comes from rng.
-    """
-    samples = rng.uniform(space.lower, space.upper, (config.max_iterations, len(start)))
+    """`PathSearch` by our own trees. Every draw comes from rng."""
+    space, goals = query.space, kernel_array(query.goals)
+    samples = rng.uniform(space.lower, space.upper, (config.max_iterations, len(query.start)))
     # Per sample one node by growing towards it, and one per range_rad of the way by growing towards the other tree.
     way = int(np.linalg.norm(space.upper - space.lower) / config.range_rad) + 2
     path = _connect(
-        np.ascontiguousarray(start, dtype=float),
-        np.ascontiguousarray(goals, dtype=float),
+        kernel_array(query.start),
+        goals,
         samples,
         config.range_rad,
         len(goals) + 1 + config.max_iterations * (way + 1),
-        (space.width_m, space.robot, space.world, space.reach, space.step_m),
+        space.scene,
     )
     return path if len(path) else None

@@ -4,12 +4,14 @@ A voxel is unknown until a snapshot sees it free or on a surface; then it stays 
 there. An unknown voxel carries the bit of the object whose pixel hides it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Int16, UInt64
 
 from torc.errors import InputError
+from torc.geometry.arrays import kernel_array
 from torc.geometry.transforms import invert
 from torc.occlusion.kernels import FREE, OUT_OF_VIEW, points_in_free_space, project_voxels, vote_labels
 from torc.records import BACKGROUND, EMPTY, OcclusionVolume, SegmentedObject, SegmentedScene, VoxelGrid
@@ -30,6 +32,9 @@ class OcclusionConfig:
             reading where nothing is in range. Off, what lies behind such pixels stays unknown.
         out_of_view_is_free: take what the camera can never see as free instead of unknown. For a fixed camera
             whose image does not cover the grid: unknown there would stay for ever.
+        smooth_px: width of a median filter of the depth, 0 (none), 3 or 5: single lost or smeared readings would
+            leave unknown voxels all along their rays, and bar the arm's way. Surfaces are not smoothed. Background
+            pixels as close to an object hide what they hide as part of it.
     """
 
     min_depth_m: float = 0.1
@@ -40,11 +45,19 @@ class OcclusionConfig:
     moved_share: float = 0.2
     empty_pixels_are_free: bool = False
     out_of_view_is_free: bool = False
+    smooth_px: int = 0
+
+    def __post_init__(self) -> None:
+        if self.smooth_px not in (0, 3, 5):
+            raise InputError(f"OcclusionConfig.smooth_px is {self.smooth_px}; it must be 0, 3 or 5.")
 
 
 FIXED_CAMERA = OcclusionConfig(out_of_view_is_free=True)
 """For a camera that never moves: what it can never see counts as outside of the volume, since as "unknown" it would bar
 the arm's way for ever."""
+
+FIXED_REAL_CAMERA = replace(FIXED_CAMERA, smooth_px=5)
+"""The same for a sensor with lost and smeared readings."""
 
 
 def empty_volume(grid: VoxelGrid) -> OcclusionVolume:
@@ -75,12 +88,12 @@ def update_volume(
     surface = surface_labels(grid, scene, config)
     state, bits, near_behind = project_voxels(
         grid.shape,
-        np.asarray(grid.origin, dtype=float),
-        grid.voxel_size_m,
-        invert(view.T_world_camera),
-        np.asarray(view.K, dtype=float),
+        kernel_array(grid.origin),
+        float(grid.voxel_size_m),
+        kernel_array(invert(view.T_world_camera)),
+        kernel_array(view.K),
         _usable_depth(scene, config),
-        _pixel_bits(scene),
+        _pixel_bits(scene, config),
         _disturbed_pixels(volume, scene, config),
         config.object_depth_m,
     )
@@ -97,15 +110,15 @@ def surface_labels(
 ) -> Int16[np.ndarray, "nx ny nz"]:
     """Per voxel the id that most of its surface points have; objects win over the background; EMPTY elsewhere."""
     config = OcclusionConfig() if config is None else config
-    origin = np.asarray(grid.origin, dtype=float)
+    origin, voxel_m = kernel_array(grid.origin), float(grid.voxel_size_m)
     label = np.full(grid.shape, EMPTY, dtype=np.int16)
     votes = np.zeros(grid.shape, dtype=np.int32)
     for o in scene.objects:
-        vote_labels(o.points, o.id, origin, grid.voxel_size_m, label, votes)
+        vote_labels(kernel_array(o.points, np.float32), o.id, origin, voxel_m, label, votes)
     above = scene.background_points[:, 2] > origin[2] + config.support_margin_m
     background = np.full(grid.shape, EMPTY, dtype=np.int16)
-    points = np.ascontiguousarray(scene.background_points[above])
-    vote_labels(points, BACKGROUND, origin, grid.voxel_size_m, background, np.zeros_like(votes))
+    points = kernel_array(scene.background_points[above], np.float32)
+    vote_labels(points, BACKGROUND, origin, voxel_m, background, np.zeros_like(votes))
     return np.where(label == EMPTY, background, label)
 
 
@@ -117,15 +130,20 @@ def _usable_depth(scene: SegmentedScene, config: OcclusionConfig) -> Float32[np.
     depth_m = np.where(good, np.minimum(depth_m, far), np.float32(0))
     if config.empty_pixels_are_free:
         depth_m[~good & (scene.label_image == BACKGROUND)] = far
-    return depth_m
+    depth_m = kernel_array(depth_m, np.float32)
+    return cv2.medianBlur(depth_m, config.smooth_px) if config.smooth_px else depth_m
 
 
-def _pixel_bits(scene: SegmentedScene) -> UInt64[np.ndarray, "h w"]:
+def _pixel_bits(scene: SegmentedScene, config: OcclusionConfig) -> UInt64[np.ndarray, "h w"]:
     """The bit of each pixel's object; 0 for the robot, the background and objects not reported."""
+    label = kernel_array(scene.label_image, np.int16)
+    if config.smooth_px:
+        spread = cv2.dilate(label, np.ones((config.smooth_px, config.smooth_px), dtype=np.uint8))
+        label = np.where(label == BACKGROUND, spread, label)
     bit_of_label = np.zeros(256, dtype=np.uint64)
     for i in scene.ids:
         bit_of_label[i] = np.uint64(1) << np.uint64(i)
-    return bit_of_label[scene.label_image.astype(np.uint8)]
+    return kernel_array(bit_of_label[label.astype(np.uint8)], np.uint64)
 
 
 def _disturbed_pixels(
@@ -145,7 +163,11 @@ def _moved_pixels(volume: OcclusionVolume, o: SegmentedObject, config: Occlusion
     """The pixels of an object that lie in formerly free space; all of them if that is a good share."""
     grid = volume.grid
     moved = points_in_free_space(
-        o.points, np.asarray(grid.origin, dtype=float), grid.voxel_size_m, volume.seen, volume.surface_label
+        kernel_array(o.points, np.float32),
+        kernel_array(grid.origin),
+        float(grid.voxel_size_m),
+        kernel_array(volume.seen, np.bool_),
+        kernel_array(volume.surface_label, np.int16),
     )
     count = np.count_nonzero(moved)
     if count < config.min_moved_points:

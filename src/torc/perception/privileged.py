@@ -1,7 +1,7 @@
 """Perception that is given the labels: a simulator's truth or an annotated data set."""
 
 from torc.errors import InputError
-from torc.perception.segmentation import PerceptionConfig, segment
+from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig, segment
 from torc.records import Observation, SegmentedScene
 
 
@@ -21,4 +21,4 @@ class LabelPerception:
         return segment(observation, observation.label_image, self.config)
 
 
-__all__ = ["LabelPerception", "PerceptionConfig"]
+__all__ = ["REAL_CAMERA", "LabelPerception", "PerceptionConfig"]

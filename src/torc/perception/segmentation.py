@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Int16, Int32
 
 from torc.errors import InputError
+from torc.geometry.arrays import kernel_array
 from torc.perception.kernels import estimate_normals, keep_background, keep_objects, lift_pixels
 from torc.records import (
     BACKGROUND,
@@ -33,6 +35,9 @@ class PerceptionConfig:
         normal_radius_px: normals are fitted in a window of this radius; raise it for noisy depth.
         stride: objects keep every stride-th pixel along rows and columns.
         background_stride: the same for the background.
+        rim_px: background pixels this close to a reported object's mask are no background points: a mask that is a
+            little too small leaves the object's own surface there, a smeared edge leaves points in the air. 0 for
+            exact masks and edges.
     """
 
     min_depth_m: float = 0.1
@@ -44,17 +49,22 @@ class PerceptionConfig:
     normal_radius_px: int = 2
     stride: int = 1
     background_stride: int = 3
+    rim_px: int = 0
 
     def __post_init__(self) -> None:
         if not 0 < self.min_depth_m < self.max_depth_m:
             raise InputError(f"Depth range {self.min_depth_m}..{self.max_depth_m} m is not a range above 0.")
         least = {"stride": 1, "background_stride": 1, "normal_radius_px": 1, "min_pixels": 1}
-        least |= {"min_target_pixels": 1, "min_points": 1}
+        least |= {"min_target_pixels": 1, "min_points": 1, "rim_px": 0}
         for name, low in least.items():
             if getattr(self, name) < low:
                 raise InputError(
                     f"PerceptionConfig.{name} is {getattr(self, name)}; it must be at least {low}."
                 )
+
+
+REAL_CAMERA = PerceptionConfig(edge_slope=4.0, normal_radius_px=3, rim_px=2)
+"""For sensors that smear edges, and masks that are a pixel or two off."""
 
 
 def valid_depth(
@@ -75,10 +85,9 @@ def segment(
     so that they are obstacles all the same. Raises InputError for labels that do not fit the image or the ids.
     """
     counts = _pixel_counts(observation, label_image)
-    depth = valid_depth(observation.depth_m, config.min_depth_m, config.max_depth_m)
-    label = np.ascontiguousarray(label_image, dtype=np.int16)
-    K = observation.K
-    slope = config.edge_slope / min(K[0, 0], K[1, 1])
+    depth = kernel_array(valid_depth(observation.depth_m, config.min_depth_m, config.max_depth_m), np.float32)
+    label = kernel_array(label_image, np.int16)
+    slope = config.edge_slope / float(min(observation.K[0, 0], observation.K[1, 1]))
     large = counts >= config.min_pixels
     large[TARGET_ID] = counts[TARGET_ID] >= config.min_target_pixels
     pixels = _pixels(keep_objects(depth, label, large, slope, config.stride))
@@ -87,7 +96,8 @@ def segment(
     if np.any(reported != large):
         pixels = pixels[reported[label[pixels[:, 0], pixels[:, 1]]]]
     objects = _objects(observation, depth, label, pixels, counts, slope, config)
-    background = _pixels(keep_background(depth, label, reported, slope, config.background_stride))
+    kept = keep_background(depth, label, reported, slope, config.background_stride)
+    background = _pixels(kept & ~_rims(label, reported, config.rim_px))
     return SegmentedScene(
         observation=observation,
         label_image=label_image,
@@ -113,15 +123,25 @@ def _pixel_counts(observation: Observation, label_image: np.ndarray) -> np.ndarr
     return np.bincount(label_image.ravel().astype(np.int64) - low, minlength=MAX_OBJECTS - low)[-low:]
 
 
+def _rims(
+    label: Int16[np.ndarray, "h w"], reported: Bool[np.ndarray, "ids"], rim_px: int
+) -> Bool[np.ndarray, "h w"]:
+    """Pixels within rim_px of a reported object's mask, the masks included."""
+    if rim_px == 0:
+        return np.zeros(label.shape, dtype=bool)
+    masks = (label >= 0) & reported[np.maximum(label, 0)]
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * rim_px + 1, 2 * rim_px + 1))
+    return np.asarray(cv2.dilate(masks.view(np.uint8), kernel), dtype=bool)
+
+
 def _pixels(keep: Bool[np.ndarray, "h w"]) -> Int32[np.ndarray, "n 2"]:
-    return np.argwhere(keep).astype(np.int32)
+    return kernel_array(np.argwhere(keep), np.int32)
 
 
 def _points(
     observation: Observation, depth: np.ndarray, pixels: Int32[np.ndarray, "n 2"]
 ) -> Float32[np.ndarray, "n 3"]:
-    K, T_world_camera = (np.asarray(a, dtype=float) for a in (observation.K, observation.T_world_camera))
-    return lift_pixels(depth, pixels, K, T_world_camera)
+    return lift_pixels(depth, pixels, kernel_array(observation.K), kernel_array(observation.T_world_camera))
 
 
 def _objects(
@@ -136,8 +156,8 @@ def _objects(
     """One record per id among the pixels, by rising id."""
     labels = label[pixels[:, 0], pixels[:, 1]]
     order = np.argsort(labels, kind="stable")
-    pixels, labels = np.ascontiguousarray(pixels[order]), labels[order]
-    K, R = np.asarray(observation.K, dtype=float), np.array(observation.T_world_camera[:3, :3], dtype=float)
+    pixels, labels = kernel_array(pixels[order], np.int32), labels[order]
+    K, R = kernel_array(observation.K), kernel_array(observation.T_world_camera[:3, :3])
     normals = estimate_normals(depth, label, pixels, K, R, slope, config.normal_radius_px)
     points = _points(observation, depth, pixels)
     ids, first = np.unique(labels, return_index=True)

@@ -1,18 +1,23 @@
 """From one snapshot to a `PlanningContext` (paper: A Modular Pipeline, steps 1 and 2)."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from torc.collision.world import CollisionWorld, build_collision_world
+from torc.errors import InputError
 from torc.grasping.protocol import GraspPlanner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
 from torc.occlusion.volume import FIXED_CAMERA, OcclusionConfig, update_volume
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import Perception
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
+from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.pipeline.report import hold_back_unlikely
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.timing import StageClock
 from torc.records import (
+    BACKGROUND,
     GraspReport,
     GraspSet,
     Observation,
@@ -31,11 +36,13 @@ class Look:
 
     Attributes:
         context: what a task planner may see.
+        observation: the snapshot as perception was given it, with the labels of objects that are not in sight, too.
         world: the collision world of this snapshot, for motion planning.
         seconds: wall time by stage.
     """
 
     context: PlanningContext
+    observation: Observation
     world: CollisionWorld
     seconds: dict[str, float]
 
@@ -52,8 +59,9 @@ class Pipeline:
         noise: sensor noise to add to each snapshot, None for none.
         occlusion: settings of the occlusion volume.
         failures: how failed grasps count.
-        min_score: valid grasps that are less likely to hold are kept for when there are no others. At .25 three of
-            four tries fail, and leave the object further away or lying down; 0 keeps to the paper.
+        min_score: valid grasps that are less likely to hold become UNLIKELY while any object has a better one. Every
+            task planner chooses from what is left: RANDOM draws among fewer objects, and DG-SELECT takes an object
+            without a better grasp for one that is not graspable. 0 keeps to the paper.
     """
 
     perception: Perception
@@ -63,7 +71,11 @@ class Pipeline:
     noise: NoiseConfig | None = None
     occlusion: OcclusionConfig = FIXED_CAMERA
     failures: FailureConfig = field(default_factory=FailureConfig)
-    min_score: float = 0.25
+    min_score: float = DEFAULT_MIN_SCORE
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.min_score <= 1.0:
+            raise InputError(f"The least score is {self.min_score}; it is a probability, from 0 to 1.")
 
     def look(
         self,
@@ -103,10 +115,25 @@ class Pipeline:
         with clock.stage("validity"):
             report = veto(self._evaluate(grasps, scene, world), grasps, failed, self.failures)
             report = hold_back_unlikely(report, grasps, self.min_score)
-        context = PlanningContext(scene, volume, grasps, report, target_description, history, picks_left)
-        return Look(context, world, clock.seconds)
+        context = PlanningContext(
+            _reported(scene), volume, grasps, report, target_description, history, picks_left
+        )
+        return Look(context, observation, world, clock.seconds)
 
     def _evaluate(self, grasps: GraspSet, scene: SegmentedScene, world: CollisionWorld) -> GraspReport:
         if isinstance(self.robot, RobotDescription):
             return evaluate_grasps(grasps, scene, world, self.robot)
         return evaluate_grasps_without_robot(grasps, scene, world, self.robot)
+
+
+def _reported(scene: SegmentedScene) -> SegmentedScene:
+    """The scene with the labels of reported objects alone: others are perception's own, or a simulator's truth.
+
+    A few pixels of a target that counts as hidden would otherwise tell a task planner where it is.
+    """
+    hidden = (scene.label_image >= 0) & ~np.isin(scene.label_image, scene.ids)
+    label = np.where(hidden, np.int16(BACKGROUND), scene.label_image)
+    observation = scene.observation
+    if observation.label_image is not None:
+        observation = replace(observation, label_image=label)
+    return replace(scene, observation=observation, label_image=label)

@@ -17,8 +17,9 @@ def with_status(report: GraspReport, grasps: GraspSet, status: UInt8[np.ndarray,
 def hold_back_unlikely(report: GraspReport, grasps: GraspSet, min_score: float) -> GraspReport:
     """The report with UNLIKELY for valid grasps that hold with a lower probability than min_score.
 
-    Such a pick mostly pushes or topples what it is for. Where no other grasp is valid the report stays as it is: a
-    poor chance is better than none.
+    Such a pick mostly pushes or topples what it is for. It is all objects together that count: an object may be left
+    without a valid grasp because another one has a likely grasp. Where no grasp at all is likely the report stays as
+    it is: a poor chance is better than none.
     """
     unlikely = (report.status == GraspStatus.VALID) & (grasps.scores < min_score)
     status = np.where(unlikely, np.uint8(GraspStatus.UNLIKELY), report.status)

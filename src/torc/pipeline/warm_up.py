@@ -1,58 +1,106 @@
-"""The kernels are compiled at their first use (about a minute in all) and cached on disk; here is who says so.
+"""Kernels are compiled at their first use (a few minutes in all on a slow machine) and cached on disk by numba.
 
-A marker in the user's cache directory, named after the sources and the versions that compile them, tells
-whether that has happened already.
+A rehearsal uses every kernel of the given parts once, on a made-up snapshot, so that no compilation, and no loading
+of what is compiled, counts as planning time later. It is short where all is cached.
 """
 
-import hashlib
-import os
-import platform
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-import numba
+import numpy as np
+from jaxtyping import Float
+from numba.core import event
 
-import torc
+from torc.collision.kernels import contacts_batch
+from torc.geometry.transforms import make_pose
+from torc.grasping.features import FEATURE_NAMES
+from torc.grasping.scoring import default_scorer
+from torc.occlusion.volume import empty_volume
+from torc.pipeline.look import Look, Pipeline
+from torc.records import BACKGROUND, TARGET_ID, Observation
+from torc.scenes.workspace import Workspace
 
-MESSAGE = "Compiling numerical kernels: about a minute, once; they are cached for the next time."
-
-
-def kernels_are_cached(use: str = "run") -> bool:
-    """Whether these sources were compiled on this machine before, for this use of them."""
-    return _marker(use).exists()
+MESSAGE = "Compiling numerical kernels: a minute or more, once; they are cached for the next time."
 
 
 @contextmanager
-def compiling_once(say: Callable[[str], None], use: str) -> Iterator[bool]:
-    """Around the first use of the kernels: says MESSAGE if they must be compiled, and remembers when it is done.
+def announced_compilation(say: Callable[[str], None]) -> Iterator[None]:
+    """Says MESSAGE as soon as something has to be compiled."""
+    listener = _Announcer(say)
+    event.register("numba:compile", listener)
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", listener)
 
-    Yields whether they must be compiled. `use` names what is about to run, since not everything uses all kernels.
+
+class _Announcer(event.Listener):
+    """Speaks once."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self.say, self.silent = say, True
+
+    def on_start(self, _: Any) -> None:
+        if self.silent:
+            self.silent = False
+            self.say(MESSAGE)
+
+    def on_end(self, _: Any) -> None:
+        pass
+
+
+def kernel_cache() -> tuple[Path, bool]:
+    """Where numba keeps what it compiled of torc, and whether there is something yet."""
+    path = Path(contacts_batch.stats.cache_path or ".")
+    return path, any(path.glob("kernels.contacts_batch-*.nbi"))
+
+
+def rehearse_look(pipeline: Pipeline, qpos: Float[np.ndarray, "dof"] | None = None) -> Look:
+    """Two looks at two small boxes, one of which moves in between; the second look.
+
+    Args:
+        pipeline: its parts are the ones rehearsed.
+        qpos: where the arm is in the picture; empty if there is none.
     """
-    cold = not kernels_are_cached(use)
-    if cold:
-        say(MESSAGE)
-    yield cold
-    if cold:
-        try:
-            _marker(use).parent.mkdir(parents=True, exist_ok=True)
-            _marker(use).touch()
-        except OSError:
-            pass  # a read-only home: the message comes again next time, nothing else
+    qpos = np.zeros(0) if qpos is None else qpos
+    volume = empty_volume(pipeline.workspace.grid)
+    for column in (50, 95):
+        look = pipeline.look(_snapshot(pipeline.workspace, column, qpos), volume, target_description="a box")
+        volume = look.context.volume
+    # Features that are not numbers are scored by another kernel, and few scenes have them.
+    default_scorer().score(np.full((1, len(FEATURE_NAMES)), np.nan, dtype=np.float32))
+    return look
 
 
-def _marker(use: str) -> Path:
-    return cache_directory() / f"kernels-{use}-{_fingerprint()}"
+def warm_up(part: object, seen: object) -> None:
+    """Calls `part.warm_up(seen)`, a method that parts with kernels of their own may have.
+
+    It uses each of them once on what a planner would be given: a PlanningContext for a task planner, a PickRequest
+    for a motion planner.
+    """
+    method = getattr(part, "warm_up", None)
+    if callable(method):
+        method(seen)
 
 
-def cache_directory() -> Path:
-    """Where torc keeps what can be made again: $XDG_CACHE_HOME/torc, by default ~/.cache/torc."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "torc"
-
-
-def _fingerprint() -> str:
-    sha = hashlib.sha256(f"{numba.__version__} {platform.python_version()} {platform.machine()}".encode())
-    for path in sorted(Path(torc.__file__).parent.rglob("*.py")):
-        sha.update(str(path).encode())
-        sha.update(path.read_bytes())
-    return sha.hexdigest()[:16]
+def _snapshot(workspace: Workspace, column: int, qpos: np.ndarray) -> Observation:
+    """Two boxes on the table from 0.8 m straight above its grid's middle; one at an image column."""
+    height, width, focal, above = 120, 160, 200.0, 0.8
+    depth_m = np.full((height, width), above, dtype=np.float32)
+    label = np.full((height, width), BACKGROUND, dtype=np.int16)
+    for object_id, first in ((TARGET_ID, column), (1, 65)):
+        place = slice(50, 65), slice(first, first + 13)
+        depth_m[place], label[place] = above - 0.06, object_id
+    middle = 0.5 * (workspace.grid.origin + workspace.grid.upper)
+    R_world_camera = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+    return Observation(
+        rgb=np.zeros((height, width, 3), dtype=np.uint8),
+        depth_m=depth_m,
+        K=np.array([[focal, 0.0, 0.5 * (width - 1)], [0.0, focal, 0.5 * (height - 1)], [0.0, 0.0, 1.0]]),
+        T_world_camera=make_pose(R_world_camera, [middle[0], middle[1], workspace.support_z_m + above]),
+        qpos=qpos,
+        stamp_s=0.0,
+        label_image=label,
+    )

@@ -24,7 +24,7 @@ class GraspStatus(IntEnum):
     NO_MOTION = 6
     """No motion was found for it, or for one like it, in an earlier pick since which nothing has changed."""
     UNLIKELY = 7
-    """Its probability to hold is too low to be worth a pick while other grasps are valid."""
+    """Its probability to hold is too low to be worth a pick while other grasps are valid (`Pipeline.min_score`)."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class GraspReport:
         blocking: blocking[i, j] = how many grasps of object_ids[i] are blocked by object_ids[j]; a grasp may
             count for several j.
         blocked_total: per object, how many of its grasps are blocked by at least one other object.
-        valid_total: per object, how many valid grasps it has.
+        valid_total: per object, how many grasps are VALID: those held back as UNLIKELY or NO_MOTION do not count.
     """
 
     status: UInt8[np.ndarray, "n"]

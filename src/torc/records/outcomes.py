@@ -16,13 +16,29 @@ class PickResult(StrEnum):
     SLIPPED = "slipped"
     """The object was held after the lift but lost before the bin."""
     STOPPED = "stopped"
-    """Unexpected contact ended the motion before the grasp; the arm backed off."""
+    """The approach or a motion with the object was ended, mostly by unexpected contact; the arm backed off."""
+    NOT_REACHED = "not reached"
+    """The same on the way to the pre-grasp: the grasp was not tried."""
     NO_VALID_CHOICE = "no valid choice"
     """The task planner named no object that it was allowed to name, in all its tries."""
     NO_VALID_GRASP = "no valid grasp"
     """Nothing in sight has a valid grasp."""
     NO_PLAN = "no motion plan"
     """No motion was found for any valid grasp of the chosen object."""
+
+    @property
+    def grasp_tried(self) -> bool:
+        """Whether the robot went for the grasp; else the attempt says nothing about it."""
+        return self in _GRASP_TRIED
+
+
+_GRASP_TRIED = (
+    PickResult.RETRIEVED,
+    PickResult.REMOVED,
+    PickResult.MISSED,
+    PickResult.SLIPPED,
+    PickResult.STOPPED,
+)
 
 
 @dataclass(frozen=True)
@@ -39,6 +55,7 @@ class PickOutcome:
         target_lost: the target left the table otherwise than in the gripper.
         detail: one sentence for people, e.g. which contact stopped the arm.
         duration_s: time on the robot's clock.
+        at_home: the arm ended where it waits for the next pick; if not, that one starts from where it is.
     """
 
     result: PickResult
@@ -50,3 +67,4 @@ class PickOutcome:
     target_lost: bool = False
     detail: str = ""
     duration_s: float = 0.0
+    at_home: bool = True

@@ -34,7 +34,8 @@ class SegmentedScene:
 
     Attributes:
         observation: the snapshot.
-        label_image: object id per pixel; BACKGROUND or ROBOT elsewhere.
+        label_image: object id per pixel; BACKGROUND or ROBOT elsewhere. A task planner is shown the visible objects
+            alone, here and in the observation; perception itself may leave in what it does not report.
         objects: visible objects, by rising id.
         target_id: id of the target, or None while it is hidden.
         background_points: surface points of no object (table, bin), world frame.

@@ -1,6 +1,6 @@
 """Carrying out a planned pick, on any hardware: open, free motion, guarded approach, close, lift, transfer, open, home.
 
-Whatever goes wrong, the arm backs off along the way it came (known to be free) and ends at rest if it can.
+Whatever stops a motion, the arm backs off along the way it came (known to be free) and ends at rest if it can.
 """
 
 from collections.abc import Callable
@@ -90,7 +90,8 @@ class ExecutionTrace:
     """One pick as it went.
 
     Attributes:
-        result: RETRIEVED (plan.object_id is the target), REMOVED, MISSED, SLIPPED or STOPPED, by the gripper's feeling.
+        result: RETRIEVED (plan.object_id is the target), REMOVED, MISSED, SLIPPED, STOPPED or NOT_REACHED, by the
+            gripper's feeling.
         phases: the steps in order.
         held_after_lift: the gripper held something after the lift.
         delivered: it still did over the bin, and let go there.
@@ -120,18 +121,14 @@ def execute_pick(
     run = _Run(arm, gripper, plan, config or ExecutionConfig(), on_phase)
     run.open(Phase.OPEN, run.opening_m())
     if not run.follow(Phase.FREE, plan.free, run.config.free_guard):
-        return run.give_up("free motion")
+        return run.give_up("free motion", PickResult.NOT_REACHED)
     if not run.follow(Phase.APPROACH, plan.approach, run.config.approach_guard) and not run.near_grasp():
         return run.give_up("approach")
     run.close()
     if not run.follow(Phase.LIFT, plan.lift, None):
         run.open(Phase.RELEASE, run.opening_m())
         return run.give_up("lift")
-    if not run.gripper.state.holding:
-        run.open(Phase.RELEASE, run.opening_m())
-        home = run.retreat()
-        return run.trace(PickResult.MISSED, home, "nothing was between the fingers after the lift")
-    run.held_after_lift = True
+    run.held_after_lift = run.gripper.state.holding
     if not run.follow(Phase.TRANSFER, plan.transfer, run.config.transfer_guard):
         # Put it back where it stood. Where the arm cannot get there it stops: letting go high up would drop the
         # object, and from off its path the arm must not leap on to an earlier one.
@@ -143,10 +140,16 @@ def execute_pick(
 
 
 def _deliver(run: "_Run") -> ExecutionTrace:
-    """Over the bin: let go and return."""
+    """Over the bin: let go and return.
+
+    An empty hand goes this way too. It is known to be free, while back down into the clutter the fingers could land on
+    what the failed grasp has moved, and press it against the table.
+    """
     still = run.gripper.state.holding
     run.open(Phase.RELEASE, run.config.open_width_m)
     home = run.follow(Phase.HOME, run.plan.home, None)
+    if not run.held_after_lift:
+        return run.trace(PickResult.MISSED, home, "nothing was between the fingers after the lift")
     if not still:
         return run.trace(PickResult.SLIPPED, home, "the object slipped out of the fingers before the bin")
     run.delivered = True
@@ -243,10 +246,10 @@ class _Run:
                 return False
         return True
 
-    def give_up(self, what: str) -> ExecutionTrace:
-        """Retreat; the pick ends as STOPPED."""
+    def give_up(self, what: str, result: PickResult = PickResult.STOPPED) -> ExecutionTrace:
+        """Retreat; the pick ends with that result."""
         detail = self.last_words(what)
-        return self.trace(PickResult.STOPPED, self.retreat(), detail)
+        return self.trace(result, self.retreat(), detail)
 
     def trace(self, result: PickResult, at_home: bool, detail: str) -> ExecutionTrace:
         """The record of it all."""

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from torc.errors import InputError
+from torc.geometry.arrays import kernel_array
 from torc.robots.description import ArmDescription
 from torc.robots.ik_numeric import numeric_ik_kernel, start_configurations
 from torc.robots.ik_srs import SrsStructure, detect_srs, srs_ik_kernel
@@ -70,7 +71,7 @@ def solve_ik(
         InputError: a pose is not a rigid transform.
     """
     config = config or IkConfig()
-    Ts = np.ascontiguousarray(Ts_world_tool0, dtype=np.float64)
+    Ts = kernel_array(Ts_world_tool0)
     _check_poses(Ts)
     structure = detect_srs(arm)
     parts = [_solve(arm, structure, Ts[i : i + CHUNK], config) for i in range(0, len(Ts), CHUNK)]

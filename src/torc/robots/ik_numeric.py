@@ -6,7 +6,7 @@ from numba import njit
 
 from torc.robots.description import ArmDescription
 from torc.robots.ik_ranking import add_turns, rank_solutions, wrap_into_limits
-from torc.robots.kernels import jacobian_kernel, link_poses_kernel
+from torc.robots.kernels import jacobian_kernel, link_poses_kernel, pose_error
 
 DISTINCT_RAD = 0.02
 """Solutions closer than this in every joint count as the same: redundant arms have a continuum of them."""
@@ -25,27 +25,6 @@ def start_configurations(arm: ArmDescription, n: int) -> Float[np.ndarray, "n do
     out = arm.lower + points * (arm.upper - arm.lower)
     out[0] = arm.rest_qpos
     return out
-
-
-@njit(cache=True)
-def _pose_error(T: np.ndarray, goal: np.ndarray, out: np.ndarray) -> float:
-    """Position and rotation-vector error of T against goal, world frame, into out (6,); its largest entry."""
-    for i in range(3):
-        out[i] = goal[i, 3] - T[i, 3]
-    # Vector part and trace of D = R_goal R^T.
-    x = y = z = trace = 0.0
-    for i in range(3):
-        x += goal[2, i] * T[1, i] - goal[1, i] * T[2, i]
-        y += goal[0, i] * T[2, i] - goal[2, i] * T[0, i]
-        z += goal[1, i] * T[0, i] - goal[0, i] * T[1, i]
-        trace += goal[0, i] * T[0, i] + goal[1, i] * T[1, i] + goal[2, i] * T[2, i]
-    s, c = 0.5 * np.sqrt(x * x + y * y + z * z), 0.5 * (trace - 1.0)
-    scale = 0.5 * np.arctan2(s, c) / s if s > 1e-9 else 0.5
-    out[3], out[4], out[5] = scale * x, scale * y, scale * z
-    if s <= 1e-9 and c < 0.0:
-        # Half a turn off: the axis is lost, any will do to get away.
-        out[3] = np.pi
-    return np.max(np.abs(out))
 
 
 @njit(cache=True)
@@ -87,7 +66,7 @@ def _descend(
     J, A, error, trial_error = np.empty((6, dof)), np.empty((6, 6)), np.empty(6), np.empty(6)
     step, trial, damping = np.empty(dof), np.empty(dof), 1e-3
     link_poses_kernel(base, parents, axes, tool0, q.reshape(1, dof), Ts)
-    worst = _pose_error(Ts[0, dof], goal, error)
+    worst = pose_error(Ts[0, dof], goal, error)
     for _ in range(iterations):
         if worst < tolerance:
             return True
@@ -96,7 +75,7 @@ def _descend(
         for i in range(dof):
             trial[i] = min(max(q[i] + step[i], lower[i]), upper[i])
         link_poses_kernel(base, parents, axes, tool0, trial.reshape(1, dof), trial_Ts)
-        trial_worst = _pose_error(trial_Ts[0, dof], goal, trial_error)
+        trial_worst = pose_error(trial_Ts[0, dof], goal, trial_error)
         if np.sum(trial_error**2) < np.sum(error**2):
             q[:], Ts[:], error[:], worst = trial, trial_Ts, trial_error, trial_worst
             damping = max(damping * 0.2, 1e-12)

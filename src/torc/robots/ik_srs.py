@@ -80,12 +80,6 @@ def _apply(R: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True)
-def _apply_transposed(R: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
-    for i in range(3):
-        out[i] = R[0, i] * v[0] + R[1, i] * v[1] + R[2, i] * v[2]
-
-
-@njit(cache=True)
 def _matmul(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
     for i in range(3):
         for j in range(3):

@@ -1,6 +1,6 @@
-"""Kinematics as compiled kernels on plain arrays; public, so that collision checks can be fused with them.
+"""Kinematics as compiled kernels on plain arrays.
 
-Affine 4x4 matrices throughout; their last row is taken as 0 0 0 1.
+Affine 4x4 matrices; their last row is taken as 0 0 0 1. What only reads poses takes them without that row too.
 """
 
 import numpy as np
@@ -80,53 +80,21 @@ def jacobian_kernel(Ts_link: np.ndarray, axes: np.ndarray, out: np.ndarray) -> N
 
 
 @njit(cache=True)
-def tcp_pose_kernel(
-    T_world_tool0: np.ndarray, width_m: float, widths_m: np.ndarray, Ts_tool0_tcp: np.ndarray, out: np.ndarray
-) -> None:
-    """out = TCP's world pose at an opening, by interpolation in the gripper's table (clamped to its ends)."""
-    n = widths_m.shape[0]
-    i = min(max(np.searchsorted(widths_m, width_m) - 1, 0), n - 2)
-    s = (width_m - widths_m[i]) / (widths_m[i + 1] - widths_m[i])
-    s = min(max(s, 0.0), 1.0)
-    T = (1.0 - s) * Ts_tool0_tcp[i] + s * Ts_tool0_tcp[i + 1]
-    multiply_affine(T_world_tool0, T, out)
-
-
-@njit(cache=True)
-def sphere_centers_kernel(
-    Ts_link: np.ndarray,
-    T_world_tcp: np.ndarray,
-    width_m: float,
-    link: np.ndarray,
-    centers: np.ndarray,
-    out: np.ndarray,
-) -> None:
-    """out (s, 3) = world centres of a SphereModel for one configuration, from its link poses (dof + 1, 4, 4)."""
-    dof = Ts_link.shape[0] - 1
-    for k in range(link.shape[0]):
-        x, y, z = centers[k, 0], centers[k, 1], centers[k, 2]
-        if link[k] <= dof:
-            T = Ts_link[link[k]]
-        else:
-            T = T_world_tcp
-            x += 0.5 * width_m if link[k] == dof + 2 else -0.5 * width_m
-        for i in range(3):
-            out[k, i] = T[i, 0] * x + T[i, 1] * y + T[i, 2] * z + T[i, 3]
-
-
-@njit(cache=True)
-def sphere_centers_batch_kernel(
-    Ts_link: np.ndarray,
-    width_m: np.ndarray,
-    widths_table_m: np.ndarray,
-    Ts_tool0_tcp: np.ndarray,
-    link: np.ndarray,
-    centers: np.ndarray,
-    out: np.ndarray,
-) -> None:
-    """out (n, s, 3) = world centres of a SphereModel for link poses (n, dof + 1, 4, 4) and openings (n,)."""
-    T_world_tcp = np.zeros((4, 4))
-    dof = Ts_link.shape[1] - 1
-    for k in range(Ts_link.shape[0]):
-        tcp_pose_kernel(Ts_link[k, dof], width_m[k], widths_table_m, Ts_tool0_tcp, T_world_tcp)
-        sphere_centers_kernel(Ts_link[k], T_world_tcp, width_m[k], link, centers, out[k])
+def pose_error(T: np.ndarray, goal: np.ndarray, out: np.ndarray) -> float:
+    """Position and rotation-vector error of T against goal, world frame, into out (6,); its largest entry."""
+    for i in range(3):
+        out[i] = goal[i, 3] - T[i, 3]
+    # Vector part and trace of D = R_goal R^T.
+    x = y = z = trace = 0.0
+    for i in range(3):
+        x += goal[2, i] * T[1, i] - goal[1, i] * T[2, i]
+        y += goal[0, i] * T[2, i] - goal[2, i] * T[0, i]
+        z += goal[1, i] * T[0, i] - goal[0, i] * T[1, i]
+        trace += goal[0, i] * T[0, i] + goal[1, i] * T[1, i] + goal[2, i] * T[2, i]
+    s, c = 0.5 * np.sqrt(x * x + y * y + z * z), 0.5 * (trace - 1.0)
+    scale = 0.5 * np.arctan2(s, c) / s if s > 1e-9 else 0.5
+    out[3], out[4], out[5] = scale * x, scale * y, scale * z
+    if s <= 1e-9 and c < 0.0:
+        # Half a turn off: the axis is lost, any will do to get away.
+        out[3] = np.pi
+    return np.max(np.abs(out))

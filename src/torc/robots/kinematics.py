@@ -3,38 +3,15 @@
 import numpy as np
 from jaxtyping import Float
 
+from torc.geometry.arrays import kernel_array
 from torc.geometry.transforms import Pose, invert
 from torc.robots.description import ArmDescription, GripperDescription, RobotDescription
-from torc.robots.kernels import (
-    jacobian_kernel,
-    link_poses_kernel,
-    multiply_affine,
-    rotate_about,
-    sphere_centers_batch_kernel,
-    sphere_centers_kernel,
-    tcp_pose_kernel,
-)
-
-__all__ = [
-    "jacobian",
-    "jacobian_kernel",
-    "link_poses",
-    "link_poses_kernel",
-    "multiply_affine",
-    "rotate_about",
-    "sphere_centers",
-    "sphere_centers_batch_kernel",
-    "sphere_centers_kernel",
-    "tcp_pose",
-    "tcp_pose_kernel",
-    "tool0_from_tcp",
-    "tool0_poses",
-]
+from torc.robots.kernels import jacobian_kernel, link_poses_kernel
 
 
 def link_poses(arm: ArmDescription, qpos: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "n links 4 4"]:
     """World poses of the dof links and, last, of tool0. Raises ValueError for another number of joints."""
-    q = np.ascontiguousarray(qpos, dtype=np.float64)
+    q = kernel_array(qpos)
     if q.ndim != 2 or q.shape[1] != arm.dof:
         raise ValueError(f"qpos must be (n, {arm.dof}); it is {np.shape(qpos)}.")
     out = np.empty((len(q), arm.dof + 1, 4, 4))
@@ -70,12 +47,16 @@ def tcp_pose(robot: RobotDescription, q: Float[np.ndarray, "dof"], width_m: floa
 def sphere_centers(
     robot: RobotDescription, qpos: Float[np.ndarray, "n dof"], width_m: Float[np.ndarray, "n"]
 ) -> Float[np.ndarray, "n s 3"]:
-    """World centres of robot.spheres, per configuration and opening of the gripper."""
-    poses = link_poses(robot.arm, qpos)
-    widths = np.ascontiguousarray(np.broadcast_to(np.asarray(width_m, dtype=np.float64), len(poses)))
-    out = np.empty((len(poses), len(robot.spheres), 3))
-    gripper, spheres = robot.gripper, robot.spheres
-    sphere_centers_batch_kernel(
-        poses, widths, gripper.widths_m, gripper.Ts_tool0_tcp, spheres.link, spheres.centers, out
-    )
-    return out
+    """World centres of robot.spheres, per configuration and opening of the gripper.
+
+    Raises InputError for an opening that the gripper does not have.
+    """
+    poses, link = link_poses(robot.arm, qpos), robot.spheres.link
+    widths = np.broadcast_to(np.asarray(width_m, dtype=np.float64), len(poses))
+    tcps = [robot.gripper.T_tool0_tcp(float(w)) for w in widths]
+    fingers = poses[:, -1] @ np.array(tcps).reshape(-1, 4, 4)
+    frames = np.concatenate([poses, fingers[:, None], fingers[:, None]], axis=1)[:, link]
+    side = np.select([link == robot.arm.dof + 1, link == robot.arm.dof + 2], [-0.5, 0.5], 0.0)
+    local = np.tile(robot.spheres.centers, (len(poses), 1, 1))
+    local[:, :, 0] += side * widths[:, None]
+    return np.einsum("nsij,nsj->nsi", frames[:, :, :3, :3], local) + frames[:, :, :3, 3]

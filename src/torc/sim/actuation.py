@@ -23,6 +23,8 @@ class ActuationConfig:
         goal_tolerance_rad: this close to the last point counts as reached.
         rest_speed_rad_s: slower than this is at rest.
         rest_limit_s: how long to wait for rest after a motion.
+        stuck_rad: an arm that is held up further than this from its goal stays where it is. It would go on pressing,
+            and leap to the goal once the way is free, when nobody expects it.
         relief_s: how long the arm takes to back off after a contact.
         grip_limit_s: how long the gripper may take to open or close.
         grip_rest_m_s: pads slower than this for grip_hold_s have found their place.
@@ -34,11 +36,25 @@ class ActuationConfig:
     goal_tolerance_rad: float = 0.02
     rest_speed_rad_s: float = 0.02
     rest_limit_s: float = 0.4
+    stuck_rad: float = 0.05
     relief_s: float = 0.12
     grip_limit_s: float = 2.0
     grip_rest_m_s: float = 0.002
     grip_hold_s: float = 0.1
     empty_width_m: float = 0.0015
+
+
+@dataclass(frozen=True)
+class GripState:
+    """What a gripper was told last.
+
+    Attributes:
+        closed: to close.
+        max_force: with this actuator force at most.
+    """
+
+    closed: bool
+    max_force: float
 
 
 class SimulatedGripper:
@@ -87,10 +103,23 @@ class SimulatedGripper:
         self._command(float(model.actuator_ctrlrange[self._actuator, 1]), force)
         return self._wait()
 
+    def save(self) -> GripState:
+        """What it was told last; the rest is in the world's state."""
+        force = self._stepper.world.model.actuator_forcerange[self._actuator, 1]
+        return GripState(self.closed, float(force))
+
+    def restore(self, state: GripState) -> None:
+        """Be told the same again."""
+        self.closed = state.closed
+        self._limit_force(state.max_force)
+
     def _command(self, ctrl: float, force: float) -> None:
-        world = self._stepper.world
-        world.model.actuator_forcerange[self._actuator] = -force, force
-        world.data.ctrl[self._actuator] = ctrl
+        self._limit_force(force)
+        self._stepper.world.data.ctrl[self._actuator] = ctrl
+
+    def _limit_force(self, force: float) -> None:
+        # A setting of the model, which the world's saved state does not hold.
+        self._stepper.world.model.actuator_forcerange[self._actuator] = -force, force
 
     def _wait(self) -> GripperState:
         """Runs until the pads rest."""
@@ -175,6 +204,10 @@ class SimulatedArm:
                 break
             self._stepper.step()
         error = float(np.abs(self.qpos - goal).max())
+        if error > config.stuck_rad:
+            data.ctrl[self._actuators] = self.qpos
+            self._stepper.run(config.relief_s)
+            error = float(np.abs(self.qpos - goal).max())
         reached = error <= config.goal_tolerance_rad
         detail = "" if reached else f"stopped {error:.3f} rad short of the goal"
         return FollowResult(reached, False, self.qpos, detail)

@@ -1,21 +1,19 @@
 """The simulated torso camera."""
 
-from types import TracebackType
-from typing import Self
-
 import numpy as np
 
 from torc.records import Observation
+from torc.sim.closing import Closing
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import World
 
 
-class SimulatedCamera:
+class SimulatedCamera(Closing):
     """The `Camera` of torc.robots.protocols: exact colour, depth and labels. Close it, or use it in a `with`."""
 
-    def __init__(self, world: World, backend: str | None = None) -> None:
-        """Looks from the workspace's mount; GL starts at the first picture."""
-        self._world, self._backend = world, backend
+    def __init__(self, world: World, backend: str | None = None, color: bool = True) -> None:
+        """Looks from the workspace's mount; GL starts at the first picture. Without colour it may be black."""
+        self._world, self._backend, self._color = world, backend, color
         self._renderer: CameraRenderer | None = None
 
     def capture(self) -> Observation:
@@ -23,7 +21,7 @@ class SimulatedCamera:
         mount = self._world.workspace.camera
         if self._renderer is None:
             self._renderer = CameraRenderer(self._world, mount, self._backend)
-        view = self._renderer.render()
+        view = self._renderer.render(color=self._color)
         return Observation(
             rgb=view.rgb,
             depth_m=view.depth_m,
@@ -39,14 +37,6 @@ class SimulatedCamera:
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _arm_qpos(self) -> np.ndarray:
         robot = self._world.robot

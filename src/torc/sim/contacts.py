@@ -1,5 +1,7 @@
 """Who touches whom, and how hard."""
 
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -74,6 +76,30 @@ class ContactReader:
             found.update(dict.fromkeys(sorted(more), False))
             grown = bool(more)
         return found
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Two things that are inside each other.
+
+    Attributes:
+        depth_m: how deep; 0 or less where nothing touches.
+        between: what they are, for messages; empty where nothing touches.
+    """
+
+    depth_m: float
+    between: tuple[str, str] = ("", "")
+
+
+def deepest_overlap(world: World) -> Overlap:
+    """The two things in a world that are deepest in each other now; at rest 0.2 to 0.7 mm are normal."""
+    world.update_position_stage()
+    contact = world.data.contact
+    if len(contact.dist) == 0:
+        return Overlap(0.0)
+    worst = int(np.argmin(contact.dist))
+    a, b = (world.body_name_of_geom(int(g)) for g in contact.geom[worst])
+    return Overlap(-float(contact.dist[worst]), (a, b))
 
 
 def _subtree(model: mujoco.MjModel, root: int) -> list[int]:

@@ -5,8 +5,6 @@ with them. Cameras are given in the OpenCV frame and become MuJoCo's here and no
 """
 
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Self
 
 import mujoco
 import numpy as np
@@ -16,6 +14,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import Pose, look_at
 from torc.records import BACKGROUND
 from torc.scenes.workspace import CameraMount
+from torc.sim.closing import Closing
 from torc.sim.gl import BACKENDS, gl_backend, make_context
 from torc.sim.raycasting import cast, pixel_directions, shade
 from torc.sim.world import World
@@ -39,7 +38,7 @@ class View:
     label_image: Int16[np.ndarray, "h w"]
 
 
-class CameraRenderer:
+class CameraRenderer(Closing):
     """Renders one camera of a world, again and again. Close it, or use it in a `with` statement.
 
     Rendering reads the world and changes nothing that the physics reads.
@@ -60,13 +59,16 @@ class CameraRenderer:
         self._world, self._mount, self._max_depth_m = world, mount, max_depth_m
         self._gl = None if self.backend == "rays" else _GlImages(world.model, mount, self.backend)
 
-    def render(self) -> View:
-        """Colour, depth and labels of the world as it is now."""
+    def render(self, T_world_camera: Pose | None = None, color: bool = True) -> View:
+        """Colour, depth and labels of the world as it is now; from elsewhere if a camera pose is given; black without
+        colour, which takes half of the time."""
         self._world.update_kinematics()
+        T = self._mount.T_world_camera if T_world_camera is None else T_world_camera
         if self._gl is None:
-            return self._render_rays()
-        geoms, depth = self._gl.geoms_and_depth(self._world.data, self._mount.T_world_camera)
-        rgb = self._gl.color(self._world.data, self._mount.T_world_camera)
+            rgb, depth, geoms = self._cast(T)
+        else:
+            geoms, depth = self._gl.geoms_and_depth(self._world.data, T)
+            rgb = self._gl.color(self._world.data, T) if color else np.zeros((*depth.shape, 3), np.uint8)
         return View(rgb, self._cut(depth), self._labels(geoms))
 
     def render_color(self, T_world_camera: Pose | None = None) -> UInt8[np.ndarray, "h w 3"]:
@@ -82,14 +84,6 @@ class CameraRenderer:
         if self._gl is not None:
             self._gl.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def _cut(self, depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
         depth_m[depth_m > self._max_depth_m] = 0.0
         return depth_m
@@ -104,10 +98,6 @@ class CameraRenderer:
         model = self._world.model
         depth, geoms, normals = cast(model, self._world.data, T_world_camera, directions, _FAR_M)
         return shade(model, geoms, normals).reshape(h, w, 3), depth.reshape(h, w), geoms.reshape(h, w)
-
-    def _render_rays(self) -> View:
-        rgb, depth, geoms = self._cast(self._mount.T_world_camera)
-        return View(rgb, self._cut(depth), self._labels(geoms))
 
 
 def render_view(

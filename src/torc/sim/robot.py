@@ -1,19 +1,22 @@
 """The simulated robot: looks, carries out picks, and knows the truth about what came of them."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from types import TracebackType
-from typing import Self
 
 import numpy as np
+from jaxtyping import Float
 
+from torc.errors import InputError
 from torc.records import TARGET_ID, Observation, PickOutcome, PickPlan, PickResult
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, Phase, PhaseTrace, execute_pick
-from torc.sim.actuation import ActuationConfig, SimulatedArm, SimulatedGripper
+from torc.sim.actuation import ActuationConfig, GripState, SimulatedArm, SimulatedGripper
 from torc.sim.camera import SimulatedCamera
+from torc.sim.closing import Closing
 from torc.sim.contacts import ContactReader
 from torc.sim.settling import SettleConfig
-from torc.sim.stepping import Observer, Stepper, StepperConfig
+from torc.sim.state import restore_state, save_state
+from torc.sim.stepping import Observer, Stepper, StepperConfig, StepperState
 from torc.sim.world import Presence, World
 
 
@@ -28,6 +31,7 @@ class SimulatedRobotConfig:
         rest: when the scene counts as at rest after a pick, and how long to wait for it at most.
         risen_m: an object that is this much higher after the lift is held, if it touches the gripper.
         backend: how to render; None for the best there is.
+        color: False spares the colour picture, for whoever needs depth and labels alone.
     """
 
     stepper: StepperConfig = field(default_factory=StepperConfig)
@@ -36,9 +40,25 @@ class SimulatedRobotConfig:
     rest: SettleConfig = field(default_factory=lambda: SettleConfig(limit_s=1.5))
     risen_m: float = 0.02
     backend: str | None = None
+    color: bool = True
 
 
-class SimulatedRobot:
+@dataclass(frozen=True)
+class RobotState:
+    """A simulated robot and its world at one moment: all that decides what happens next.
+
+    Attributes:
+        world: as `save_state` gives it.
+        grip: what the gripper was told.
+        stepper: what the stepper remembers.
+    """
+
+    world: Float[np.ndarray, "s"]
+    grip: GripState
+    stepper: StepperState
+
+
+class SimulatedRobot(Closing):
     """The `Robot` of torc.robots.protocols in a simulated world. Close it, or use it in a `with`.
 
     Objects that are delivered, or that left the table otherwise, are out of the scene after the pick.
@@ -63,7 +83,7 @@ class SimulatedRobot:
         self._stepper = Stepper(world, self.config.stepper, observer)
         self.gripper = SimulatedGripper(self._stepper, world.robot, self.config.actuation)
         self.arm = SimulatedArm(self._stepper, world.robot, self.gripper, self.config.actuation)
-        self.camera = SimulatedCamera(world, self.config.backend)
+        self.camera = SimulatedCamera(world, self.config.backend, self.config.color)
         self._contacts = ContactReader(world, world.robot)
         self.last_trace: ExecutionTrace | None = None
         """What was commanded in the latest pick, and what the robot itself felt."""
@@ -72,6 +92,28 @@ class SimulatedRobot:
     def description(self) -> RobotDescription:
         """Kinematics and shape."""
         return self._description
+
+    def take_over(self) -> tuple[int, ...]:
+        """Lets the scene come to rest before the first pick, and takes what is not on the table then out of it.
+
+        Returns:
+            Ids of the objects that were taken out; they count as nobody's drops.
+
+        Raises:
+            InputError: the target is one of them.
+            PhysicsError: the simulation broke.
+        """
+        self.wait_for_rest()
+        absent = self._off_table()
+        if TARGET_ID in absent:
+            raise InputError(
+                f"Problem '{self.world.problem.name}': the target falls off the table before the first pick. "
+                "Place it so that it lies still."
+            )
+        for object_id in absent:
+            self.world.park(object_id, Presence.ABSENT)
+        self.world.update_position_stage()
+        return absent
 
     def capture(self) -> Observation:
         """One snapshot, now."""
@@ -99,6 +141,18 @@ class SimulatedRobot:
         held_id = _choose_held(carried, delivered, plan.object_id)
         return _outcome(plan, trace, held_id, held_id in delivered, left, self.world.time_s - start_s)
 
+    def remove(self, object_ids: Iterable[int]) -> None:
+        """Takes objects out of the scene as no robot can, and lets the others come to rest: to see what would be then.
+
+        Raises:
+            PhysicsError: the simulation broke.
+        """
+        for object_id in object_ids:
+            self.world.park(object_id, Presence.DELIVERED)
+        self.world.update_position_stage()
+        self.wait_for_rest()
+        self._clear(set())
+
     def wait_for_rest(self) -> float:
         """Runs until the scene is at rest, or config.rest.limit_s is over. Returns the simulated time it took."""
         rest, elapsed, quiet = self.config.rest, 0.0, 0.0
@@ -109,27 +163,38 @@ class SimulatedRobot:
             quiet = quiet + rest.check_s if calm else 0.0
         return elapsed
 
+    def save(self) -> RobotState:
+        """Robot and world as they are, between two picks."""
+        return RobotState(save_state(self.world), self.gripper.save(), self._stepper.save())
+
+    def restore(self, state: RobotState) -> None:
+        """Go on as from then, bit for bit; the state may come from another robot in a world built alike.
+
+        Raises:
+            InputError: the state belongs to another world.
+        """
+        restore_state(self.world, state.world)
+        self.gripper.restore(state.grip)
+        self._stepper.restore(state.stepper)
+        self.last_trace = None
+
     def close(self) -> None:
         """Frees what the camera holds."""
         self.camera.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def _clear(self, carried: set[int]) -> tuple[set[int], tuple[int, ...]]:
         """Takes what left the table out of the scene: what the gripper carried to the bin, and what left otherwise."""
-        on_table, in_bin = set(self.world.on_table()), set(self.world.in_bin())
-        gone = [i for i in np.flatnonzero(self.world.present).tolist() if i not in on_table]
-        delivered = carried & in_bin
+        gone = self._off_table()
+        delivered = carried & set(self.world.in_bin())
         for object_id in gone:
             self.world.park(object_id, Presence.DELIVERED if object_id in delivered else Presence.DROPPED)
         self.world.update_position_stage()
         return delivered, tuple(i for i in gone if i not in delivered)
+
+    def _off_table(self) -> tuple[int, ...]:
+        """Ids of the objects in the scene that are not on the table, rising."""
+        on_table = set(self.world.on_table())
+        return tuple(i for i in np.flatnonzero(self.world.present).tolist() if i not in on_table)
 
 
 def _choose_held(carried: dict[int, bool], delivered: set[int], wanted: int) -> int | None:
@@ -155,8 +220,8 @@ def _outcome(
     held = held_id is not None and trace.held_after_lift
     if delivered:
         result = PickResult.RETRIEVED if held_id == TARGET_ID else PickResult.REMOVED
-    elif trace.result is PickResult.STOPPED:
-        result = PickResult.STOPPED
+    elif trace.result in (PickResult.STOPPED, PickResult.NOT_REACHED):
+        result = trace.result
     else:
         result = PickResult.SLIPPED if held else PickResult.MISSED
     return PickOutcome(
@@ -169,4 +234,5 @@ def _outcome(
         target_lost=TARGET_ID in left,
         detail=trace.detail,
         duration_s=duration_s,
+        at_home=trace.at_home,
     )

@@ -4,12 +4,14 @@ from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
-from jaxtyping import Float
 
 from torc.scenes.problem import Problem
 from torc.scenes.workspace import Box, Workspace
 from torc.sim.watchdog import Watchdog
 from torc.sim.world import Presence, World, WorldConfig, build_world
+
+UNSEEN = WorldConfig(surfaces=False)
+"""Of worlds that nobody looks at."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +20,7 @@ class SettleConfig:
 
     Attributes:
         speed_m_s: every object's linear + radius x angular speed must stay below this ...
-        quiet_s: ... for this long. Longer finds slower topples; for the slowest see `drift`.
+        quiet_s: ... for this long. Longer finds slower topples; for the slowest see `torc.sim.stillness`.
         radius_m: the radius above: a typical object's half size.
         limit_s: simulated time after which settling is given up.
         check_s: time between checks.
@@ -45,21 +47,6 @@ class SettleReport:
     settled: bool
     duration_s: float
     max_speed_m_s: float
-    left: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class DriftReport:
-    """How much a settled scene still moved.
-
-    Attributes:
-        distances_m: how far each object moved.
-        angles_rad: how far each object turned.
-        left: ids of objects that are no longer on the table.
-    """
-
-    distances_m: Float[np.ndarray, "n"]
-    angles_rad: Float[np.ndarray, "n"]
     left: tuple[int, ...]
 
 
@@ -105,20 +92,6 @@ def settle(world: World, config: SettleConfig | None = None) -> SettleReport:
     return SettleReport(quiet >= config.quiet_s, elapsed, speed, _off_table(world))
 
 
-def drift(world: World, seconds: float = 10.0) -> DriftReport:
-    """Runs a settled world on and tells how far each object moved: slow topples show here, after `settle` was content.
-
-    Raises:
-        PhysicsError: the simulation broke.
-    """
-    before, turned_before = world.positions, world.wxyz
-    run(world, seconds)
-    world.update_position_stage()
-    cosine = np.abs(np.sum(world.wxyz * turned_before, axis=1))
-    angles = 2.0 * np.arccos(np.clip(cosine, 0.0, 1.0))
-    return DriftReport(np.linalg.norm(world.positions - before, axis=1), angles, _off_table(world))
-
-
 def settle_problem(
     problem: Problem,
     workspace: Workspace,
@@ -130,7 +103,7 @@ def settle_problem(
     Raises:
         PhysicsError: the simulation broke, e.g. because objects were placed inside each other.
     """
-    world = build_world(problem, None, workspace, world_config)
+    world = build_world(problem, None, workspace, world_config or UNSEEN)
     report = settle(world, config)
     return with_poses_of(world), report
 
@@ -168,7 +141,7 @@ def dump(
         PhysicsError: the simulation broke.
     """
     config = config or DumpConfig()
-    world = build_world(problem, None, workspace, extra=_walls(workspace, config))
+    world = build_world(problem, None, workspace, UNSEEN, _walls(workspace, config))
     for object_id in range(world.object_count):
         world.park(object_id, Presence.DROPPED)
     for object_id in rng.permutation(world.object_count):

@@ -41,6 +41,8 @@ class WorldConfig:
             soft under load.
         shadow_size: resolution of shadows, pixels; drawing time grows with it.
         samples: of antialiasing, 0 for none; 4 makes drawing in software three times as slow.
+        surfaces: objects have surfaces to look at. Without them the same physics is built in half the time, and a
+            camera sees no objects.
     """
 
     timestep_s: float = 0.002
@@ -56,6 +58,7 @@ class WorldConfig:
     object_solimp: tuple[float, float, float] = (0.95, 0.99, 0.001)
     shadow_size: int = 1024
     samples: int = 0
+    surfaces: bool = True
 
 
 def build_spec(
@@ -79,7 +82,7 @@ def build_spec(
         body.pos, body.quat = list(placement.position), list(placement.wxyz)
         if model.name not in known:
             known.add(model.name)
-            _add_assets(spec, model)
+            _add_assets(spec, model, config)
         _add_object(body, object_body_name(object_id), model, config)
     return spec
 
@@ -190,17 +193,17 @@ def _add_object(body: mujoco.MjsBody, name: str, model: ObjectModel, config: Wor
         geom.solimp = [*config.object_solimp, 0.5, 2.0]
         if piece.kind == "mesh":
             geom.meshname = f"{model.name}_piece_{i}"
-    for i in range(len(model.visuals)):
+    for i in range(len(model.visuals) if config.surfaces else 0):
         geom = body.add_geom(name=f"{name}_visual_{i}", type=mujoco.mjtGeom.mjGEOM_MESH)
         geom.group, geom.contype, geom.conaffinity, geom.mass = VISUAL_GROUP, 0, 0, 0.0
         geom.meshname = geom.material = f"{model.name}_visual_{i}"
 
 
-def _add_assets(spec: mujoco.MjSpec, model: ObjectModel) -> None:
+def _add_assets(spec: mujoco.MjSpec, model: ObjectModel, config: WorldConfig) -> None:
     for i, piece in enumerate(model.pieces):
         if piece.kind == "mesh":
             _add_hull(spec, f"{model.name}_piece_{i}", piece)
-    for i, visual in enumerate(model.visuals):
+    for i, visual in enumerate(model.visuals if config.surfaces else ()):
         name = f"{model.name}_visual_{i}"
         _add_surface(spec, name, visual)
         _add_material(spec, name, visual.texture, visual.rgba, specular=0.25, shininess=0.4)

@@ -29,6 +29,19 @@ class StepperConfig:
     watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
 
 
+@dataclass(frozen=True)
+class StepperState:
+    """What a stepper remembers: it decides when the watchdog looks next, and what it still waits for.
+
+    Attributes:
+        count: control periods so far.
+        deep_since_s: since when two bodies have been too deep in each other; None if they are not.
+    """
+
+    count: int = 0
+    deep_since_s: float | None = None
+
+
 class Stepper:
     """Steps a world. The only thing that advances time while a robot works."""
 
@@ -51,6 +64,14 @@ class Stepper:
             self._watchdog.check()
         if self._observer is not None and self._count % self._observe_every == 0:
             self._observer(self.world)
+
+    def save(self) -> StepperState:
+        """What it remembers now."""
+        return StepperState(self._count, self._watchdog.deep_since_s)
+
+    def restore(self, state: StepperState) -> None:
+        """Go on as from then; the world must be as it was then, too."""
+        self._count, self._watchdog.deep_since_s = state.count, state.deep_since_s
 
     def run(self, seconds: float) -> None:
         """Several control periods with the servos' commands as they are."""

@@ -47,7 +47,8 @@ class Watchdog:
 
     def __init__(self, world: World, config: WatchdogConfig | None = None) -> None:
         self._world, self._config = world, config or WatchdogConfig()
-        self._deep_since_s: float | None = None
+        self.deep_since_s: float | None = None
+        """Since when two bodies have been too deep in each other; None if they are not."""
 
     def check(self) -> None:
         """One look.
@@ -66,18 +67,18 @@ class Watchdog:
     def _check_penetration(self) -> None:
         world, config, contact = self._world, self._config, self._world.data.contact
         if not world.data.ncon or contact.dist.min() > -config.max_penetration_m:
-            self._deep_since_s = None
+            self.deep_since_s = None
             return
         # Below the table things land hard, in the bin and on the floor, and sink in; that hurts nobody.
         below = contact.pos[:, 2] < world.workspace.support_z_m - _BELOW_M
         depths = np.where(below, 0.0, -contact.dist)
         deepest = int(np.argmax(depths))
         if depths[deepest] <= config.max_penetration_m:
-            self._deep_since_s = None
+            self.deep_since_s = None
             return
         # A restored state may take time back.
-        since = world.time_s if self._deep_since_s is None else min(self._deep_since_s, world.time_s)
-        self._deep_since_s = since
+        since = world.time_s if self.deep_since_s is None else min(self.deep_since_s, world.time_s)
+        self.deep_since_s = since
         if depths[deepest] > config.max_impact_penetration_m or world.time_s - since >= config.penetration_s:
             a, b = (world.body_name_of_geom(g) for g in contact.geom[deepest])
             raise PhysicsError(

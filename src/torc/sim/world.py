@@ -35,6 +35,8 @@ class Presence(IntEnum):
     """Put into the bin by the robot; parked far away."""
     DROPPED = 2
     """Left the table otherwise; parked far away."""
+    ABSENT = 3
+    """Not on the table when the robot began, so nobody's drop; parked far away."""
 
 
 class World:

@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from torc.occlusion.hidden_space import hidden_volumes_m3
 from torc.records import Decision, PlanningContext
 from torc.task_planning.explanation import explain
-from torc.task_planning.graph import DependencyGraph, EdgeKind, build_dependency_graph
-from torc.task_planning.paths import PathConfig, SinkProbabilities, sink_probabilities
+from torc.task_planning.graph import DependencyGraph, EdgeKind
+from torc.task_planning.graph_building import build_dependency_graph
+from torc.task_planning.paths import PathConfig, SinkProbabilities, rehearse_paths, sink_probabilities
 from torc.task_planning.random_choice import graspable_ids
-from torc.task_planning.relations import RelationConfig
+from torc.task_planning.relations import RelationConfig, find_relations
 
 _TIE_DIGITS = 9
 """Probabilities that agree to this many digits are a tie: they differ by rounding only."""
@@ -42,6 +44,12 @@ class DgSelectPlanner:
         """The next object to pick, or None if nothing visible has a valid grasp. Draws nothing from rng."""
         graph = build_dependency_graph(context, self.config.relations)
         return decide_by_graph(graph, context, self.config.paths)
+
+    def warm_up(self, context: PlanningContext) -> None:
+        """Use every compiled kernel once, to no effect."""
+        find_relations(context.scene, self.config.relations)
+        hidden_volumes_m3(context.volume, context.scene.ids)
+        rehearse_paths()
 
 
 def graph_probabilities(graph: DependencyGraph, config: PathConfig | None = None) -> SinkProbabilities:

@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
+from torc.geometry.arrays import kernel_array
 from torc.task_planning.path_kernels import MAX_NODES, best_first_sums, merged_sums, subset_sums
 from torc.task_planning.path_trimming import neighbours, strong_parts, trim
 
@@ -139,6 +140,15 @@ def sink_probabilities(
     )
 
 
+def rehearse_paths() -> None:
+    """Use every kernel once: a cycle in which the first method gives up, so that each of the two others goes on."""
+    weights = np.full((6, 6), 0.2)
+    np.fill_diagonal(weights, 0.0)
+    weights[5] = 0.0
+    for subset_nodes in (5, 0):
+        sink_probabilities(weights, 0, PathConfig(work_limit=20, subset_nodes=subset_nodes))
+
+
 def _checked(weights: np.ndarray, source: int) -> np.ndarray:
     w = np.array(weights, dtype=float)
     if w.ndim != 2 or w.shape[0] != w.shape[1] or not 0 <= source < len(w):
@@ -159,7 +169,7 @@ def _through_part(
     """
     if len(part) == 1:
         return lower[part], upper[part], 0, ""
-    inner = np.ascontiguousarray(w[np.ix_(part, part)])
+    inner = kernel_array(w[np.ix_(part, part)])
     leaves = w[part].any(axis=1) & (w[part].sum(axis=1) - inner.sum(axis=1) > 0)
     entry = lower[part]
     total, waiting, work, hit = _sums(inner, leaves, entry, config, work_left)

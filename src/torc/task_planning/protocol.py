@@ -17,6 +17,9 @@ class TaskPlanner(Protocol):
     - it asks its chooser (a model, a person) at most MAX_ATTEMPTS times, and says how often in `attempts`;
     - all its randomness comes from `rng`; the context is read only;
     - `evidence` is plain data that `json.dumps` accepts.
+
+    A planner with numba kernels of its own may have a second method, `warm_up(context)`: it is called before a trial,
+    with a made-up context, to use each kernel once, so that no compilation counts as the time of a decision.
     """
 
     @property

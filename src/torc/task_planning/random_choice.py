@@ -30,5 +30,8 @@ class RandomPlanner:
 
 
 def graspable_ids(context: PlanningContext) -> tuple[int, ...]:
-    """Ids of the visible objects that have a valid grasp, rising: what a planner may name."""
+    """Ids of the visible objects that have a valid grasp, rising: what a planner may name.
+
+    Grasps that are unlikely to hold (`Pipeline.min_score`) count only while no object has a better one.
+    """
     return tuple(k for k in context.report.graspable_ids if k in context.scene.ids)

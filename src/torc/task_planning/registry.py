@@ -20,9 +20,12 @@ BUILT_IN: Mapping[str, str] = MappingProxyType(
     {
         "random": "torc.task_planning.random_choice:RandomPlanner",
         "dg-select": "torc.task_planning.dg_select:DgSelectPlanner",
+        "vlm-select": "torc.vlm.select:VlmSelectPlanner",
+        "vlm-grasps": "torc.vlm.select:VlmGraspsPlanner",
+        "vlm-fixes-dg": "torc.vlm.fixes_dg:VlmFixesDgPlanner",
     }
 )
-"""Name -> "module:Class" of the planners that need nothing beyond torc itself."""
+"""Name -> "module:Class" of the planners that come with torc. Those of `torc.vlm` take a `client` that asks a model."""
 
 
 def planner_paths() -> dict[str, str]:
@@ -71,7 +74,10 @@ def _load_class(name: str, path: str) -> Any:
         raise InputError(
             f"Task planner '{name}': module {module_name} has no '{attribute}' ({error})."
         ) from error
-    except Exception as error:  # a third party's module may fail in any way while it is imported
+    except (
+        Exception,
+        SystemExit,
+    ) as error:  # a third party's module may fail in any way while it is imported
         raise InputError(
             f"Task planner '{name}': importing {module_name} failed with {type(error).__name__}: {error}. "
             "Is it installed in this environment, or on PYTHONPATH?"
@@ -85,12 +91,20 @@ def _construct(factory: Any, name: str, path: str, options: dict[str, Any]) -> A
     try:
         signature = inspect.signature(factory)
     except (TypeError, ValueError):  # compiled classes may tell no signature
-        return factory(**options)
+        signature = None
     try:
-        signature.bind(**options)
+        if signature is not None:
+            signature.bind(**options)
     except TypeError as error:
         raise InputError(
             f"Task planner '{name}' ({path}) does not take the options {sorted(options)}: {error}. "
             f"It takes {signature}."
         ) from error
-    return factory(**options)
+    try:
+        return factory(**options)
+    except TorcError:
+        raise
+    except (Exception, SystemExit) as error:  # as above
+        raise InputError(
+            f"Task planner '{name}' ({path}) could not be made: {type(error).__name__}: {error}."
+        ) from error

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float32, Int32, Int64
 
 from torc.errors import InputError
+from torc.geometry.arrays import kernel_array
 from torc.records import SegmentedScene
 from torc.task_planning.relation_kernels import measure_boundaries, nearby_labels
 
@@ -105,8 +106,8 @@ def find_adjacencies(scene: SegmentedScene, config: RelationConfig | None = None
     ids = scene.ids
     if len(ids) < 2:
         return ()
-    label = np.ascontiguousarray(scene.label_image)
-    depth = np.ascontiguousarray(scene.observation.depth_m)
+    label = kernel_array(scene.label_image, np.int16)
+    depth = kernel_array(scene.observation.depth_m, np.float32)
     known = np.uint64(sum(1 << k for k in ids))
     near = nearby_labels(label, known, _disk(dilation_radius_px(label.shape[0], config)))
     index, points, normals = _point_image(scene)
@@ -185,4 +186,4 @@ def _point_image(
     index[pixels[:, 0], pixels[:, 1]] = np.arange(len(pixels), dtype=np.int32)
     points = np.concatenate([o.points for o in scene.objects])
     normals = np.concatenate([o.normals for o in scene.objects])
-    return index, np.ascontiguousarray(points), np.ascontiguousarray(normals)
+    return index, kernel_array(points, np.float32), kernel_array(normals, np.float32)

@@ -10,6 +10,7 @@ import coal
 import mujoco
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial import ConvexHull
 
 from torc.robots.description import RobotDescription
 from torc.scenes.workspace import Box
@@ -112,6 +113,19 @@ def voxel_octree(centers: Float[np.ndarray, "n 3"], voxel_size_m: float) -> list
     if len(centers) == 0:
         return []
     return [(coal.makeOctree(np.ascontiguousarray(centers, dtype=float), voxel_size_m), _IDENTITY)]
+
+
+def convex_hull(points: Float[np.ndarray, "n 3"]) -> Any:
+    """The solid convex hull of at least four points; flat ones are given a hair of thickness."""
+    hull = ConvexHull(np.asarray(points, dtype=float), qhull_options="QJ")
+    position = np.full(len(points), -1)
+    position[hull.vertices] = np.arange(len(hull.vertices))
+    vertices, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    for p in hull.points[hull.vertices]:
+        vertices.append(p)
+    for corners in position[hull.simplices].tolist():
+        triangles.append(coal.Triangle(*corners))
+    return coal.Convex(vertices, triangles)
 
 
 def solid_boxes(boxes: Sequence[Box]) -> list[Obstacle]:

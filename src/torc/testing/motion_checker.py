@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from itertools import pairwise
 
+import coal
 import numpy as np
 from jaxtyping import Float
 from scipy.spatial import cKDTree
@@ -14,7 +15,7 @@ from torc.records import PickPlan, Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
 from torc.scenes.workspace import Workspace
-from torc.testing.full_geometry import FullGeometry, Obstacle, solid_boxes, voxel_octree
+from torc.testing.full_geometry import FullGeometry, Obstacle, convex_hull, solid_boxes, voxel_octree
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,7 @@ class PlanChecker:
         return out
 
     def _held_object(self, plan: PickPlan, request: PickRequest) -> list[str]:
-        """The visible points of the held object must not enter table or bin."""
+        """The visible points of the held object must not enter table or bin, nor their hull the robot."""
         out = []
         for q in _thinned(plan.transfer, self.config.sample_s):
             points = self._held_points(plan, request, q)
@@ -137,7 +138,23 @@ class PlanChecker:
                 if np.any(depth.min(axis=1) > 0):
                     out.append(f"transfer: the held object enters {box.name} at {np.round(q, 3).tolist()}.")
                     return out
-        return out
+        return out + self._held_on_robot(plan, request)
+
+    def _held_on_robot(self, plan: PickPlan, request: PickRequest) -> list[str]:
+        """Where the hull of the held points first touches the robot, the hand that holds it left out."""
+        q_grasp, dof = plan.lift.qpos[0], self._robot.arm.dof
+        hull = convex_hull(self._held_points(plan, request, q_grasp))
+        T_at_grasp = tool0_poses(self._robot.arm, q_grasp[None])[0]
+        others = np.flatnonzero(self._geometry.links < dof - 1)
+        for name, t in (("lift", plan.lift), ("transfer", plan.transfer)):
+            qpos = _thinned(t, self.config.sample_s)
+            for q, T in zip(qpos, tool0_poses(self._robot.arm, qpos) @ invert(T_at_grasp)):
+                obstacle = (hull, coal.Transform3s(T[:3, :3], T[:3, 3]))
+                hits = self._geometry.touching(self._geometry.place(q, plan.width_m), [obstacle], others)
+                if hits:
+                    parts = ", ".join(self._geometry.name(i) for i in hits)
+                    return [f"{name}: the held object touches {parts} at {np.round(q, 3).tolist()}."]
+        return []
 
     def _first_contact(
         self, t: Trajectory, width_m: float, everything: list[Obstacle], arm_only: list[Obstacle]

@@ -9,7 +9,7 @@ from numba import njit
 from torc.grasping.cells import gather
 from torc.grasping.clouds import ObjectCloud
 from torc.grasping.config import CandidateConfig
-from torc.grasping.hand import HandGeometry
+from torc.grasping.hand import FINGER_X, FINGER_Y, FINGER_Z, OPEN, PAD_Y, PAD_Z, HandGeometry
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,12 @@ def make_rotation(closing: np.ndarray, approach: np.ndarray, out: np.ndarray) ->
 @njit(cache=True)
 def lowest_tip_z(R: np.ndarray, sizes: np.ndarray, support_z_m: float, margin_m: float) -> float:
     """Least height of the TCP at which the open fingertips keep `margin_m` from the support."""
-    return support_z_m + margin_m + abs(R[2, 0]) * (0.5 * sizes[0] + sizes[4]) + abs(R[2, 1]) * sizes[3]
+    return (
+        support_z_m
+        + margin_m
+        + abs(R[2, 0]) * (0.5 * sizes[OPEN] + sizes[FINGER_X])
+        + abs(R[2, 1]) * sizes[FINGER_Y]
+    )
 
 
 @njit(cache=True)
@@ -97,13 +102,13 @@ def fit_jaws(
     `center_x` and within the fingers' width. Returns (low, high) (low > high: no points), and the count.
     """
     low, high, between = 1e9, -1e9, 0
-    half = 0.5 * sizes[0]
+    half = 0.5 * sizes[OPEN]
     for k in range(count):
         x, y = local[k, 0], local[k, 1]
-        if abs(y) > sizes[3] or abs(x - center_x) > half:
+        if abs(y) > sizes[FINGER_Y] or abs(x - center_x) > half:
             continue
         low, high = min(low, x), max(high, x)
-        if seen[index[k]] == 1 and local[k, 2] > -sizes[2] and abs(y) < sizes[1]:
+        if seen[index[k]] == 1 and local[k, 2] > -sizes[PAD_Z] and abs(y) < sizes[PAD_Y]:
             between += 1
     return low, high, between
 
@@ -129,8 +134,8 @@ def settle_on_points(
     """
     local, index = np.empty((len(points), 3)), np.empty(len(points), dtype=np.int64)
     box = np.empty((2, 3))
-    box[1, 0], box[1, 1], box[1, 2] = sizes[0], sizes[3], 0.0
-    box[0, 0], box[0, 1], box[0, 2] = -sizes[0], -sizes[3], -sizes[5]
+    box[1, 0], box[1, 1], box[1, 2] = sizes[OPEN], sizes[FINGER_Y], 0.0
+    box[0, 0], box[0, 1], box[0, 2] = -sizes[OPEN], -sizes[FINGER_Y], -sizes[FINGER_Z]
     for n in range(len(Rs)):
         R = Rs[n]
         keep[n] = False
@@ -144,11 +149,15 @@ def settle_on_points(
             tips[n] -= back * R[:, 2]
         count = gather(R, tips[n], box, points, starts, centers, radii, local, index)
         low, high, _ = fit_jaws(local, index, count, seen, 0.0, sizes)
-        if high < low or high - low + limits[2] > sizes[0]:
+        if high < low or high - low + limits[2] > sizes[OPEN]:
             continue
         middle = 0.5 * (low + high)
         low, high, between = fit_jaws(local, index, count, seen, middle, sizes)
-        if between < min_points or high - low + limits[2] > sizes[0] or abs(low + high - 2 * middle) > 0.004:
+        if (
+            between < min_points
+            or high - low + limits[2] > sizes[OPEN]
+            or abs(low + high - 2 * middle) > 0.004
+        ):
             continue
         tips[n] += middle * R[:, 0]
         widths[n] = high - low

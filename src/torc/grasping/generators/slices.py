@@ -12,6 +12,7 @@ from torc.grasping.generators.common import (
     make_rotation,
     no_candidates,
 )
+from torc.grasping.hand import FINGER_Y, OPEN, PAD_Y, PAD_Z
 
 _BIN_M = 0.003
 _CAPACITY = 8000
@@ -98,10 +99,10 @@ def _slices(
             count = 0
             for i in range(len(points)):
                 side = abs(local[i, 1] - y)
-                if side < sizes[3]:
+                if side < sizes[FINGER_Y]:
                     strip[count, 0], strip[count, 1] = local[i, 0], local[i, 2]
                     strip[count, 2] = 1.0 if i < visible else 0.0
-                    strip[count, 3] = 1.0 if side < sizes[1] else 0.0
+                    strip[count, 3] = 1.0 if side < sizes[PAD_Y] else 0.0
                     count += 1
             n = _reach_into(strip[:count], y, R, depths, limits, min_points, sizes, Rs, tips, widths, n)
     return n
@@ -143,7 +144,7 @@ def _reach_into(
         low, high, count = _within(strip, z, -1e9, 1e9, sizes)
         if high < low:
             continue
-        if high - low + limits[2] <= sizes[0]:
+        if high - low + limits[2] <= sizes[OPEN]:
             if count >= min_points and n < len(widths):
                 _write(low, high, y, z, R, Rs, tips, widths, n)
                 n += 1
@@ -163,7 +164,7 @@ def _within(
         if strip[i, 1] > z or x < x_low or x > x_high:
             continue
         low, high = min(low, x), max(high, x)
-        if strip[i, 2] * strip[i, 3] > 0.0 and strip[i, 1] > z - sizes[2]:
+        if strip[i, 2] * strip[i, 3] > 0.0 and strip[i, 1] > z - sizes[PAD_Z]:
             count += 1
     return low, high, count
 
@@ -200,7 +201,7 @@ def _parts(
             x_low, x_high, count = _within(
                 strip, z, low + start * _BIN_M - 1e-9, low + (last + 1) * _BIN_M + 1e-9, sizes
             )
-            if x_high - x_low + limits[2] <= sizes[0] and count >= min_points and n < len(widths):
+            if x_high - x_low + limits[2] <= sizes[OPEN] and count >= min_points and n < len(widths):
                 _write(x_low, x_high, y, z, R, Rs, tips, widths, n)
                 n += 1
             start = b

@@ -1,8 +1,9 @@
-"""The commands: collect trials, train a score, try it out on fresh scenes, report."""
+"""The commands: collect trials, train a score, try it out on fresh scenes, report; try what can be grasped at all."""
 
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import tyro
 
@@ -122,10 +123,28 @@ class Report:
         print(f"Wrote {self.out} and {self.picture}.")
 
 
+@dataclass(frozen=True)
+class Graspable:
+    """Try which library models the gripper gets hold of, and store it. Models already tried are kept."""
+
+    names: tyro.conf.Positional[tuple[str, ...]] = ()
+    """Models to try; all if none are named."""
+    again: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Try models again that have not changed since."""
+
+    def run(self) -> None:
+        """Measure."""
+        from torc.grasping.training.feasibility import measure_all
+
+        measure_all(self.names, self.again)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; 0 when done, 1 on failure, 2 on bad input."""
     command = tyro.cli(
-        Collect | Refresh | Train | Evaluate | Report, args=arguments, prog="python -m torc.grasping.training"
+        Collect | Refresh | Train | Evaluate | Report | Graspable,
+        args=arguments,
+        prog="python -m torc.grasping.training",
     )
     try:
         command.run()

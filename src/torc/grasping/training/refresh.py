@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from torc.grasping.checks import Fault, check_candidates
+from torc.grasping.check_result import Fault
+from torc.grasping.checks import check_candidates
 from torc.grasping.clouds import ObjectCloud, SceneClouds, build_clouds
 from torc.grasping.config import GraspConfig
 from torc.grasping.features import FEATURE_NAMES, compute_features

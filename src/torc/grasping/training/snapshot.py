@@ -15,7 +15,7 @@ from torc.robots.description import GripperDescription
 from torc.scenes.problem import Problem
 from torc.scenes.workspace import CameraMount, Workspace
 from torc.sim.rendering import CameraRenderer
-from torc.sim.world import World, build_world
+from torc.sim.world import build_world
 
 SENSOR_NOISE = NoiseConfig(depth_sigma_m=0.002, grain_px=3, edge_loss=0.2, edge_blend=0.1, dropout=0.002)
 """A good stereo camera: about 1 mm at the clutter's distance."""
@@ -60,17 +60,22 @@ def perceive(
     problem: Problem, workspace: Workspace, noisy: bool, rng: np.random.Generator
 ) -> tuple[SegmentedScene, OcclusionVolume]:
     """One look at a settled scene without the arm, with or without sensor noise."""
-    observation = observe(build_world(problem, None, workspace), workspace.camera)
+    with CameraRenderer(build_world(problem, None, workspace), workspace.camera) as renderer:
+        observation = observe(renderer, workspace.camera)
     if noisy:
         observation = add_sensor_noise(observation, SENSOR_NOISE, rng)
+    return interpret(observation, workspace)
+
+
+def interpret(observation: Observation, workspace: Workspace) -> tuple[SegmentedScene, OcclusionVolume]:
+    """The objects in a first look at a scene, and what it left unseen."""
     scene = LabelPerception().perceive(observation)
     return scene, update_volume(empty_volume(workspace.grid), scene, FIXED_CAMERA)
 
 
-def observe(world: World, mount: CameraMount) -> Observation:
-    """One clean RGB-D frame with labels."""
-    with CameraRenderer(world, mount) as renderer:
-        view = renderer.render()
+def observe(renderer: CameraRenderer, mount: CameraMount) -> Observation:
+    """One clean RGB-D frame with labels of the renderer's world, through the mount that it was made with."""
+    view = renderer.render()
     return Observation(
-        view.rgb, view.depth_m, mount.K, mount.T_world_camera, np.zeros(0), world.time_s, view.label_image
+        view.rgb, view.depth_m, mount.K, mount.T_world_camera, np.zeros(0), 0.0, view.label_image
     )

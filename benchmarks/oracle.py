@@ -1,0 +1,126 @@
+"""ORACLE's search: how many picks it needs, what is proved, and what it takes to get there.
+
+    python benchmarks/oracle.py --out runs/oracle --seeds 3 --workers 2
+
+CPU seconds are of one process. Answers already in --out are not sought again. The table is printed and written to
+--out/table.md; the answers are what `torc problems gallery --answers` reads. How ORACLE compares with other planners:
+`benchmarks/retrieval.py --planners oracle dg-select random`.
+"""
+
+import json
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tyro
+
+from processes import run_jobs
+
+
+@dataclass(frozen=True)
+class Args:
+    """Solve problems with several seeds, then print the table."""
+
+    out: Path = Path("runs/oracle")
+    """Directory of the answers."""
+    problems: str = "torc40"
+    """A set, problems or a directory of them, with commas between."""
+    seeds: int = 3
+    """Seeds 0..N-1."""
+    budget: float = 24.0
+    """Of each search, in simulated picks."""
+    workers: int = 2
+    """Processes."""
+
+
+def solve(problem_name: str, seed: int, budget: float) -> dict:
+    """The answer, and when it came."""
+    from torc.episode.oracle.answer import answer_from
+    from torc.episode.oracle.branches import Branches
+    from torc.episode.oracle.search import search
+    from torc.episode.privileged import open_sandbox
+    from torc.episode.steps import EpisodeConfig
+    from torc.motion.planner import OmplMotionPlanner
+    from torc.pipeline.defaults import default_pipeline
+    from torc.robots.description import load_robot
+    from torc.scenes.problem import load_problem
+    from torc.scenes.workspace import Workspace
+
+    problem, robot, workspace = load_problem(problem_name), load_robot(), Workspace()
+    pipeline, motion = default_pipeline(robot, workspace), OmplMotionPlanner(robot, workspace)
+    config = EpisodeConfig(seed=seed)
+    start, first = time.process_time(), []
+
+    def tell(found) -> None:
+        if found.best is not None and not first:
+            first.append(time.process_time() - start)
+
+    with open_sandbox(problem, robot, pipeline, motion, config) as sandbox:
+        found = search(
+            Branches(sandbox), sandbox.begin(), max_picks=config.max_picks, budget=budget, tell=tell
+        )
+    answer = answer_from(found, problem, seed, budget)
+    times = {"first_s": first[0] if first else None, "all_s": time.process_time() - start}
+    return {**answer.to_dict(), **times, "objects": len(problem.objects), "category": problem.category}
+
+
+def solve_into(path: Path, problem_name: str, seed: int, budget: float) -> str:
+    """Keep the answer, complete or not at all; returns a line that says what it is."""
+    row = solve(problem_name, seed, budget)
+    aside = path.with_suffix(".partial")
+    aside.write_text(json.dumps(row))
+    aside.replace(path)
+    verdict = f"{row['picks']} picks, {'proved' if row['proved'] else 'not proved'}"
+    return f"{path.stem}: {verdict if row['solved'] else 'no order found'}, {row['all_s']:.0f} s"
+
+
+def answers(args: Args) -> Iterable[tuple[Path, str, int, float]]:
+    """Where each answer goes, and what is asked."""
+    from torc.scenes.problem_sets import select_problems
+
+    for seed in range(args.seeds):
+        for problem in select_problems(args.problems):
+            yield args.out / f"{Path(problem).stem}-{seed}.json", problem, seed, args.budget
+
+
+def table(rows: list[dict]) -> str:
+    """A row per problem and seed, and what they have in common."""
+    lines = [
+        "| problem | objects | seed | picks | drops | proved | needed at least | very likely | picks tried | looks | "
+        "first answer, CPU s | all, CPU s |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for r in rows:
+        picks = r["picks"] if r["solved"] else "none found"
+        first = "" if r["first_s"] is None else f"{r['first_s']:.1f}"
+        lines.append(
+            f"| {r['problem']} | {r['objects']} | {r['seed']} | {picks} | {r['drops']} "
+            f"| {'yes' if r['proved'] else 'no'} | {r['lower_bound']} | {r['rough_bound']} | {r['picks_tried']} "
+            f"| {r['looks']} | {first} | {r['all_s']:.1f} |"
+        )
+    solved = [r for r in rows if r["solved"]]
+    proved = [r for r in solved if r["proved"]]
+    lines += [
+        "",
+        f"Solved {len(solved)} of {len(rows)}, proved {len(proved)}; median picks "
+        f"{np.median([r['picks'] for r in solved] or [np.nan]):.0f}; CPU seconds to the first answer, median "
+        f"{np.median([r['first_s'] for r in solved] or [np.nan]):.1f}, in all "
+        f"{np.median([r['all_s'] for r in rows]):.1f} (largest {max(r['all_s'] for r in rows):.1f}).",
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Solve, print and write the table."""
+    args = tyro.cli(Args)
+    args.out.mkdir(parents=True, exist_ok=True)
+    run_jobs(solve_into, [job for job in answers(args) if not job[0].exists()], args.workers)
+    text = table([json.loads(path.read_text()) for path, *_ in sorted(answers(args))])
+    print(text)
+    (args.out / "table.md").write_text(text + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,13 @@
+"""Only the brain: one RGB-D frame with masks in, the next object and why out. No simulator, no robot needed.
+
+>>> from torc.brain import decide_frame, load_frame              # doctest: +SKIP
+>>> answer = decide_frame(load_frame("frame.npz"))               # doctest: +SKIP
+>>> print(answer.label, answer.decision.reason)                  # doctest: +SKIP
+"""
+
+from torc.brain.answer import Answer
+from torc.brain.deciding import decide_frame, rehearse
+from torc.brain.text import answer_text
+from torc.pipeline.frames import load_frame
+
+__all__ = ["Answer", "answer_text", "decide_frame", "load_frame", "rehearse"]

@@ -1,0 +1,115 @@
+"""`torc human`: a person as task planner."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+if TYPE_CHECKING:
+    from torc.episode.trial import Trial, TrialSpec
+    from torc.web.frames import FrameBoard
+    from torc.web.session import Session
+
+
+@dataclass(frozen=True)
+class HumanCommand:
+    """Choose the objects yourself: a local page shows what the task planners see, and the robot does what you choose.
+
+    Every expert plays every problem. Each trial is recorded like any other (`torc view DIR` shows it). Run the same
+    command again to go on: what is complete is skipped, what was interrupted starts again from its beginning.
+
+    Exit code 0 when everything is complete, 130 after Ctrl-C before that, 2 on bad arguments.
+    """
+
+    problems: tyro.conf.Positional[tuple[str, ...]] = ("structured-01",)
+    """Problems, problem sets, problem files, or directories of them (`torc problems list`)."""
+    experts: str = ""
+    """Names of the people, comma-separated; each plays every problem. They are kept with the trials."""
+    seed: int = 0
+    """Decides all random draws."""
+    out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("runs/human")
+    """Where the trials are recorded, a directory each."""
+    max_picks: int = 15
+    """Attempts, failed ones included."""
+    noise: bool = False
+    """Add the noise of a stereo camera."""
+    video: bool = False
+    """Also write video.mp4 of each trial."""
+    host: str = "127.0.0.1"
+    """Where to listen. Anything but this machine's own addresses makes a token that the browser needs."""
+    port: int = 8770
+    """0 for any free one."""
+    open: bool = False
+    """Open the browser."""
+
+    def run(self) -> int:
+        """Play until everything is complete, then keep the page until Ctrl-C."""
+        import threading
+
+        from torc.cli.web_page import served_page, web_parts
+        from torc.errors import InputError
+
+        if self.max_picks < 1 or self.seed < 0:
+            raise InputError("--max-picks must be at least 1 and --seed at least 0.")
+        web_parts()
+        from torc.scenes.problem import load_problem
+        from torc.scenes.problem_sets import select_problems
+        from torc.web.frames import FrameBoard
+        from torc.web.human_queue import make_queue
+        from torc.web.session import Session
+        from torc.web.shelf import Shelf
+
+        problems = select_problems(",".join(self.problems))
+        for problem in problems:
+            load_problem(problem)
+        experts = [name.strip() for name in self.experts.split(",") if name.strip()]
+        queue = make_queue(problems, experts, self.out, self.seed, self.max_picks, self.noise)
+        try:
+            self.out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"Cannot write to '{self.out}': {error.strerror}. Choose another --out."
+            ) from error
+        _say_what_is_left(queue.lines())
+        session, board = Session(), FrameBoard()
+        try:
+            with served_page(Shelf(self.out), queue, session, board, self.host, self.port, self.open):
+                queue.play(session, lambda spec, out: self._play(spec, out, session, board))
+                print("Everything is complete. The page stays until Ctrl-C.", flush=True)
+                threading.Event().wait()
+        except KeyboardInterrupt:
+            left = len(queue.waiting())
+            print(
+                f"\n{left} of {len(queue.trials)} trials are left"
+                + ("; the same command goes on with them." if left else ".")
+            )
+        return 130 if queue.waiting() else 0
+
+    def _play(self, spec: "TrialSpec", out: Path, session: "Session", board: "FrameBoard") -> "Trial":
+        from torc.episode.trial import run_trial
+        from torc.web.expert import HumanPlanner, SessionListener
+        from torc.web.frames import RobotCamera
+
+        session.publish(message="Preparing the simulation")
+        with RobotCamera(board) as camera:
+            trial = run_trial(
+                spec,
+                out,
+                planner=HumanPlanner(session, spec.expert),
+                listeners=[SessionListener(session)],
+                observers=[camera.observe],
+                video=self.video,
+                overwrite=True,
+                say=lambda text: session.publish(message=text),
+            )
+        print(f"{out.name}: {trial.result['status']}, {trial.result.get('end', '')}", flush=True)
+        return trial
+
+
+def _say_what_is_left(trials: list[dict]) -> None:
+    done = sum(t["status"] == "completed" for t in trials)
+    begun = [t["name"] for t in trials if t["status"] in ("interrupted", "errored")]
+    print(f"{len(trials)} trials, {done} of them complete.")
+    if begun:
+        print(f"Not complete, and played again from the beginning: {', '.join(begun)}.")

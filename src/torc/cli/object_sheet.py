@@ -1,0 +1,126 @@
+"""`torc objects sheet`: pictures of objects, with name, description, size and mass."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+if TYPE_CHECKING:  # the command line answers before Pillow and MuJoCo are imported
+    from PIL.Image import Image as Picture
+    from PIL.ImageDraw import ImageDraw
+
+    from torc.scenes.models import ObjectModel
+
+COLUMNS, ROWS = 5, 8
+CELL, CAPTION = (250, 205), 68
+_INK, _FAINT, _PAPER = (30, 30, 30), (105, 105, 105), (252, 252, 250)
+
+
+@dataclass(frozen=True)
+class SheetCommand:
+    """Draw a contact sheet: every object as the simulator shows it, with its size and mass."""
+
+    names: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="[NAME...]")] = ()
+    """Objects or kinds to draw; all if none are named."""
+    out: Annotated[
+        Path, tyro.conf.arg(metavar="FILE", help="A .jpg or .png; several pages become NAME-1, NAME-2 ...")
+    ] = Path("objects.jpg")
+
+    def run(self) -> int:
+        """Draw and save the pages."""
+        from rich.console import Console
+
+        from torc.scenes.library import load_object
+
+        names = _chosen(self.names)
+        _prepare(self.out)
+        count = -(-len(names) // (COLUMNS * ROWS))
+        with Console(stderr=True).status("") as status:
+            models = [load_object(name) for name in names]
+            pages = contact_sheets(models, lambda k: status.update(f"{k + 1} of {len(names)}: {names[k]}"))
+            for number, page in enumerate(pages, start=1):
+                path = self.out if count == 1 else self.out.with_stem(f"{self.out.stem}-{number}")
+                _save(page, path)
+                print(f"{path}  (page {number} of {count})", flush=True)
+        return 0
+
+
+def _chosen(names: Sequence[str]) -> list[str]:
+    """Model names of the objects and kinds named."""
+    from torc.errors import UnknownNameError
+    from torc.scenes.library import kind_names, load_object, object_names
+
+    known, kinds = list(object_names()), kind_names()
+    chosen: list[str] = []
+    for name in names:
+        if name in kinds:
+            chosen += [n for n in known if load_object(n).kind == name]
+        elif name in known:
+            chosen.append(name)
+        else:
+            raise UnknownNameError("object or kind", name, [*known, *kinds])
+    return list(dict.fromkeys(chosen)) if names else known
+
+
+def _prepare(path: Path) -> None:
+    """Finds out that the pages cannot be written before time is spent on drawing them."""
+    from torc.errors import InputError
+
+    if path.suffix.lower() not in (".jpg", ".jpeg", ".png"):
+        raise InputError(
+            f"{path}: pictures are written as .jpg or .png. Use a name that ends in one of them."
+        )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def _save(page: "Picture", path: Path) -> None:
+    try:
+        page.save(path, quality=82, optimize=True)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def _unwritable(path: Path, error: OSError) -> Exception:
+    from torc.errors import InputError
+
+    return InputError(f"{path} cannot be written ({error.strerror}). Choose another --out.")
+
+
+def contact_sheets(
+    models: Sequence["ObjectModel"], progress: Callable[[int], None] = lambda _: None
+) -> Iterator["Picture"]:
+    """Pages of portraits with captions, in the given order; `progress` is told the index of each before it is drawn."""
+    from PIL import Image, ImageDraw
+
+    from torc.sim.portraits import portrait
+
+    width, height = CELL[0], CELL[1] + CAPTION
+    for first in range(0, len(models), COLUMNS * ROWS):
+        some = models[first : first + COLUMNS * ROWS]
+        page = Image.new("RGB", (COLUMNS * width, -(-len(some) // COLUMNS) * height), _PAPER)
+        draw = ImageDraw.Draw(page)
+        for k, model in enumerate(some):
+            progress(first + k)
+            x, y = k % COLUMNS * width, k // COLUMNS * height
+            page.paste(Image.fromarray(portrait(model, *CELL)), (x, y))
+            _caption(draw, x + 8, y + CELL[1] + 4, model)
+        yield page
+
+
+def _caption(draw: "ImageDraw", x: int, y: int, model: "ObjectModel") -> None:
+    """Name, description, size (depth, width, height) and mass below a portrait."""
+    from PIL import ImageFont
+
+    edges = " x ".join(f"{1000 * s:.0f}" for s in model.size_m)
+    facts = f"{edges} mm, {1000 * model.mass_kg:.0f} g"
+    for text, size, color in ((model.name, 17, _INK), (model.description, 14, _FAINT), (facts, 14, _FAINT)):
+        shrunk = size
+        while draw.textlength(text, font=ImageFont.load_default(shrunk)) > CELL[0] - 14 and shrunk > 8:
+            shrunk -= 1
+        draw.text((x, y), text, color, ImageFont.load_default(shrunk))
+        y += size + 5

@@ -1,0 +1,177 @@
+"""`torc objects`: what there is to put on the table, and how to add to it."""
+
+import json as json_module
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from torc.cli.object_import import ImportCommand
+from torc.cli.object_sheet import SheetCommand
+
+_GRIPPER = {True: "gets hold of it as it stands", False: "does not get hold of it as it stands"}
+
+
+@dataclass(frozen=True)
+class ListCommand:
+    """List the objects: those that come with torc, and your own."""
+
+    kind: Annotated[str | None, tyro.conf.arg(metavar="KIND")] = None
+    """Only of this kind, e.g. mug."""
+    own: bool = False
+    """Only your own."""
+    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+
+    def run(self) -> int:
+        """Print a line per object."""
+        from torc.errors import InputError, UnknownNameError
+        from torc.scenes.library import ObjectFacts, graspable, object_facts, object_names
+
+        found: list[ObjectFacts] = []
+        for name in object_names():
+            try:
+                found.append(object_facts(name))
+            except InputError as error:
+                print(f"torc: {error}", file=sys.stderr)
+        kinds = sorted({facts.kind for facts in found})
+        if self.kind is not None and self.kind not in kinds:
+            raise UnknownNameError("kind of object", self.kind, kinds)
+        found = [f for f in found if self.kind in (None, f.kind) and not (self.own and f.builtin)]
+        if self.json:
+            rows = [
+                {
+                    "name": f.name,
+                    "kind": f.kind,
+                    "description": f.description,
+                    "mass_kg": f.mass_kg,
+                    "graspable": graspable(f.name),
+                    "own": not f.builtin,
+                }
+                for f in found
+            ]
+            print(json_module.dumps(rows, indent=2))
+            return 0
+        width = max((len(f.name) for f in found), default=0)
+        for f in found:
+            own = "" if f.builtin else "   (yours)"
+            print(f"{f.name:<{width}}  {f.kind:<18} {f.mass_kg:6.3f} kg  {f.description}{own}")
+        if not found:
+            print("None. `torc objects import MESH` adds objects of your own.")
+        return 0
+
+
+@dataclass(frozen=True)
+class ShowCommand:
+    """Show what is known of one object, and what it looks like."""
+
+    name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="NAME")]
+    """Name of the object (`torc objects list`)."""
+    picture: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Also write a picture (PNG), drawn by the simulator: from the robot's side and from above."""
+    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+
+    def run(self) -> int:
+        """Print the facts."""
+        facts = _facts(self.name)
+        if self.picture is not None:
+            _write_picture(self.name, self.picture)
+        if self.json:
+            print(json_module.dumps(facts, indent=2))
+            return 0
+        x, y, z = (1000 * s for s in facts["size_m"])
+        print(f"{facts['name']}: {facts['description']}\n")
+        print(f"  kind       {facts['kind']}{'' if facts['own'] else ' (comes with torc)'}")
+        print(f"  size       {x:.0f} x {y:.0f} x {z:.0f} mm (depth, width, height, seen from the robot)")
+        rolls = ", rolls" if facts["rolls"] else ""
+        print(f"  mass       {facts['mass_kg']:.3f} kg, friction {facts['friction']:g}{rolls}")
+        print(f"  contact    {facts['pieces']} convex pieces")
+        if facts["graspable"] is not None:
+            print(f"  gripper    {_GRIPPER[facts['graspable']]}")
+        print(f"  to look at {facts['triangles']} triangles, {facts['textures']} textures")
+        if facts["own"]:
+            print(
+                f"  from       {facts['source']} (scale {facts['scale']:g})\n  stored in  {facts['directory']}"
+            )
+        if self.picture is not None:
+            print(f"\nPicture: {self.picture}")
+        return 0
+
+
+@dataclass(frozen=True)
+class ObjectsCommand:
+    """Objects to put on the table: those that come with torc, and your own.
+
+    Try:
+      torc objects list --kind mug
+      torc objects show mug_red --picture mug.png
+      torc objects sheet mug bowl --out dishes.png
+      torc objects import mug.glb            # from then on `mug` can be used like any other
+    """
+
+    action: (
+        Annotated[ListCommand, tyro.conf.subcommand("list")]
+        | Annotated[ShowCommand, tyro.conf.subcommand("show")]
+        | Annotated[SheetCommand, tyro.conf.subcommand("sheet")]
+        | Annotated[ImportCommand, tyro.conf.subcommand("import")]
+    )
+
+    def run(self) -> int:
+        """Run the chosen action."""
+        return self.action.run()
+
+
+def _facts(name: str) -> dict[str, Any]:
+    from torc.scenes.library import graspable, load_object, object_facts
+    from torc.scenes.object_files import load_source
+    from torc.scenes.object_store import find_stored
+
+    model, known = load_object(name), object_facts(name)
+    facts: dict[str, Any] = {
+        "name": model.name,
+        "kind": model.kind,
+        "description": model.description,
+        "own": not known.builtin,
+        "size_m": list(model.size_m),
+        "mass_kg": model.mass_kg,
+        "friction": model.friction,
+        "rolls": model.rolls,
+        "graspable": graspable(name),
+        "pieces": len(model.pieces),
+        "triangles": sum(len(v.faces) for v in model.visuals),
+        "textures": sum(v.texture is not None for v in model.visuals),
+    }
+    directory = None if known.builtin else find_stored(name)
+    if directory is not None:
+        source = load_source(directory)
+        facts |= {
+            "source": source.file,
+            "scale": source.scale,
+            "note": source.note,
+            "directory": str(directory),
+        }
+    return facts
+
+
+def _write_picture(name: str, path: Path) -> None:
+    import numpy as np
+    from PIL import Image
+
+    from torc.errors import InputError
+    from torc.scenes.library import load_object
+    from torc.sim.object_check import world_with
+    from torc.sim.rendering import render_view
+
+    model = load_object(name)
+    world = world_with(model)
+    x, y, z = (float(v) for v in world.positions[0])
+    away = 1.6 * float(np.linalg.norm(model.size_m)) + 0.05
+    eyes = [(x - away, y, z + 0.25 * away), (x - 0.6 * away, y - 0.6 * away, z + 0.7 * away)]
+    views = [render_view(world, eye, (x, y, z), 640, 640, 0.6) for eye in eyes]
+    try:
+        Image.fromarray(np.concatenate(views, axis=1)).save(path)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"Cannot write the picture {path}: {error}. Give a file name that ends in .png."
+        ) from None

@@ -1,0 +1,222 @@
+"""`torc problems generate`: as many new problems as anyone wants."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from torc.generation.batch import Job
+    from torc.generation.generator import GeneratedProblem, NotGenerated
+
+
+@dataclass(frozen=True)
+class GenerateCommand:
+    """Generate problems: clutter settled in simulation, with a target that takes more than one pick.
+
+    The same options and seed give the same problems, bit for bit. A problem is kept if its scene stays at rest, its
+    target cannot be grasped at first, and the target and every object in front of it, beside it or taller can be
+    grasped with nothing in the way. Takes a few seconds a problem. Whether it can really be solved, and in how few
+    picks, is another question: see `torc problems validate`.
+
+    Try:
+      torc problems generate --count 10 --out mine
+      torc problems generate --unstructured --objects 12 --hidden hidden --seed 100 --out piles
+      torc run mine/structured-s0000.yaml
+
+    Exit code 0 when all were made, 1 when some were not, 2 on bad arguments.
+    """
+
+    structured: bool = False
+    """Standing objects, tightly packed. With neither this nor --unstructured: one of each in turn."""
+    unstructured: bool = False
+    """Dumped piles."""
+    objects: Annotated[str, tyro.conf.arg(metavar="N|N-M")] = "8-20"
+    """Number of objects, or a range of it."""
+    count: int = 1
+    """How many problems; their seeds are SEED, SEED+1, ..."""
+    seed: int = 0
+    """Seed of the first problem."""
+    hidden: Literal["any", "visible", "partly", "hidden"] = "any"
+    """How much of the target is in sight at first: visible (75 % or more), partly, hidden (too little for perception to
+    find it), or any (prefers targets that are not visible)."""
+    held_out: Literal["any", "only", "none"] = "any"
+    """Whether to use the object kinds that the grasp score was not trained on."""
+    kinds: Annotated[str, tyro.conf.arg(metavar="KIND,...")] = ""
+    """Only objects of these kinds, e.g. soup_can,mug,milk_carton."""
+    models: Annotated[str, tyro.conf.arg(metavar="MODEL,...")] = ""
+    """Only these object models, e.g. soup_can_red,mug_white."""
+    own: bool = False
+    """Also use objects that you have imported (`torc objects import`). --models may name such ones anyway."""
+    attempts: int = 60
+    """Scenes tried for each problem before it is given up."""
+    out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("problems")
+    """Directory for the problem files."""
+    overwrite: bool = False
+    """Replace files that are there."""
+    workers: int = 1
+    """Processes that work at the same time."""
+    json: Annotated[bool, tyro.conf.arg(help="Print a JSON summary instead of text.")] = False
+
+    def run(self) -> int:
+        """Generate, save and sum up; returns the exit code."""
+        import json
+        import sys
+
+        from rich.console import Console
+
+        from torc.generation.batch import generate_batch
+        from torc.pipeline.warm_up import announced_compilation
+
+        jobs, console = self._jobs(), Console(stderr=True)
+        paths = self._paths(jobs)
+        summary = _Summary()
+        with announced_compilation(lambda text: console.print(text, style="dim")):
+            batch = generate_batch(jobs, workers=self.workers, progress=_teller(console))
+            for path, (job, made) in zip(paths, batch):
+                self._keep(path, job, made, summary)
+                print(summary.lines[-1], file=sys.stderr if self.json else sys.stdout, flush=True)
+        if self.json:
+            print(json.dumps(summary.facts(), indent=2))
+        else:
+            print(summary.text())
+        return 0 if not summary.failed else 1
+
+    def _jobs(self) -> list[Job]:
+        from torc.errors import InputError
+        from torc.generation.batch import Job
+        from torc.generation.choice import allowed_models
+        from torc.generation.config import GenerationConfig
+        from torc.scenes.problem_file import Category
+
+        if self.count < 1 or self.seed < 0 or self.workers < 1:
+            raise InputError("--count and --workers must be at least 1, --seed at least 0.")
+        categories: list[Category] = ["structured", "unstructured"]
+        if self.structured != self.unstructured:
+            categories = ["structured"] if self.structured else ["unstructured"]
+        configs = [
+            GenerationConfig(
+                category,
+                _parsed_range(self.objects),
+                self.hidden,
+                {"any": None, "only": True, "none": False}[self.held_out],
+                _parsed_names(self.kinds),
+                _parsed_names(self.models),
+                self.own,
+                self.attempts,
+            )
+            for category in categories
+        ]
+        allowed_models(configs[0])
+        return [Job(configs[i % len(configs)], self.seed + i) for i in range(self.count)]
+
+    def _paths(self, jobs: list[Job]) -> list[Path]:
+        """Where the problems go; made sure of before any work."""
+        from torc.errors import InputError
+        from torc.generation.generator import problem_name
+
+        paths = [self.out / f"{problem_name(job.config, job.seed)}.yaml" for job in jobs]
+        try:
+            self.out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"Cannot make '{self.out}': {error.strerror}. Choose another --out.") from error
+        there = [path for path in paths if path.exists()]
+        if there and not self.overwrite:
+            raise InputError(
+                f"{there[0]} exists{f', and {len(there) - 1} more' if there[1:] else ''}. Choose another --out or "
+                "--seed, or replace with --overwrite."
+            )
+        return paths
+
+    def _keep(self, path: Path, job: Job, made: GeneratedProblem | NotGenerated, summary: _Summary) -> None:
+        from torc.errors import InputError
+        from torc.generation.generator import GeneratedProblem
+        from torc.scenes.problem import save_problem
+
+        if isinstance(made, GeneratedProblem):
+            try:
+                save_problem(made.problem, path)
+            except OSError as error:
+                raise InputError(f"Cannot write '{path}': {error.strerror}. Choose another --out.") from error
+        summary.add(path, job, made)
+
+
+class _Summary:
+    """What was made, and why scenes were rejected."""
+
+    def __init__(self) -> None:
+        self.made: list[dict[str, Any]] = []
+        self.failed: list[dict[str, Any]] = []
+        self.rejections: Counter[str] = Counter()
+        self.lines: list[str] = []
+        self.scenes = 0
+
+    def add(self, path: Path, job: Job, made: GeneratedProblem | NotGenerated) -> None:
+        from torc.generation.generator import GeneratedProblem
+
+        self.scenes += made.attempts
+        self.rejections.update({reason.value: n for reason, n in made.rejections.items()})
+        facts: dict[str, Any] = {"seed": job.seed, "category": job.config.category, "attempts": made.attempts}
+        if isinstance(made, GeneratedProblem):
+            self.made.append(
+                {
+                    "file": str(path),
+                    **facts,
+                    "objects": made.difficulty.objects,
+                    "target": made.problem.description,
+                    **made.difficulty.facts(),
+                }
+            )
+            self.lines.append(f"{path}: {made.problem.description}; {made.difficulty.words()}")
+        else:
+            self.failed.append(facts)
+            self.lines.append(f"{path}: not made, none of {made.attempts} scenes holds such a problem")
+
+    def facts(self) -> dict[str, Any]:
+        return {
+            "made": self.made,
+            "failed": self.failed,
+            "scenes_tried": self.scenes,
+            "rejections": dict(self.rejections.most_common()),
+        }
+
+    def text(self) -> str:
+        lines = [
+            f"\n{len(self.made)} of {len(self.made) + len(self.failed)} made, {self.scenes} scenes tried"
+        ]
+        lines += [f"  {n:>4} rejected: {reason}" for reason, n in self.rejections.most_common()]
+        if self.failed:
+            lines.append("Ask for more --attempts, another --hidden, or other --objects.")
+        return "\n".join(lines)
+
+
+def _teller(console: Console) -> Any:
+    def tell(job: Job, attempt: int, reason: Any) -> None:
+        console.print(
+            f"  {job.config.category} seed {job.seed}, scene {attempt}: {reason.value}",
+            style="dim",
+            highlight=False,
+        )
+
+    return tell
+
+
+def _parsed_range(text: str) -> tuple[int, int]:
+    from torc.errors import InputError
+
+    found = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", text.strip())
+    if found is None:
+        raise InputError(f"--objects is '{text}'; give a number, e.g. 12, or a range, e.g. 8-20.")
+    low, high = found[1], found[2] or found[1]
+    return int(low), int(high)
+
+
+def _parsed_names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())

@@ -1,0 +1,115 @@
+"""`torc problems import`: scenes of GraspClutter6D as problems."""
+
+from __future__ import annotations
+
+import json as json_module
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+if TYPE_CHECKING:
+    from torc.generation.import_runs import Attempt
+
+
+@dataclass(frozen=True)
+class ImportCommand:
+    """Turn scenes of GraspClutter6D into problems.
+
+    ROOT is the data set as it lies on disk, with scenes/ and models_obj_m/ (docs/graspclutter6d.md tells how to get it;
+    of the scenes only the .json files are needed). Each scene is put on torc's table as annotated and settled in
+    simulation; what fell off is left out and named. Meshes are converted once and kept with your objects
+    (`torc objects list`).
+
+      torc problems import ~/GraspClutter6D --paper                the paper's 40 problems
+      torc problems import ~/GraspClutter6D --scene 249 --target 17_0
+
+    Exit code 0 when every problem asked for was made, 1 when some were not (each with its reason), 2 on bad arguments.
+    """
+
+    root: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="ROOT")]
+    """Directory of the data set."""
+    scene: tyro.conf.UseAppendAction[tuple[int, ...]] = ()
+    """Number of a scene; give it once per scene."""
+    paper: bool = False
+    """The 40 scenes and targets of the retrieval paper; with --scene, those of these scenes."""
+    target: Annotated[str | None, tyro.conf.arg(metavar="OBJ")] = None
+    """What to retrieve: 44_1 is the second object 44 of the scene, 17 the only object 17. If not given: the object that
+    is least in sight among those that the robot could retrieve."""
+    category: Literal["structured", "unstructured"] | None = None
+    """Replaces the label, which is the paper's authors' (made by hand for all 1000 scenes)."""
+    placement: Literal["torc", "paper"] = "torc"
+    """Where on the table: where torc's arm reaches best, or where the paper's authors put it, 10 cm farther away."""
+    annotation: int = 3
+    """Which of a scene's 13 annotations to take; the paper took 3."""
+    camera: str = "realsense-d435"
+    """Whose pictures the annotation is of: realsense-d415, realsense-d435, azure-kinect or zivid."""
+    out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("graspclutter6d-problems")
+    """Where the problem files go."""
+    overwrite: bool = False
+    """Replace problem files that are there already."""
+    json: Annotated[bool, tyro.conf.arg(help="Print what was made, and what was not and why, as JSON.")] = (
+        False
+    )
+
+    def run(self) -> int:
+        """Import; returns the exit code."""
+        from rich.console import Console
+
+        from torc.generation.import_runs import ImportRequest, run_import
+        from torc.generation.imports import ImportConfig
+        from torc.generation.inspection import Inspector
+        from torc.robots.description import load_robot
+
+        console = Console(stderr=self.json)
+        request = ImportRequest(
+            root=self.root,
+            scenes=self.scene,
+            paper=self.paper,
+            target=self.target,
+            category=self.category,
+            config=ImportConfig(self.placement, self.annotation, self.camera),
+        )
+        attempts = run_import(
+            request,
+            Inspector(load_robot()),
+            self.out,
+            self.overwrite,
+            say=lambda text: console.print(text, style="dim", highlight=False, markup=False),
+        )
+        done = [_row(attempt) for attempt in attempts]
+        if self.json:
+            print(json_module.dumps(done, indent=2))
+        else:
+            _print(done, self.out)
+        return 0 if all(row["file"] for row in done) else 1
+
+
+def _row(attempt: Attempt) -> dict[str, object]:
+    problem = attempt.problem
+    return {
+        "scene": attempt.scene,
+        "target": problem.target if problem else attempt.target,
+        "file": str(attempt.file) if attempt.file else None,
+        "category": problem.category if problem else None,
+        "description": problem.description if problem else None,
+        "objects": len(problem.objects) if problem else None,
+        "in_sight": attempt.in_sight,
+        "fell": list(attempt.fell),
+        "reason": attempt.reason,
+        "notes": list(attempt.notes),
+    }
+
+
+def _print(rows: list[dict[str, object]], out: Path) -> None:
+    for row in rows:
+        where = f"scene {row['scene']}" + (f", {row['target']}" if row["target"] else "")
+        if row["file"]:
+            print(f"made   {where}: {row['description']}, {row['category']}, {row['objects']} objects")
+        else:
+            print(f"failed {where}: {row['reason']}")
+    made = [row for row in rows if row["file"]]
+    print(f"\n{len(made)} of {len(rows)} problems are in {out}.")
+    if made:
+        print(f"Play one: torc run {made[0]['file']}")

@@ -1,0 +1,75 @@
+"""The options that say which VLM is asked, and how."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+if TYPE_CHECKING:
+    from torc.vlm.cache import CacheConfig
+    from torc.vlm.config import VlmConfig
+
+
+@dataclass(frozen=True)
+class VlmOptions:
+    """The model that the planners vlm-select, vlm-grasps and vlm-fixes-dg ask.
+
+    Keys are read from the environment only: GEMINI_API_KEY, OPENAI_API_KEY, ANTHROPIC_API_KEY, and, for a server at a
+    URL that you give, TORC_VLM_API_KEY.
+    """
+
+    vlm: Annotated[str | None, tyro.conf.arg(metavar="MODEL")] = None
+    """gemini:MODEL, anthropic:MODEL, openai:MODEL, or openai:MODEL@URL for vLLM, Ollama, llama-server, LM Studio
+    (e.g. openai:qwen2.5-vl@http://localhost:8000/v1)."""
+    vlm_temperature: float | None = None
+    """Sampling temperature; the model's own if not given."""
+    vlm_thinking: str | None = None
+    """off, minimal, low, medium, high, or a number of tokens; the model's own if not given."""
+    vlm_max_tokens: int | None = None
+    """Bound on a reply, thinking included."""
+    vlm_seeded: bool = False
+    """Send a sampling seed drawn from the trial's (not for Anthropic)."""
+    vlm_free_text: bool = False
+    """Ask for JSON by the prompt only, as the paper does, for servers that take no JSON schema."""
+    vlm_timeout: float = 120.0
+    """Seconds until a request is given up."""
+    vlm_retries: int = 4
+    """Further requests after one without a reply; then the trial is errored."""
+    vlm_cache: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
+    """Directory of recorded replies."""
+    vlm_cache_mode: Literal["record", "replay", "off"] = "record"
+    """record: ask only for what is missing in the cache; replay: never ask, no key needed; off: always ask."""
+
+    def config(self) -> VlmConfig | None:
+        """The model and how it is asked; None if none is named. Raises InputError."""
+        from torc.errors import InputError
+        from torc.vlm.config import VlmConfig, parse_thinking, parse_vlm
+
+        if self.vlm is None:
+            if self != VlmOptions():
+                raise InputError("Options of a VLM are given, but no --vlm.")
+            return None
+        return VlmConfig(
+            *parse_vlm(self.vlm),
+            temperature=self.vlm_temperature,
+            thinking=parse_thinking(self.vlm_thinking),
+            max_output_tokens=self.vlm_max_tokens,
+            seeded=self.vlm_seeded,
+            structured=not self.vlm_free_text,
+            timeout_s=self.vlm_timeout,
+            retries=self.vlm_retries,
+        )
+
+    def cache(self) -> CacheConfig | None:
+        """Where replies are kept; None if nowhere. Raises InputError."""
+        from torc.errors import InputError
+        from torc.vlm.cache import CacheConfig, CacheMode
+
+        if self.vlm_cache is None:
+            if self.vlm_cache_mode == "replay":
+                raise InputError("--vlm-cache-mode replay needs --vlm-cache DIR.")
+            return None
+        return CacheConfig(self.vlm_cache, CacheMode(self.vlm_cache_mode))

@@ -1,0 +1,1 @@
+"""ORACLE: the order of picks that needs the fewest, found by trying them out."""

@@ -1,0 +1,131 @@
+"""What the oracle found, as a record, in words and as JSON."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from torc.episode.oracle.search import Found
+from torc.episode.privileged import Moment
+from torc.records import PickOutcome
+from torc.records.serialization import to_plain
+from torc.scenes.problem import Problem
+
+PASS_NAME = "(nothing)"
+
+
+@dataclass(frozen=True)
+class ForeseenPick:
+    """One pick of the order.
+
+    Attributes:
+        object_id: what is picked; None: nothing can be, and the pick passes.
+        name: the object's name.
+        outcome: what comes of it.
+        after: the target's situation after it, in words; empty after the last.
+    """
+
+    object_id: int | None
+    name: str
+    outcome: PickOutcome
+    after: str
+
+
+@dataclass(frozen=True)
+class OracleAnswer:
+    """The best order of picks that was found. All numbers hold for the problem with this seed.
+
+    Attributes:
+        problem, seed, budget: what was asked.
+        solved: the order ends with the target in the bin.
+        foreseen: the picks in order; where not solved, those that looked most promising.
+        drops: objects other than the target that fall off the table.
+        proved: no order of picks of graspable objects needs fewer picks, or as many with fewer drops; where not
+            solved, none leads to the target.
+        lower_bound: picks that every order needs; None if none leads to the target. It does not reckon with a pick of
+            something else that brings the target along by luck.
+        rough_bound: picks that would be needed at least if a pick did nothing but take its object away: near the
+            truth, but no proof.
+        picks_tried, looks: what the search took.
+    """
+
+    problem: str
+    seed: int
+    budget: float
+    solved: bool
+    foreseen: tuple[ForeseenPick, ...]
+    drops: int
+    proved: bool
+    lower_bound: int | None
+    rough_bound: int
+    picks_tried: int
+    looks: int
+
+    @property
+    def picks(self) -> int:
+        """Length of the order."""
+        return len(self.foreseen)
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """Names of the objects to pick."""
+        return tuple(pick.name for pick in self.foreseen)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON-compatible data."""
+        return {"picks": self.picks, "order": list(self.order), **to_plain(self)}
+
+    def verdict(self) -> str:
+        """The answer in a sentence."""
+        if not self.solved:
+            if self.proved:
+                return "No order of picks leads to the target."
+            return f"No order was found; {self.effort()}. A larger budget may find one."
+        picks, drops = _count(self.picks, "pick"), _count(self.drops, "drop")
+        if self.proved:
+            how_good = "no order does with less"
+        else:
+            how_good = f"not proved best: every order needs at least {_count(self.lower_bound or 0, 'pick')}"
+            if self.rough_bound == self.picks:
+                how_good += f", very likely {self.picks}"
+        return f"{picks}, {drops}; {how_good}."
+
+    def effort(self) -> str:
+        """What the search took, in words."""
+        return f"{_count(self.picks_tried, 'pick')} tried, {_count(self.looks, 'look')}"
+
+    def text(self) -> str:
+        """The whole answer for people."""
+        lines = [f"{self.problem}, seed {self.seed}: {self.verdict()}", ""]
+        if self.foreseen and not self.solved:
+            lines.append("The most promising beginning:")
+        width = max((len(pick.name) for pick in self.foreseen), default=0)
+        for number, pick in enumerate(self.foreseen, start=1):
+            dropped = f", {_count(len(pick.outcome.dropped), 'drop')}" if pick.outcome.dropped else ""
+            after = f"; then {pick.after}" if pick.after else ""
+            lines.append(f"  {number:>2}  {pick.name:<{width}}  {pick.outcome.result.value}{dropped}{after}")
+        return "\n".join([*lines, "", f"({self.effort()})"])
+
+
+def answer_from(found: Found[Moment], problem: Problem, seed: int, budget: float) -> OracleAnswer:
+    """The record of what a search has found."""
+    path, names = found.best or found.outlook, [placement.name for placement in problem.ordered()]
+    foreseen = tuple(
+        ForeseenPick(choice, PASS_NAME if choice is None else names[choice], state.episode.outcomes[-1], note)
+        for choice, state, note in zip(path.choices, path.states[1:], path.notes[1:], strict=True)
+    )
+    return OracleAnswer(
+        problem=problem.name,
+        seed=seed,
+        budget=budget,
+        solved=found.best is not None,
+        foreseen=foreseen,
+        drops=path.cost.drops,
+        proved=found.proved,
+        lower_bound=None if found.bound is None else found.bound.picks,
+        rough_bound=found.rough_bound,
+        picks_tried=found.spent.picks,
+        looks=found.spent.looks,
+    )
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"

@@ -1,0 +1,16 @@
+"""How much an oracle may try. Counted, not timed: the same budget gives the same answer on a busy machine."""
+
+from torc.errors import InputError
+
+LOOK_COST = 0.25
+"""What a look, real or rough, takes of a budget that is counted in picks: about its share of the computing."""
+DEFAULT_BUDGET = 24.0
+"""In simulated picks: some 20 seconds of one 2 GHz core. Proves most answers of two and three picks."""
+
+
+def check_budget(budget: float) -> None:
+    """Raises InputError for a budget that is no number or does not allow for a single look."""
+    if not LOOK_COST <= budget < float("inf"):
+        raise InputError(
+            f"The budget is {budget:g}; it must be a number of simulated picks, e.g. {DEFAULT_BUDGET:g}."
+        )

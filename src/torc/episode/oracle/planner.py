@@ -1,0 +1,91 @@
+"""ORACLE as a task planner: the upper bound of every comparison. It knows the simulation, and that is its privilege."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from torc.episode.oracle.answer import OracleAnswer, answer_from
+from torc.episode.oracle.budget import DEFAULT_BUDGET, check_budget
+from torc.episode.oracle.search import Path
+from torc.episode.oracle.solve import best_order
+from torc.episode.privileged import Moment, Simulation
+from torc.errors import InputError
+from torc.records import Decision, PlanningContext
+from torc.task_planning.dg_select import DgSelectPlanner
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """An order of picks that is being followed. `step` is the next one."""
+
+    path: Path[Moment]
+    answer: OracleAnswer
+    step: int = 0
+
+    @property
+    def ended(self) -> bool:
+        return self.step >= len(self.path.choices)
+
+    def foresaw(self, now: Moment) -> bool:
+        """Whether there is a next pick, and everything is as it was foreseen before it."""
+        return not self.ended and self.path.states[self.step].same_as(now)
+
+
+class OraclePlanner:
+    """Tries out orders of picks before the first one, and then picks in the best order that it found.
+
+    It searches again where the trial is not as foreseen, and where the order ends without the target.
+    """
+
+    name = "oracle"
+
+    def __init__(self, budget: float = DEFAULT_BUDGET) -> None:
+        """budget: of each search, in simulated picks."""
+        check_budget(budget)
+        self.budget = budget
+        self._simulation: Simulation | None = None
+        self._plan: _Plan | None = None
+
+    def attach(self, simulation: Simulation) -> None:
+        """Take the simulation of a trial."""
+        self._simulation, self._plan = simulation, None
+
+    def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
+        """The next object of the best order that was found. Draws nothing from rng.
+
+        Raises:
+            InputError: there is no simulation to try picks in.
+        """
+        if self._simulation is None:
+            raise InputError(
+                "The planner 'oracle' tries picks out in the simulation, so it decides in simulated trials only: "
+                "torc run --planner oracle."
+            )
+        now, plan = self._simulation.now(), self._plan
+        if plan is None or not plan.foresaw(now):
+            plan = self._search(self._simulation, now)
+        self._plan = replace(plan, step=plan.step + 1)
+        if plan.ended:
+            # Nothing that was tried brought the target any nearer.
+            decision = DgSelectPlanner().decide(context, rng)
+            reason = f"{plan.answer.verdict()} By the dependency graph: {decision.reason}"
+            return replace(decision, reason=reason, evidence={"foreseen": plan.answer.to_dict()})
+        evidence = {"step": plan.step, "foreseen": plan.answer.to_dict()}
+        return Decision(plan.path.choices[plan.step], _reason(plan.answer, plan.step), evidence=evidence)
+
+    def _search(self, simulation: Simulation, now: Moment) -> _Plan:
+        config = simulation.config
+        left = config.max_picks - now.episode.pick
+        found = best_order(simulation.sandbox, now, left, self.budget, simulation.say)
+        answer = answer_from(found, simulation.problem, config.seed, self.budget)
+        return _Plan(found.best or found.outlook, answer)
+
+
+def _reason(answer: OracleAnswer, step: int) -> str:
+    pick = answer.foreseen[step]
+    what = f"Pick {pick.object_id} ({pick.name})" if pick.object_id is not None else "Nothing can be picked"
+    if step:
+        return f"{what}: pick {step + 1} of the {answer.picks} foreseen."
+    rest = "".join(f", then {name}" for name in answer.order[1:])
+    beginning = "" if answer.solved else " This is the most promising beginning."
+    return f"{what}{rest}: {answer.verdict()}{beginning}"

@@ -1,0 +1,296 @@
+"""What a task planner saw before one pick, small enough to keep: for the page of `torc human` and `torc view`.
+
+It is made of the `PlanningContext` alone, so it holds nothing that a planner does not see.
+"""
+
+import math
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Float32, Int8, Int16, UInt8, UInt16, UInt32, UInt64
+
+from torc.errors import InputError
+from torc.geometry.projection import project
+from torc.geometry.transforms import Pose
+from torc.occlusion.hidden_space import hidden_volumes_m3
+from torc.records import BACKGROUND, MAX_OBJECTS, GraspStatus, PlanningContext, SegmentedScene, VoxelGrid
+from torc.records.serialization import load_record
+from torc.task_planning.graph_building import build_dependency_graph
+
+MAX_OBJECT_POINTS, MAX_BACKGROUND_POINTS = 24_000, 12_000
+GRASPS_PER_OBJECT = 6
+POINT_UNIT_M = 0.001
+MAX_UNPACKED_BYTES = 64 * 2**20
+MAX_GRID = 2048
+
+
+@dataclass(frozen=True)
+class ObjectView:
+    """What is known of one visible object.
+
+    Attributes:
+        id: object id.
+        pixels: of its mask.
+        statuses: GraspStatus name (lower case) -> how many of its grasps ended so; absent where none did.
+        blockers: object id (as text) -> how many of this object's grasps it blocks.
+        best_score: probability of the best valid grasp to hold, None without a valid one.
+        hidden_volume_m3: unseen volume that it hides.
+    """
+
+    id: int
+    pixels: int
+    statuses: Mapping[str, int]
+    blockers: Mapping[str, int]
+    best_score: float | None
+    hidden_volume_m3: float
+
+
+@dataclass(frozen=True)
+class CloudView:
+    """Part of the surface points, evenly thinned.
+
+    Attributes:
+        points: world frame, in steps of POINT_UNIT_M.
+        rgb: colour of each.
+        ids: object id of each, or BACKGROUND.
+    """
+
+    points: Int16[np.ndarray, "n 3"]
+    rgb: UInt8[np.ndarray, "n 3"]
+    ids: Int8[np.ndarray, "n"]
+
+
+@dataclass(frozen=True)
+class UnseenView:
+    """The voxels that no snapshot has seen.
+
+    Attributes:
+        grid: where the voxels are.
+        index: of each unseen voxel.
+        hider: row of `hiders` for each unseen voxel.
+        hiders: the different masks of `OcclusionVolume.hidden_by`.
+    """
+
+    grid: VoxelGrid
+    index: UInt16[np.ndarray, "m 3"]
+    hider: UInt32[np.ndarray, "m"]
+    hiders: UInt64[np.ndarray, "s"]
+
+
+@dataclass(frozen=True)
+class GraspView:
+    """The best grasps of each object, valid ones first.
+
+    Attributes:
+        Ts_world_tcp: grasp poses.
+        widths_m: distance between the pads.
+        scores: probability that the object is held.
+        object_ids: whose grasp it is.
+        status: its GraspStatus.
+    """
+
+    Ts_world_tcp: Float32[np.ndarray, "g 4 4"]
+    widths_m: Float32[np.ndarray, "g"]
+    scores: Float32[np.ndarray, "g"]
+    object_ids: Int8[np.ndarray, "g"]
+    status: UInt8[np.ndarray, "g"]
+
+
+@dataclass(frozen=True)
+class PickView:
+    """One pick as the task planner sees it.
+
+    Attributes:
+        label_image: object id, BACKGROUND or ROBOT per pixel.
+        K, T_world_camera: the camera.
+        objects: by rising id.
+        graph: dependency graph by geometry, as DependencyGraph.to_dict makes it.
+        cloud, unseen, grasps: see there.
+    """
+
+    label_image: Int8[np.ndarray, "h w"]
+    K: Float[np.ndarray, "3 3"]
+    T_world_camera: Pose
+    objects: tuple[ObjectView, ...]
+    graph: Mapping[str, Any]
+    cloud: CloudView
+    unseen: UnseenView
+    grasps: GraspView
+
+
+def view_of(context: PlanningContext) -> PickView:
+    """What there is to see. The same context gives the same view; nothing is drawn at random."""
+    observation = context.scene.observation
+    return PickView(
+        label_image=context.scene.label_image.astype(np.int8),
+        K=observation.K,
+        T_world_camera=observation.T_world_camera,
+        objects=_objects(context),
+        graph=MappingProxyType(build_dependency_graph(context).to_dict()),
+        cloud=_cloud(context),
+        unseen=_unseen(context),
+        grasps=_grasps(context),
+    )
+
+
+def _objects(context: PlanningContext) -> tuple[ObjectView, ...]:
+    grasps, report, ids = context.grasps, context.report, context.scene.ids
+    hidden = dict(zip(ids, hidden_volumes_m3(context.volume, ids).tolist()))
+    views = []
+    for o in context.scene.objects:
+        of = grasps.object_ids == o.id
+        status = report.status[of]
+        valid = grasps.scores[of][status == GraspStatus.VALID]
+        counts = {s.name.lower(): int(np.count_nonzero(status == s)) for s in GraspStatus}
+        row = report.blocking[report.object_ids.index(o.id)] if o.id in report.object_ids else ()
+        blockers = {str(k): int(n) for k, n in zip(report.object_ids, row) if n > 0}
+        best = float(valid.max()) if valid.size else None
+        views.append(
+            ObjectView(
+                o.id, o.pixel_count, {s: n for s, n in counts.items() if n}, blockers, best, hidden[o.id]
+            )
+        )
+    return tuple(views)
+
+
+def _cloud(context: PlanningContext) -> CloudView:
+    scene, grid = context.scene, context.volume.grid
+    mine = [o.points for o in scene.objects]
+    object_ids = np.repeat([o.id for o in scene.objects], [len(p) for p in mine]) if mine else np.zeros(0)
+    objects = np.concatenate(mine) if mine else np.zeros((0, 3), np.float32)
+    objects, object_ids = _thinned(objects, MAX_OBJECT_POINTS), _thinned(object_ids, MAX_OBJECT_POINTS)
+    around = np.all(
+        (scene.background_points >= grid.origin - 0.1) & (scene.background_points <= grid.upper), 1
+    )
+    background = _thinned(scene.background_points[around], MAX_BACKGROUND_POINTS)
+    points = np.concatenate([objects, background])
+    ids = np.concatenate([object_ids, np.full(len(background), BACKGROUND)])
+    return CloudView(
+        np.rint(points / POINT_UNIT_M).astype(np.int16), _colors(points, scene), ids.astype(np.int8)
+    )
+
+
+def _thinned(rows: np.ndarray, most: int) -> np.ndarray:
+    """Every n-th row, so that at most that many are left."""
+    return rows[:: max(1, -(-len(rows) // most))]
+
+
+def _colors(points: np.ndarray, scene: SegmentedScene) -> UInt8[np.ndarray, "n 3"]:
+    """The image's colour where each point, seen by the camera, lies in it."""
+    o = scene.observation
+    cols, rows, _ = project(points, o.K, o.T_world_camera)
+    height, width = scene.label_image.shape
+    row = np.clip(np.rint(rows), 0, height - 1).astype(int)
+    return o.rgb[row, np.clip(np.rint(cols), 0, width - 1).astype(int)]
+
+
+def _unseen(context: PlanningContext) -> UnseenView:
+    volume = context.volume
+    index = np.argwhere(~volume.seen)
+    hiders, hider = np.unique(volume.hidden_by[tuple(index.T)], return_inverse=True)
+    return UnseenView(volume.grid, index.astype(np.uint16), hider.ravel().astype(np.uint32), hiders)
+
+
+def _grasps(context: PlanningContext) -> GraspView:
+    grasps, status = context.grasps, context.report.status
+    kept: list[int] = []
+    for k in context.scene.ids:
+        ranked = grasps.of(k)
+        valid_first = np.argsort(status[ranked] != GraspStatus.VALID, kind="stable")
+        kept += ranked[valid_first][:GRASPS_PER_OBJECT].tolist()
+    return GraspView(
+        grasps.Ts_world_tcp[kept].astype(np.float32),
+        grasps.widths_m[kept].astype(np.float32),
+        grasps.scores[kept].astype(np.float32),
+        grasps.object_ids[kept].astype(np.int8),
+        status[kept].astype(np.uint8),
+    )
+
+
+def load_view(path: Path) -> PickView:
+    """The view that `save_record` wrote, checked: it may come from a stranger.
+
+    Raises:
+        InputError: missing, damaged, too large, or with arrays that do not fit each other.
+    """
+    _refuse_large(path)
+    view = load_record(path, PickView)
+    try:
+        fits = _fits(view)
+    except (AttributeError, IndexError, TypeError, ValueError):
+        fits = False
+    if not fits:
+        raise InputError(
+            f"'{path}' holds no view of a pick: its arrays are of other shapes than torc writes."
+        )
+    return view
+
+
+def _refuse_large(path: Path) -> None:
+    """Nothing is unpacked before its size is known to be allowed."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(member.file_size for member in archive.infolist())
+    except (OSError, zipfile.BadZipFile) as error:
+        raise InputError(f"'{path}' is not a readable view of a pick: {error}") from error
+    if size > MAX_UNPACKED_BYTES:
+        raise InputError(f"'{path}' is larger than {MAX_UNPACKED_BYTES // 2**20} MB unpacked.")
+
+
+def _fits(view: PickView) -> bool:
+    cloud, unseen, grasps = view.cloud, view.unseen, view.grasps
+    n, m, g = len(cloud.ids), len(unseen.hider), len(grasps.scores)
+    expected = (
+        (view.label_image, (*view.label_image.shape[:2],), np.int8),
+        (view.K, (3, 3), np.float64),
+        (view.T_world_camera, (4, 4), np.float64),
+        (cloud.points, (n, 3), np.int16),
+        (cloud.rgb, (n, 3), np.uint8),
+        (cloud.ids, (n,), np.int8),
+        (unseen.grid.origin, (3,), np.float64),
+        (unseen.index, (m, 3), np.uint16),
+        (unseen.hider, (m,), np.uint32),
+        (unseen.hiders, (len(unseen.hiders),), np.uint64),
+        (grasps.Ts_world_tcp, (g, 4, 4), np.float32),
+        (grasps.widths_m, (g,), np.float32),
+        (grasps.scores, (g,), np.float32),
+        (grasps.object_ids, (g,), np.int8),
+        (grasps.status, (g,), np.uint8),
+    )
+    finite = (
+        view.K,
+        view.T_world_camera,
+        unseen.grid.origin,
+        grasps.Ts_world_tcp,
+        grasps.scores,
+        grasps.widths_m,
+    )
+    return (
+        all(isinstance(a, np.ndarray) and a.shape == shape and a.dtype == kind for a, shape, kind in expected)
+        and all(bool(np.isfinite(a).all()) for a in finite)
+        and isinstance(unseen.grid.voxel_size_m, float)
+        and 0 < unseen.grid.voxel_size_m < 1
+        and len(unseen.grid.shape) == 3
+        and all(isinstance(size, int) and 0 < size <= MAX_GRID for size in unseen.grid.shape)
+        and bool(np.all(unseen.index < np.array(unseen.grid.shape)))
+        and (m == 0 or int(unseen.hider.max()) < len(unseen.hiders))
+        and all(_plain(o) for o in view.objects)
+        and len({o.id for o in view.objects}) == len(view.objects)
+    )
+
+
+def _plain(o: ObjectView) -> bool:
+    numbers = (o.hidden_volume_m3, 0.0 if o.best_score is None else o.best_score)
+    counts = (o.pixels, *o.statuses.values(), *o.blockers.values())
+    return (
+        type(o.id) is int
+        and 0 <= o.id < MAX_OBJECTS
+        and all(type(n) is int and n >= 0 for n in counts)
+        and all(type(x) is float and math.isfinite(x) for x in numbers)
+        and all(k.isdecimal() and int(k) < MAX_OBJECTS for k in o.blockers)
+    )

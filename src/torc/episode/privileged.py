@@ -1,0 +1,149 @@
+"""What a privileged task planner may know and try: the true present, and what would come of picks.
+
+A planner that has a method `attach` is given a `Simulation` before the first pick. It decides through the same method
+as any other planner. On a real robot there is nothing to attach it to.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from torc.episode.events import Event, Looked
+from torc.episode.state import EpisodeState, first_state
+from torc.episode.steps import EpisodeConfig, PickParts, Steps
+from torc.motion.protocol import MotionPlanner
+from torc.perception.privileged import LabelPerception
+from torc.pipeline.look import Look, Pipeline
+from torc.records import Decision, PickOutcome, PickResult
+from torc.robots.description import RobotDescription
+from torc.scenes.problem import Problem
+from torc.sim.robot import RobotState, SimulatedRobot, SimulatedRobotConfig
+from torc.sim.world import build_world
+from torc.task_planning.protocol import TaskPlanner
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Between two picks: all that decides what can follow.
+
+    Attributes:
+        robot: the robot and the world.
+        episode: what the episode knows.
+    """
+
+    robot: RobotState
+    episode: EpisodeState
+
+    def same_as(self, other: "Moment") -> bool:
+        """Whether as many picks have led to the same world, bit for bit."""
+        same_world = np.array_equal(self.robot.world, other.robot.world)
+        return same_world and self.episode.outcomes == other.episode.outcomes
+
+
+class Sandbox:
+    """A world of its own in which an episode can be carried on from any moment, as the trial would carry it on.
+
+    The same moment and object give the same answer.
+    """
+
+    def __init__(self, robot: SimulatedRobot, steps: Steps) -> None:
+        """robot: the one that the steps use, in a world as it was built; nobody else should use it."""
+        self._robot, self._steps = robot, steps
+        self._built = robot.save()
+
+    def begin(self) -> Moment:
+        """Before the first pick, as a trial begins.
+
+        Raises:
+            InputError: the target does not stay on the table.
+            PhysicsError: the simulation broke.
+        """
+        self._robot.restore(self._built)
+        self._robot.take_over()
+        return Moment(self._robot.save(), first_state(self._robot.world.workspace.grid))
+
+    def look(self, moment: Moment) -> Look:
+        """What the robot would see; the picture may be black."""
+        self._robot.restore(moment.robot)
+        return self._steps.look(moment.episode)
+
+    def pick(self, moment: Moment, look: Look, object_id: int | None) -> Moment:
+        """The moment after a pick, where `look` is the look before it; None lets the pick pass.
+
+        Raises:
+            PhysicsError: the simulation broke.
+        """
+        self._robot.restore(moment.robot)
+        decision = Decision(object_id, "to see what comes of it")
+        episode = self._steps.attempt(moment.episode, look, decision)
+        return Moment(self._robot.save(), episode)
+
+    def look_without(self, moment: Moment, object_ids: Iterable[int]) -> Look:
+        """What the robot would see if these objects were gone: about what it sees after picking them.
+
+        Raises:
+            PhysicsError: the simulation broke.
+        """
+        gone = sorted(object_ids)
+        self._robot.restore(moment.robot)
+        self._robot.remove(gone)
+        # As many picks later, so that the random draws are those of the look then.
+        picked = tuple(PickOutcome(PickResult.REMOVED, k, k, True, True) for k in gone)
+        return self._steps.look(replace(moment.episode, outcomes=moment.episode.outcomes + picked))
+
+
+class Simulation:
+    """A trial in progress, as its privileged planner knows it. It is one of the trial's listeners.
+
+    Attributes:
+        problem: what is played.
+        sandbox: where to try picks.
+        config: attempts and seed of the trial.
+        say: for progress, a line at a time.
+    """
+
+    def __init__(
+        self, robot: SimulatedRobot, sandbox: Sandbox, config: EpisodeConfig, say: Callable[[str], None]
+    ) -> None:
+        """robot: the trial's own, not the sandbox's."""
+        self.problem, self.sandbox, self.config, self.say = robot.world.problem, sandbox, config, say
+        self._robot = robot
+        self._state = first_state(robot.world.workspace.grid)
+
+    def __call__(self, event: Event) -> None:
+        """Remember the episode's state."""
+        if isinstance(event, Looked):
+            self._state = event.state
+
+    def now(self) -> Moment:
+        """The present, between two picks."""
+        return Moment(self._robot.save(), self._state)
+
+
+@runtime_checkable
+class PrivilegedPlanner(TaskPlanner, Protocol):
+    """A task planner that may look into the simulation."""
+
+    def attach(self, simulation: Simulation) -> None:
+        """Take the trial's simulation; called once, before the first decision."""
+        ...
+
+
+@contextmanager
+def open_sandbox(
+    problem: Problem,
+    robot: RobotDescription,
+    pipeline: Pipeline,
+    motion_planner: MotionPlanner,
+    config: EpisodeConfig,
+) -> Iterator[Sandbox]:
+    """A sandbox for a problem, in which it is looked, planned and picked as in a trial with these parts."""
+    # Who reads masks and depth alone needs no colour picture, which takes most of the camera's time.
+    color = not isinstance(pipeline.perception, LabelPerception)
+    world = build_world(problem, robot, pipeline.workspace)
+    with SimulatedRobot(world, SimulatedRobotConfig(color=color)) as simulated:
+        parts = PickParts(simulated, pipeline, motion_planner)
+        yield Sandbox(simulated, Steps(parts, problem.description, config))

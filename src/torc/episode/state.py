@@ -1,0 +1,63 @@
+"""What an episode carries from one pick to the next."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from torc.occlusion.volume import empty_volume
+from torc.pipeline.failures import FailedGrasp
+from torc.records import OcclusionVolume, PickOutcome, PickResult, VoxelGrid
+
+
+class EndReason(StrEnum):
+    """Why an episode ended."""
+
+    RETRIEVED = "retrieved"
+    BUDGET_SPENT = "budget spent"
+    TARGET_LOST = "target lost"
+    NOTHING_LEFT = "nothing left to try"
+    GAVE_UP = "gave up"
+
+
+@dataclass(frozen=True)
+class EpisodeState:
+    """All that an episode knows between two picks; with the state of the world it decides all that can follow.
+
+    Attributes:
+        volume: the occlusion volume as the latest look left it.
+        failed: grasps that failed and are remembered.
+        outcomes: one per pick so far.
+    """
+
+    volume: OcclusionVolume
+    failed: tuple[FailedGrasp, ...] = ()
+    outcomes: tuple[PickOutcome, ...] = ()
+
+    @property
+    def pick(self) -> int:
+        """Number of the pick that comes next, counted from 0."""
+        return len(self.outcomes)
+
+    @property
+    def dropped(self) -> tuple[int, ...]:
+        """Ids of the objects other than the target that fell off the table so far."""
+        return dropped_ids(self.outcomes)
+
+    @property
+    def end(self) -> EndReason | None:
+        """Why the latest pick ended the episode, or None: it goes on."""
+        if not self.outcomes:
+            return None
+        if self.outcomes[-1].target_lost:
+            return EndReason.TARGET_LOST
+        return EndReason.RETRIEVED if self.outcomes[-1].result is PickResult.RETRIEVED else None
+
+
+def first_state(grid: VoxelGrid) -> EpisodeState:
+    """Before the first look: nothing seen, nothing tried."""
+    return EpisodeState(empty_volume(grid))
+
+
+def dropped_ids(outcomes: Iterable[PickOutcome]) -> tuple[int, ...]:
+    """Ids of the objects other than the target that fell off the table in these picks."""
+    return tuple(k for outcome in outcomes for k in outcome.dropped)

@@ -1,0 +1,194 @@
+"""The two halves of a pick, looking and trying, as functions of the episode's state.
+
+The loop and whoever looks ahead go through here, so that what is foreseen is what happens.
+"""
+
+from dataclasses import dataclass, replace
+
+from torc.episode.events import Event, Executed, Listener, Looked, Planned
+from torc.episode.state import EpisodeState
+from torc.motion.protocol import MotionPlanner, PickRequest
+from torc.pipeline.failures import FailedGrasp
+from torc.pipeline.look import Look, Pipeline
+from torc.pipeline.seeding import stage_rng
+from torc.pipeline.timing import StageClock
+from torc.records import Decision, GraspStatus, PickOutcome, PickPlan, PickResult, PlanFailure
+from torc.robots.protocols import Robot
+from torc.task_planning.protocol import TaskPlanner
+
+
+@dataclass(frozen=True)
+class EpisodeConfig:
+    """Attributes:
+    max_picks: attempts, failed ones included (paper: 15).
+    seed: decides all random draws.
+    """
+
+    max_picks: int = 15
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class PickParts:
+    """Who looks and picks; each can be exchanged."""
+
+    robot: Robot
+    pipeline: Pipeline
+    motion_planner: MotionPlanner
+
+
+@dataclass(frozen=True)
+class EpisodeParts:
+    """Who does what; each can be exchanged."""
+
+    robot: Robot
+    pipeline: Pipeline
+    task_planner: TaskPlanner
+    motion_planner: MotionPlanner
+
+    @property
+    def pick_parts(self) -> PickParts:
+        """All but the task planner."""
+        return PickParts(self.robot, self.pipeline, self.motion_planner)
+
+
+class Steps:
+    """Looking and trying with some parts. Holds nothing of the episode but the time that was spent.
+
+    The robot's world is the one thing that is not in the state: `attempt` changes it.
+    """
+
+    def __init__(
+        self,
+        parts: PickParts,
+        target_description: str,
+        config: EpisodeConfig,
+        listener: Listener | None = None,
+    ) -> None:
+        """listener: told of every look, plan and execution."""
+        self.parts, self.config, self.target_description = parts, config, target_description
+        self.clock = StageClock()
+        self._listener = listener
+
+    def look(self, state: EpisodeState) -> Look:
+        """What the robot sees now, and what follows from it."""
+        with self.clock.stage("capture") as lap:
+            observation = self.parts.robot.capture()
+        look = self.parts.pipeline.look(
+            observation,
+            state.volume,
+            target_description=self.target_description,
+            seed=self.config.seed,
+            history=tuple(map(unprivileged, state.outcomes)),
+            picks_left=self.config.max_picks - state.pick,
+            failed=state.failed,
+        )
+        self.clock.add(look.seconds)
+        self._tell(Looked(state.pick, look, lap.seconds + sum(look.seconds.values()), state))
+        return look
+
+    def attempt(self, state: EpisodeState, look: Look, decision: Decision) -> EpisodeState:
+        """Plan and execute; a lost pick where there is nothing to execute.
+
+        Args:
+            state: before the pick.
+            look: the look at it.
+            decision: what to pick.
+
+        Returns:
+            The state after the pick.
+        """
+        choice, seconds = checked_choice(look, decision), 0.0
+        failed = state.failed
+        if isinstance(choice, PickOutcome):
+            outcome = choice
+        else:
+            plan = self.plan(state, look, choice)
+            outcome, seconds = self._execute(plan, choice)
+            failed = remembered(failed, look, plan, outcome)
+        self._tell(Executed(state.pick, outcome, seconds))
+        return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome))
+
+    def plan(self, state: EpisodeState, look: Look, object_id: int) -> PickPlan | PlanFailure:
+        """Motions for the pick of an object."""
+        request = pick_request(look, object_id)
+        with self.clock.stage("plan motions") as lap:
+            rng = stage_rng(self.config.seed, state.pick, "motion")
+            plan = self.parts.motion_planner.plan_pick(request, rng)
+        self._tell(Planned(state.pick, look, plan, lap.seconds))
+        return plan
+
+    def _execute(self, plan: PickPlan | PlanFailure, object_id: int) -> tuple[PickOutcome, float]:
+        """What came of it, and the seconds that the robot took."""
+        if isinstance(plan, PlanFailure):
+            detail = f"{plan.stage}: {plan.reason}"
+            return PickOutcome(PickResult.NO_PLAN, object_id, detail=detail), 0.0
+        with self.clock.stage("execute") as lap:
+            outcome = self.parts.robot.execute(plan)
+        return outcome, lap.seconds
+
+    def _tell(self, event: Event) -> None:
+        if self._listener is not None:
+            self._listener(event)
+
+
+def pick_request(look: Look, object_id: int) -> PickRequest:
+    """What a motion planner is asked for an object."""
+    context = look.context
+    return PickRequest(
+        scene=context.scene,
+        volume=context.volume,
+        world=look.world,
+        grasps=context.grasps,
+        report=context.report,
+        object_id=object_id,
+        qpos_start=context.scene.observation.qpos,
+    )
+
+
+def remembered(
+    failed: tuple[FailedGrasp, ...], look: Look, plan: PickPlan | PlanFailure, outcome: PickOutcome
+) -> tuple[FailedGrasp, ...]:
+    """The failed grasps to remember after this attempt.
+
+    A motion of the robot may have made ways free, so that only the executed failures stay after one. A grasp that
+    the robot was stopped on its way to was not tried: the next plan draws another way to it.
+    """
+    if isinstance(plan, PickPlan):
+        failed = tuple(f for f in failed if f.executed)
+    if outcome.delivered or outcome.result is PickResult.NOT_REACHED:
+        return failed
+    grasps, report = look.context.grasps, look.context.report
+    seen_at = look.context.scene.object(outcome.object_id).points.mean(axis=0)
+    if isinstance(plan, PickPlan):
+        tried = [plan.grasp_index]
+    else:
+        valid = grasps.of(outcome.object_id)
+        tried = valid[report.status[valid] == GraspStatus.VALID][: plan.grasps_tried].tolist()
+    executed = isinstance(plan, PickPlan)
+    return failed + tuple(
+        FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed) for g in tried
+    )
+
+
+def unprivileged(outcome: PickOutcome) -> PickOutcome:
+    """What a real robot would know of an outcome: not which unseen object it touched, held by mistake, or dropped."""
+    held_id = outcome.object_id if outcome.held_after_lift else None
+    return replace(outcome, held_id=held_id, dropped=(), detail="")
+
+
+def checked_choice(look: Look, decision: Decision) -> int | PickOutcome:
+    """The object to try, or the lost pick if the decision cannot be tried.
+
+    As the authors count: "no valid grasp" if nothing in sight has one, "no valid choice" if the planner named
+    nothing, an object that is not in sight, or one without a valid grasp while others have one.
+    """
+    report, chosen = look.context.report, decision.object_id
+    if not report.graspable_ids:
+        detail = "No object in sight has a valid grasp."
+        return PickOutcome(PickResult.NO_VALID_GRASP, -1 if chosen is None else chosen, detail=detail)
+    if chosen is None:
+        return PickOutcome(PickResult.NO_VALID_CHOICE, -1, detail=decision.reason)
+    if not report.has_valid_grasp(chosen):
+        return PickOutcome(PickResult.NO_VALID_CHOICE, chosen, detail=f"Object {chosen} has no valid grasp.")
+    return chosen

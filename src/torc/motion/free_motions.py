@@ -1,0 +1,180 @@
+"""The free motions of a pick: to the pre-grasp, with the object to the bin, and home."""
+
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.collision.checks import carved
+from torc.collision.placement import RobotArrays
+from torc.collision.world import CollisionWorld
+from torc.geometry.transforms import invert, make_pose
+from torc.motion.config import MotionConfig, even_yaws
+from torc.motion.failure import NoMotionError
+from torc.motion.geometry import rounded_path
+from torc.motion.lines import LineContext, LinePair
+from torc.motion.queries import MotionQuery, timed_motion
+from torc.motion.space import FreeSpace, free_space
+from torc.motion.timing import join, time_path
+from torc.motion.way_out import way_out
+from torc.records import PlanStage, Trajectory
+from torc.robots.description import RobotDescription
+from torc.robots.ik import solve_ik
+from torc.scenes.workspace import Workspace
+
+
+class FreeMotions:
+    """Free motions of one robot in one workspace. All methods raise NoMotionError where there is none."""
+
+    def __init__(
+        self, robot: RobotDescription, arrays: RobotArrays, workspace: Workspace, config: MotionConfig
+    ) -> None:
+        """arrays: the robot's, from `robot_arrays`."""
+        self._robot, self._arrays, self._workspace, self._config = robot, arrays, workspace, config
+
+    def to_pre_grasp(
+        self,
+        context: LineContext,
+        start: Float[np.ndarray, "dof"],
+        pairs: list[LinePair],
+        rng: np.random.Generator,
+    ) -> tuple[Trajectory, LinePair]:
+        """From the start to one of the pre-grasps, the best ones first; and which approach it leads to.
+
+        The start is where the arm is, be it in contact with something.
+        """
+        pairs, opening_m = pairs[: self._config.search.goals], context.opening_m
+        world = self._without_contacts(context.world, start, opening_m)
+        goals = np.stack([pair.approach[0] for pair in pairs])
+        margin = self._config.carve_margin_m
+        for goal in goals[self._space(world, opening_m).collides(goals)]:
+            # Only the object to be grasped can be in the way here: let the hand come close to it at this
+            # place.
+            world = carved(world, self._arrays, goal, opening_m, margin, only_id=context.own_id)
+        space = self._space(world, opening_m)
+        open_goals = ~space.collides(goals)
+        pairs = [pair for pair, good in zip(pairs, open_goals) if good]
+        if not pairs:
+            raise NoMotionError(PlanStage.FREE, "every pre-grasp touches something.")
+        out = way_out(space, start, rng)
+        if out is None:
+            raise NoMotionError(PlanStage.FREE, "where the arm is, it touches table, bin or itself.")
+        motion, chosen = self._motion(MotionQuery(space, out, goals[open_goals]), PlanStage.FREE, rng)
+        return self._from(start, motion), pairs[chosen]
+
+    def to_bin(
+        self, context: LineContext, start: Float[np.ndarray, "dof"], rng: np.random.Generator
+    ) -> Trajectory:
+        """With the object to the bin.
+
+        What the object hid stays an obstacle at first: another object may stand there. Where arm or object are in
+        it already, or no way is found, it is taken to be free; and so is, at last, more of the start's surroundings.
+        """
+        cautious = context.world.without_object(context.own_id, unknown=False)
+        bold, width_m, held = context.without_object, context.width_m, context.held
+        margin = self._config.carve_margin_m
+        if not self._space(cautious, width_m, held).collides(start[None])[0]:
+            worlds = [cautious, bold]
+        else:
+            worlds = [self._opened(bold, start, width_m, held, m) for m in (margin, 2 * margin)]
+        for world in worlds[:-1]:
+            try:
+                return self._over_bin(self._space(world, width_m, held), start, rng)
+            except NoMotionError:
+                continue
+        return self._over_bin(self._space(worlds[-1], width_m, held), start, rng)
+
+    def home(
+        self, context: LineContext, start: Float[np.ndarray, "dof"], rng: np.random.Generator
+    ) -> Trajectory:
+        """From over the bin, the object let go, back to rest."""
+        rest, world = self._robot.arm.rest_qpos, context.without_object
+        for place in (start, rest):
+            world = self._opened(world, place, context.opening_m)
+        query = MotionQuery(self._space(world, context.opening_m), start, rest[None])
+        return self._motion(query, PlanStage.TRANSFER, rng)[0]
+
+    def _over_bin(
+        self, space: FreeSpace, start: Float[np.ndarray, "dof"], rng: np.random.Generator
+    ) -> Trajectory:
+        """To the drop position, where it is quick to reach both from here and from the rest position."""
+        for goals in self._drop_qpos:
+            goals = goals[~space.collides(goals)]
+            if len(goals):
+                later = space.seconds_between(goals, self._robot.arm.rest_qpos)
+                return self._motion(MotionQuery(space, start, goals, later), PlanStage.TRANSFER, rng)[0]
+        raise NoMotionError(PlanStage.TRANSFER, "no free configuration above the bin.")
+
+    def _motion(
+        self, query: MotionQuery, stage: PlanStage, rng: np.random.Generator
+    ) -> tuple[Trajectory, int]:
+        """A free motion to one of the goals, and which."""
+        found = timed_motion(query, self._robot.arm, self._config, rng)
+        if found is PlanStage.TIMING:
+            raise NoMotionError(found, f"the path found for the {stage} could not be timed and stay free.")
+        if isinstance(found, PlanStage):
+            raise NoMotionError(stage, f"no free path was found for the {stage}.")
+        return found
+
+    def _from(self, start: Float[np.ndarray, "dof"], motion: Trajectory) -> Trajectory:
+        """The motion, and before it a straight one from a start close by, if it starts elsewhere."""
+        for straight in rounded_path(np.stack([start, motion.qpos[0]]), np.zeros(2)):
+            first = time_path(straight, self._robot.arm, self._config.timing)
+            if first is None:
+                raise NoMotionError(PlanStage.TIMING, "the way out of contact could not be timed.")
+            motion = join([first, motion])
+        return motion
+
+    def _opened(
+        self,
+        world: CollisionWorld,
+        qpos: Float[np.ndarray, "dof"],
+        width_m: float,
+        held: Float[np.ndarray, "a 4"] | None = None,
+        margin_m: float | None = None,
+    ) -> CollisionWorld:
+        """The world without the voxels that the robot touches where it is. Nothing else may be touched there."""
+        world = self._without_contacts(world, qpos, width_m, held, margin_m)
+        if self._space(world, width_m, held).collides(qpos[None])[0]:
+            raise NoMotionError(
+                PlanStage.TRANSFER,
+                "where a motion has to start or end, the arm touches table, bin or itself.",
+            )
+        return world
+
+    def _without_contacts(
+        self,
+        world: CollisionWorld,
+        qpos: Float[np.ndarray, "dof"],
+        width_m: float,
+        held: Float[np.ndarray, "a 4"] | None = None,
+        margin_m: float | None = None,
+    ) -> CollisionWorld:
+        """The world without the voxels that the robot touches at qpos: it is there, so they are free."""
+        if not self._space(world, width_m, held).collides(qpos[None])[0]:
+            return world
+        margin_m = self._config.carve_margin_m if margin_m is None else margin_m
+        return carved(world, self._arrays, qpos, width_m, margin_m, held)
+
+    def _space(
+        self, world: CollisionWorld, width_m: float, held: Float[np.ndarray, "a 4"] | None = None
+    ) -> FreeSpace:
+        arm = self._robot.arm
+        return free_space(self._arrays, world, width_m, (arm.lower, arm.upper), arm.max_speed, held)
+
+    @cached_property
+    def _drop_qpos(self) -> list[Float[np.ndarray, "n dof"]]:
+        """Configurations with the gripper pointing down over the bin, one array per height."""
+        gripper = self._robot.gripper
+        T_tcp_tool0 = invert(gripper.T_tool0_tcp(self._config.opening(gripper.max_width_m)))
+        out = []
+        for raised in self._config.drop_raises_m:
+            position = np.add(self._workspace.drop_position, (0.0, 0.0, raised))
+            poses = []
+            for yaw in even_yaws(self._config.drop_yaws):
+                c, s = np.cos(yaw), np.sin(yaw)
+                R = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
+                poses.append(make_pose(R, position) @ T_tcp_tool0)
+            solutions = solve_ik(self._robot.arm, np.stack(poses))
+            out.append(solutions.qpos[np.isfinite(solutions.qpos[:, :, 0])])
+        return out

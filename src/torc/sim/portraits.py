@@ -1,0 +1,72 @@
+"""Portraits of single objects: each alone on the table, seen from the front and above, filling the picture."""
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from PIL import Image
+
+from torc.geometry.transforms import look_at
+from torc.scenes.models import ObjectModel
+from torc.scenes.problem import ObjectPlacement, Problem
+from torc.scenes.workspace import CameraMount, Workspace
+from torc.sim.rendering import CameraRenderer
+from torc.sim.world import World, WorldConfig, build_world
+
+_FOV_RAD = 0.5
+_AZIMUTH_RAD = (0.18, 0.06)
+"""How far the camera stands to the right of the front of a box, whose side shows then, and of other things, whose
+labels go around them."""
+_FILL = 0.86
+"""Share of the picture that the object fills."""
+_SUPERSAMPLING = 2
+_SHADOW_REACH_M = 0.4
+
+
+def portrait(model: ObjectModel, width: int = 300, height: int = 250) -> UInt8[np.ndarray, "h w 3"]:
+    """The object in its natural pose on the table, as the simulator draws it.
+
+    Raises InputError if MuJoCo does not accept the model.
+    """
+    center = _standing_at(model)
+    x, y, z = (float(v) for v in center)
+    placement = ObjectPlacement("thing", model.name, (x, y, z), (1.0, 0.0, 0.0, 0.0))
+    problem = Problem("portrait", "structured", "", "thing", (placement,))
+    config = WorldConfig(shadow_size=2048)
+    world = build_world(problem, None, Workspace(), config, load_model=lambda _: model)
+    _focus_shadow(world, center)
+    mount = portrait_camera(model, _SUPERSAMPLING * width, _SUPERSAMPLING * height)
+    with CameraRenderer(world, mount) as renderer:
+        large = renderer.render_color()
+    return np.asarray(Image.fromarray(large).resize((width, height), Image.Resampling.BOX))
+
+
+def portrait_camera(model: ObjectModel, width: int, height: int) -> CameraMount:
+    """The camera of a portrait: in front of the object, a little to the right; the flatter it is, the further above."""
+    depth, breadth, tall = model.size_m
+    elevation = np.interp(tall / max(depth, breadth), [0.1, 0.6, 1.5], [0.95, 0.70, 0.45])
+    azimuth = _AZIMUTH_RAD[0 if model.pieces[0].kind == "box" else 1]
+    c, s = np.cos(azimuth), np.sin(azimuth)
+    toward = np.array([-c * np.cos(elevation), -s * np.cos(elevation), np.sin(elevation)])
+    right = np.array([s, -c, 0.0])
+    up = np.cross(right, -toward)
+    points = np.concatenate([mesh.vertices for mesh in model.visuals])
+    half_height = np.tan(_FOV_RAD / 2) * _FILL
+    half_width = half_height * width / height
+    # How far away the camera must be for each point to be within the picture, upright and level.
+    nearer = points @ toward
+    needs = [np.abs(points @ up) / half_height + nearer, np.abs(points @ right) / half_width + nearer]
+    center = _standing_at(model)
+    return CameraMount(look_at(center + np.max(needs) * toward, center), width, height, _FOV_RAD)
+
+
+def _standing_at(model: ObjectModel) -> Float[np.ndarray, "3"]:
+    """Where the object's frame is: in the middle of the table."""
+    workspace = Workspace()
+    x, y, _ = workspace.table.center
+    return np.array([x, y, workspace.support_z_m + model.size_m[2] / 2])
+
+
+def _focus_shadow(world: World, center: Float[np.ndarray, "3"]) -> None:
+    """Spends the shadow map on the surroundings of the object alone: sharp edges, no speckles."""
+    light = world.model.light("key_light")
+    light.pos[:] = center - 2.0 * light.dir
+    world.model.vis.map.shadowclip = _SHADOW_REACH_M / world.model.stat.extent

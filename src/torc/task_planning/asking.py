@@ -1,0 +1,88 @@
+"""Asking a task planner, which may be anybody's: what it answers is a decision, or the error says what it is."""
+
+import json
+import operator
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from torc.errors import PlannerError, TorcError
+from torc.pipeline.warm_up import warm_up
+from torc.records import Decision, Exchange, PlanningContext
+from torc.records.serialization import to_plain
+from torc.task_planning.protocol import TaskPlanner
+
+_HELP = "torc.testing.planner_conformance checks a planner against all rules (docs/task_planners.md)."
+
+
+def ask_planner(planner: TaskPlanner, context: PlanningContext, rng: np.random.Generator) -> Decision:
+    """The planner's decision; an object id of numpy's becomes a plain integer.
+
+    Whether the object can be picked is not judged here: a bad choice is a lost pick, not an error.
+
+    Raises:
+        PlannerError: the planner crashed, or its answer is no Decision that could be carried out and logged.
+        TorcError: what the planner raises of its own accord.
+    """
+    with _blamed(planner):
+        answer: Any = planner.decide(context, rng)
+    faults = list(_faults(answer))
+    if faults:
+        raise PlannerError(f"Task planner '{planner.name}' gave no valid decision: {faults[0]}. {_HELP}")
+    return answer if answer.object_id is None else replace(answer, object_id=operator.index(answer.object_id))
+
+
+def rehearse_planner(planner: TaskPlanner, context: PlanningContext) -> None:
+    """Lets a planner that has a `warm_up` use its kernels once. Raises PlannerError if it crashes."""
+    with _blamed(planner):
+        warm_up(planner, context)
+
+
+@contextmanager
+def _blamed(planner: TaskPlanner) -> Iterator[None]:
+    try:
+        yield
+    except TorcError:
+        raise
+    except (Exception, SystemExit) as error:  # somebody's code: anything may come
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        raise PlannerError(
+            f"Task planner '{planner.name}' failed with {type(error).__name__}: {error} ({last.filename}, line "
+            f"{last.lineno}). {_HELP}"
+        ) from error
+
+
+def _faults(answer: Any) -> Iterator[str]:
+    """Why an answer cannot be used."""
+    if not isinstance(answer, Decision):
+        yield f"decide() returned {_kind(answer)}, not a torc.records.Decision"
+        return
+    chosen, exchanges = answer.object_id, answer.exchanges
+    if not (chosen is None or _is_whole(chosen)):
+        yield f"object_id is {_kind(chosen)}; it must be an int or None"
+    if not isinstance(answer.reason, str):
+        yield f"reason is {_kind(answer.reason)}; it must be text"
+    if not isinstance(answer.give_up, bool | np.bool_):
+        yield f"give_up is {_kind(answer.give_up)}; it must be True or False"
+    if not _is_whole(answer.attempts):
+        yield f"attempts is {_kind(answer.attempts)}; it must be an int"
+    if not (isinstance(exchanges, tuple | list) and all(isinstance(e, Exchange) for e in exchanges)):
+        yield "exchanges must be a tuple of torc.records.Exchange"
+    if not isinstance(answer.evidence, Mapping):
+        yield f"evidence is {_kind(answer.evidence)}; it must be a mapping"
+    try:
+        json.dumps(to_plain(answer))
+    except (TypeError, ValueError, RecursionError) as error:
+        yield f"its evidence is not plain data that JSON can hold ({error})"
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def _kind(value: Any) -> str:
+    return "None" if value is None else f"a {type(value).__name__}"

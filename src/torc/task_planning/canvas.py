@@ -1,0 +1,104 @@
+"""A page for diagrams: curves, disks and text in pixels of the finished picture.
+
+Everything is drawn at twice the size and halved at the end, which smooths all edges.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from PIL import Image, ImageDraw, ImageFont
+
+Color = tuple[int, int, int]
+INK: Color = (40, 40, 44)
+PAPER: Color = (255, 255, 255)
+_OVERSAMPLING = 2
+
+
+class Canvas:
+    """A picture in the making."""
+
+    def __init__(self, width_px: int, height_px: int) -> None:
+        self.width_px, self.height_px = width_px, height_px
+        self._image = Image.new("RGB", (width_px * _OVERSAMPLING, height_px * _OVERSAMPLING), PAPER)
+        self._pen = ImageDraw.Draw(self._image)
+
+    def stroke(
+        self,
+        curve: Float[np.ndarray, "n 2"],
+        color: Color,
+        width_px: float,
+        dash_px: tuple[float, float] | None = None,
+    ) -> None:
+        """A line through points that lie about a pixel apart; `dash_px`: length drawn, length left out."""
+        for a, b in _strokes(curve, dash_px):
+            self._pen.line([*_scaled(a), *_scaled(b)], fill=color, width=round(width_px * _OVERSAMPLING))
+
+    def arrow_head(self, curve: Float[np.ndarray, "n 2"], color: Color) -> None:
+        """A head at the end of a curve."""
+        tip, back = curve[-1], curve[max(0, len(curve) - 8)]
+        along = (tip - back) / max(float(np.linalg.norm(tip - back)), 1e-9)
+        side = np.array([-along[1], along[0]])
+        corners = (tip, tip - 11 * along + 4.5 * side, tip - 11 * along - 4.5 * side)
+        self._pen.polygon([v for corner in corners for v in _scaled(corner)], fill=color)
+
+    def disk(self, x: float, y: float, radius_px: float, fill: Color) -> None:
+        """A filled circle."""
+        self._pen.ellipse(_square(x, y, radius_px), fill=fill)
+
+    def broken_ring(self, x: float, y: float, radius_px: float) -> None:
+        """A circle's outline in pieces."""
+        for start in range(0, 360, 30):
+            self._pen.arc(
+                _square(x, y, radius_px), start, start + 16, fill=INK, width=round(1.6 * _OVERSAMPLING)
+            )
+
+    def text(
+        self,
+        at: tuple[float, float],
+        text: str,
+        height_px: int,
+        color: Color,
+        *,
+        anchor: str = "mm",
+        boxed: bool = False,
+    ) -> float:
+        """Writes, over a blank box if wanted, and returns where the text ends. `anchor`: as Pillow's."""
+        font = ImageFont.load_default(height_px * _OVERSAMPLING)
+        left, top, right, bottom = self._pen.textbbox(_scaled(at), text, font=font, anchor=anchor)
+        if boxed:
+            self._pen.rectangle((left - 2, top - 2, right + 2, bottom + 2), fill=PAPER)
+        self._pen.text(_scaled(at), text, fill=color, font=font, anchor=anchor)
+        return right / _OVERSAMPLING
+
+    def finish(self) -> UInt8[np.ndarray, "h w 3"]:
+        """The picture."""
+        return np.array(self._image.resize((self.width_px, self.height_px), Image.Resampling.LANCZOS))
+
+
+def smooth_curve(route: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 2"]:
+    """Points of a curve through the route's waypoints, about a pixel apart (Catmull-Rom)."""
+    padded = np.concatenate([2 * route[:1] - route[1:2], route, 2 * route[-1:] - route[-2:-1]])
+    pieces = []
+    for p0, p1, p2, p3 in zip(padded, padded[1:], padded[2:], padded[3:]):
+        t = np.linspace(0, 1, max(8, int(np.linalg.norm(p2 - p1))), endpoint=False)[:, None]
+        bend = (2 * p0 - 5 * p1 + 4 * p2 - p3) * t**2 + (3 * p1 - p0 - 3 * p2 + p3) * t**3
+        pieces.append(0.5 * (2 * p1 + (p2 - p0) * t + bend))
+    return np.concatenate([*pieces, route[-1:]])
+
+
+def _strokes(curve: np.ndarray, dash_px: tuple[float, float] | None) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Short segments that make up the curve, or its dashes."""
+    pairs = list(pairwise(curve))
+    if dash_px is None:
+        return pairs
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    return [pair for pair, s in zip(pairs, length) if s % sum(dash_px) < dash_px[0]]
+
+
+def _scaled(point: tuple[float, ...] | np.ndarray) -> tuple[float, float]:
+    return float(point[0]) * _OVERSAMPLING, float(point[1]) * _OVERSAMPLING
+
+
+def _square(x: float, y: float, half_px: float) -> list[float]:
+    return [*_scaled((x - half_px, y - half_px)), *_scaled((x + half_px, y + half_px))]

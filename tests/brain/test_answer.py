@@ -1,0 +1,23 @@
+"""Answers as JSON and pictures."""
+
+import json
+
+from torc.brain import decide_frame
+from torc.testing.fake_episode import ScriptedPlanner
+
+
+def test_json_tells_the_label_of_every_id(frame_of):
+    answer = json.loads(json.dumps(decide_frame(frame_of()).to_dict()))
+    assert {o["id"]: o["label"] for o in answer["objects"]} == {0: 512, 1: 40_000, 7: 7}
+    assert answer["label"] == next(o["label"] for o in answer["objects"] if o["id"] == answer["object_id"])
+    assert answer["left_out"] == [23]
+    blockers = {int(k) for o in answer["objects"] for k in o["blocked_by"]}
+    assert blockers <= {0, 1, 7}
+
+
+def test_pictures_are_of_what_the_planner_saw_and_of_its_graph(frame_of, tmp_path):
+    decide_frame(frame_of()).save_pictures(tmp_path)
+    assert {p.name for p in tmp_path.glob("*.png")} == {"seen.png", "graph.png"}
+    (tmp_path / "graph.png").unlink()
+    decide_frame(frame_of(), ScriptedPlanner([7])).save_pictures(tmp_path)
+    assert {p.name for p in tmp_path.glob("*.png")} == {"seen.png"}

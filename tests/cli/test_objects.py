@@ -1,0 +1,146 @@
+"""`torc objects` as a user meets it."""
+
+import json
+import os
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from torc.cli.main import main
+from torc.scenes.library import builtin_object_names, load_object
+from torc.scenes.object_files import load_source
+
+CORNERS = np.array([(x, y, z) for x in (-30, 30) for y in (-80, 80) for z in (-105, 105)], dtype=float)
+FACES = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)]
+FACES += [(2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]
+
+
+def _torc(*arguments, capsys):
+    with pytest.raises(SystemExit) as exit_:
+        main(["objects", *(str(a) for a in arguments)])
+    out, err = capsys.readouterr()
+    return exit_.value.code, out, err
+
+
+def _write_box(path):
+    """A box in millimetres."""
+    body = b"".join(struct.pack("<12fH", 0, 0, 0, *CORNERS[list(f)].ravel().tolist(), 0) for f in FACES)
+    path.write_bytes(b"\0" * 80 + struct.pack("<I", len(FACES)) + body)
+    return path
+
+
+@pytest.mark.parametrize("command", [[], ["list"], ["show"], ["import"]])
+def test_every_command_has_help(command, capsys):
+    code, out, _ = _torc(*command, "--help", capsys=capsys)
+    assert code == 0
+    assert "usage: torc objects" in out
+
+
+def test_built_in_objects_are_listed_and_shown(capsys):
+    code, out, _ = _torc("list", "--json", capsys=capsys)
+    assert code == 0
+    assert [row["name"] for row in json.loads(out)] == list(builtin_object_names())
+    code, out, _ = _torc("list", "--kind", "mug", capsys=capsys)
+    assert code == 0
+    assert {line.split()[1] for line in out.splitlines()} == {"mug"}
+    code, out, _ = _torc("list", "--own", capsys=capsys)
+    assert "torc objects import" in out
+    code, out, _ = _torc("show", "mug_red", "--json", capsys=capsys)
+    facts = json.loads(out)
+    assert facts["size_m"] == list(load_object("mug_red").size_m)
+    assert not facts["own"]
+
+
+def test_a_directory_is_imported_with_a_summary(tmp_path, object_store, capsys):
+    meshes = tmp_path / "meshes"
+    meshes.mkdir()
+    _write_box(meshes / "My Box.stl")
+    (meshes / "broken.stl").write_bytes(b"nothing")
+    code, out, err = _torc("import", meshes, "--scale", "0.001", "--friction", "0.6", capsys=capsys)
+    assert code == 1
+    assert err == ""
+    assert "[1/2] My Box.stl: my_box, the my box: 60 x 160 x 210 mm, 1.714 kg, 1 convex pieces" in out
+    assert "[2/2] broken.stl: refused: " in out
+    assert f"1 imported, 1 refused, into {object_store}" in out
+    assert load_object("my_box").friction == 0.6
+
+    code, out, _ = _torc("list", "--own", "--json", capsys=capsys)
+    assert [row["name"] for row in json.loads(out)] == ["my_box"]
+    picture = tmp_path / "box.png"
+    code, out, _ = _torc("show", "my_box", "--picture", picture, capsys=capsys)
+    assert code == 0
+    assert "My Box.stl (scale 0.001)" in out
+    with Image.open(picture) as image:
+        assert np.array(image).std() > 5
+
+    code, out, _ = _torc("import", meshes / "My Box.stl", "--scale", "0.001", "--json", capsys=capsys)
+    assert code == 1
+    assert "--overwrite" in json.loads(out)[0]["refused"]
+
+
+def test_odd_names_and_links_stop_nothing(tmp_path, object_store, capsys):
+    meshes = tmp_path / "meshes"
+    meshes.mkdir()
+    _write_box(meshes / os.fsdecode(b"caf\xe9\x1b[2J.stl"))
+    (meshes / "---.stl").write_bytes(b"")  # nothing that a name could be made of
+    (meshes / "loop.stl").symlink_to("loop.stl")
+    (meshes / "out.stl").symlink_to(_write_box(tmp_path / "elsewhere.stl"))
+    code, out, err = _torc("import", meshes, "--scale", "0.001", "--json", capsys=capsys)
+    rows = {Path(row["file"]).name: row for row in json.loads(out)}
+    assert code == 1
+    assert "No name can be made" in rows["---.stl"]["refused"]
+    assert "no mesh file" in rows["loop.stl"]["refused"]
+    assert "leads out of the directory" in rows["out.stl"]["left_out"]
+    assert [p.name for p in object_store.iterdir()] == ["caf_2j"]
+    assert load_source(object_store / "caf_2j").file == "caf__[2J.stl"
+    assert "\x1b" not in err
+
+
+def test_a_library_elsewhere_is_told(tmp_path, capsys):
+    _write_box(tmp_path / "a.stl")
+    arguments = ["--scale", "0.001", "--name", "b", "--mass", "0.5", "--description", "the tall parcel"]
+    code, out, _ = _torc(
+        "import", tmp_path / "a.stl", *arguments, "--library", tmp_path / "lib", capsys=capsys
+    )
+    assert code == 0
+    assert f"export TORC_OBJECTS={tmp_path / 'lib'}" in out
+    assert "b, the tall parcel" in out
+
+
+def test_a_damaged_object_does_not_stop_the_list(object_store, capsys):
+    (object_store / "thing").mkdir(parents=True)
+    (object_store / "thing" / "object.yaml").write_text("broken")
+    code, out, err = _torc("list", capsys=capsys)
+    assert code == 0
+    assert len(out.splitlines()) == len(builtin_object_names())
+    assert "thing" in err
+    assert _torc("show", "thing", capsys=capsys)[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["import"], "Give mesh files"),
+        (["import", "nowhere.stl"], "no file or directory nowhere.stl"),
+        (["import", "EMPTY"], "no OBJ, GLB, STL or PLY file"),
+        (["import", "MESH", "MESH", "--name", "a"], "--name is for one mesh"),
+        (["import", "MESH", "--scale", "0"], "scale must be between"),
+        (["import", "MESH", "--mass", "-1"], "mass must be between"),
+        (["import", "MESH", "--name", "../a"], "cannot be a name"),
+        (["import", "MESH", "--description", "the\nmug"], "A description is a line"),
+        (["import", "MESH", "--description", "x" * 121], "A description is a line"),
+        (["show", "mug_rad"], "Did you mean 'mug_red'"),
+        (["list", "--kind", "mog"], "Did you mean 'mug'"),
+        (["show", "mug_red", "--picture", "/proc/no.png"], "Cannot write the picture"),
+    ],
+)
+def test_wrong_arguments_get_one_clear_line(arguments, told, tmp_path, capsys):
+    (tmp_path / "empty").mkdir()
+    places = {"EMPTY": tmp_path / "empty", "MESH": _write_box(tmp_path / "a.stl")}
+    code, _, err = _torc(*(places.get(a, a) for a in arguments), capsys=capsys)
+    assert code == 2
+    assert told in err
+    assert "Traceback" not in err

@@ -1,0 +1,83 @@
+"""`torc problems gallery` as a user meets it."""
+
+import json
+
+import pytest
+from PIL import Image
+
+from torc.cli.main import main
+from torc.generation import gallery
+from torc.generation.config import Hiddenness
+from torc.generation.difficulty import Difficulty
+from torc.scenes.problem import load_problem, save_problem
+
+
+def _torc(*arguments, capsys):
+    with pytest.raises(SystemExit) as exit_:
+        main(["problems", "gallery", *map(str, arguments)])
+    out, err = capsys.readouterr()
+    return exit_.value.code, out, err
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Cards that take no time; they are kept."""
+    cards = []
+
+    def draw(card):
+        cards.append(card)
+        return Image.new("RGB", (100, 80))
+
+    monkeypatch.setattr(gallery, "draw_card", draw)
+    monkeypatch.setattr(
+        gallery, "difficulty_of", lambda problem, inspector: Difficulty(9, Hiddenness.HIDDEN, 0.0, 1, 3, 3)
+    )
+    return cards
+
+
+def test_it_draws_the_shipped_set_and_says_where(drawn, tmp_path, capsys):
+    code, out, err = _torc("--out", tmp_path / "new" / "g", capsys=capsys)
+    assert code == 0
+    names = [card.problem.name for card in drawn]
+    assert "structured-01" in names
+    assert f"{len(names)} cards" in out
+    assert str(tmp_path / "new" / "g" / "index.html") in out.replace("\n", "")
+    assert f"{len(names)} of {len(names)}: {names[-1]}" in err
+    assert f"<h1>torc40: {len(names)} problems</h1>" in (tmp_path / "new" / "g" / "index.html").read_text()
+
+
+def test_a_directory_of_problems_with_a_title_and_what_is_left_over(drawn, tmp_path, capsys):
+    mine, out = tmp_path / "mine", tmp_path / "g"
+    mine.mkdir()
+    save_problem(load_problem("structured-04"), mine / "a.yaml")
+    assert _torc("structured-05", "--out", out, capsys=capsys)[0] == 0
+    code, text, err = _torc(mine, "--out", out, "--title", "Mine", "--json", capsys=capsys)
+    assert code == 0
+    (card,) = json.loads(text)
+    assert (card["problem"], card["hiddenness"], card["order"]) == ("structured-04", "hidden", None)
+    assert "# Mine" in (out / "gallery.md").read_text()
+    assert "structured-05.jpg" in err.replace("\n", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["torc4O"], "Did you mean 'torc40'"),
+        (["structured-04", "--answers", "/nowhere"], "no directory '/nowhere' of answers"),
+        (["structured-04", "--out", "/proc/nowhere"], "Choose another --out"),
+        (["structured-04,/nowhere.yaml"], "/nowhere.yaml"),
+    ],
+)
+def test_mistakes_are_told_before_anything_is_drawn(arguments, told, drawn, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = _torc(*arguments, capsys=capsys)
+    assert code == 2
+    assert told in err.replace("\n", "")
+    assert drawn == []
+
+
+def test_help_teaches(capsys):
+    code, out, _ = _torc("--help", capsys=capsys)
+    assert code == 0
+    for word in ("index.html", "gallery.md", "--answers", "torc problems solve"):
+        assert word in out

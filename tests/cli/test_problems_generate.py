@@ -1,0 +1,157 @@
+"""`torc problems generate` and `validate` as a user meets them: files, words, exit codes."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from torc.cli.main import main
+from torc.generation import batch, validation
+from torc.generation.config import Hiddenness
+from torc.generation.difficulty import Difficulty
+from torc.generation.generator import GeneratedProblem, NotGenerated
+from torc.generation.rejections import Reason
+from torc.generation.validation import Check, ValidationReport
+from torc.scenes.problem import load_problem, save_problem
+
+SHIPPED = load_problem("structured-04")
+DIFFICULTY = Difficulty(9, Hiddenness.PARTLY, 0.31, 2, 3, 4)
+
+
+def _torc(*arguments, capsys):
+    with pytest.raises(SystemExit) as exit_:
+        main(["problems", *map(str, arguments)])
+    out, err = capsys.readouterr()
+    return exit_.value.code, out, err
+
+
+@pytest.fixture
+def jobs(monkeypatch):
+    """Generation that takes no time: odd seeds fail."""
+    seen = []
+
+    def fake(config, seed, inspector, progress):
+        seen.append((config, seed))
+        progress(1, Reason.TRIVIAL)
+        if seed % 2:
+            return NotGenerated(config.attempts, {Reason.TRIVIAL: config.attempts})
+        return GeneratedProblem(replace(SHIPPED, name=f"p{seed}"), DIFFICULTY, 2, {Reason.TRIVIAL: 1})
+
+    monkeypatch.setattr(batch, "generate_problem", fake)
+    return seen
+
+
+def test_problems_are_written_and_summed_up(jobs, tmp_path, capsys):
+    out = tmp_path / "mine"
+    code, text, err = _torc(
+        "generate", "--structured", "--seed", 4, "--objects", "9", "--out", out, capsys=capsys
+    )
+    assert code == 0
+    assert load_problem(out / "structured-s0004.yaml").objects == SHIPPED.objects
+    assert "1 of 1 made, 2 scenes tried" in text
+    assert Reason.TRIVIAL.value in text
+    assert "31 % in sight (partly)" in text
+    assert "scene 1" in err
+    config, seed = jobs[0]
+    assert (config.category, config.objects, seed) == ("structured", (9, 9), 4)
+
+
+def test_without_a_category_both_come_in_turn(jobs, tmp_path, capsys):
+    code, out, _ = _torc("generate", "--count", 4, "--seed", 0, "--out", tmp_path, "--json", capsys=capsys)
+    facts = json.loads(out)
+    assert code == 1
+    assert [config.category for config, _ in jobs] == ["structured", "unstructured"] * 2
+    assert [made["seed"] for made in facts["made"]] == [0, 2]
+    assert [failed["seed"] for failed in facts["failed"]] == [1, 3]
+    assert facts["rejections"] == {Reason.TRIVIAL.value: 122}
+    assert not (tmp_path / "unstructured-s0001.yaml").exists()
+
+
+def test_files_that_are_there_are_kept_unless_told_otherwise(jobs, tmp_path, capsys):
+    arguments = ("generate", "--structured", "--out", tmp_path)
+    assert _torc(*arguments, capsys=capsys)[0] == 0
+    code, _, err = _torc(*arguments, capsys=capsys)
+    assert code == 2
+    assert "--overwrite" in err
+    assert len(jobs) == 1
+    assert _torc(*arguments, "--overwrite", capsys=capsys)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--objects", "many"], "8-20"),
+        (["--objects", "20-8"], "20-8"),
+        (["--kinds", "soup_cna"], "Did you mean 'soup_can'"),
+        (["--kinds", "soup_can"], "only 3 object models"),
+        (["--count", "0"], "at least 1"),
+        (["--seed", "-1"], "at least 0"),
+        (["--attempts", "0"], "at least one attempt"),
+        (["--out", "/proc/nowhere"], "Choose another --out"),
+    ],
+)
+def test_bad_arguments_are_refused_before_any_work(arguments, told, jobs, capsys):
+    code, _, err = _torc("generate", *arguments, capsys=capsys)
+    assert code == 2
+    assert told in err
+    assert jobs == []
+
+
+@pytest.fixture
+def reports(monkeypatch):
+    """Validation that takes no time: a problem called `bad` is not valid."""
+
+    def fake(problem, inspector, resolve, progress):
+        asked.append(resolve)
+        check = Check("rest", problem.name != "bad", "In 10 s nothing moves.")
+        progress(check)
+        return ValidationReport(problem.name, (check,), DIFFICULTY)
+
+    asked = []
+    monkeypatch.setattr(validation, "validate_problem", fake)
+    return asked
+
+
+def test_validation_says_what_it_found_and_exits_accordingly(reports, tmp_path, capsys):
+    save_problem(SHIPPED, tmp_path / "a.yaml")
+    code, out, _ = _torc("validate", tmp_path, capsys=capsys)
+    assert code == 0
+    assert reports[0] is not None
+    assert "ok  rest:" in out
+    assert "=> valid" in out
+    save_problem(replace(SHIPPED, name="bad"), tmp_path / "b.yaml")
+    code, out, _ = _torc("validate", tmp_path, capsys=capsys)
+    assert code == 1
+    assert "BAD rest:" in out
+    assert "NOT VALID" in out
+    assert "1 of 2 are valid" in out
+
+
+def test_validation_in_json(reports, capsys):
+    code, out, err = _torc(
+        "validate", "structured-04", "structured-04", "--no-oracle", "--json", capsys=capsys
+    )
+    (row,) = json.loads(out)
+    assert code == 0
+    assert reports == [None]
+    assert row["problem"] == "structured-04"
+    assert row["valid"] is True
+    assert row["checks"][0]["name"] == "rest"
+    assert row["difficulty"]["visible_fraction"] == 0.31
+    assert "structured-04" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "at least one"),
+        (["nothing"], "Known:"),
+        (["no/such.yaml"], "no/such.yaml"),
+        (["structured-04", "--seed", "-1"], "at least 0"),
+        (["structured-04", "--budget", "0"], "budget"),
+    ],
+)
+def test_validation_of_nothing_is_bad_input(arguments, told, capsys):
+    code, _, err = _torc("validate", *arguments, capsys=capsys)
+    assert code == 2
+    assert told in err

@@ -1,0 +1,81 @@
+"""`torc problems import` as a user meets it."""
+
+import json
+
+import pytest
+
+from torc.cli.main import main
+from torc.scenes.importing.graspclutter6d import objects
+from torc.testing.graspclutter6d_tree import upright, write_tree
+from torc.testing.plain_mesh_reader import read_plain_mesh
+
+OBJECTS = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))
+
+
+@pytest.fixture
+def root(tmp_path, monkeypatch):
+    monkeypatch.setenv("TORC_OBJECTS", str(tmp_path / "store"))
+    monkeypatch.setattr(objects, "read_mesh", read_plain_mesh)
+    write_tree(tmp_path / "gc6d", {249: OBJECTS}, images=15)
+    return tmp_path / "gc6d"
+
+
+def _import(*arguments, capsys):
+    with pytest.raises(SystemExit) as exit_:
+        main(["problems", "import", *map(str, arguments)])
+    out, err = capsys.readouterr()
+    return exit_.value.code, out, err
+
+
+def test_help_teaches(capsys):
+    code, out, _ = _import("--help", capsys=capsys)
+    assert code == 0
+    assert "usage: torc problems import" in out
+    assert "--paper" in out
+
+
+def test_a_scene_becomes_a_problem_file(root, tmp_path, capsys):
+    code, out, _ = _import(root, "--scene", 249, "--target", "48", "--out", tmp_path / "out", capsys=capsys)
+    assert code == 0
+    assert "the can of green beans" in out
+    assert "1 of 1 problems" in out
+    (file,) = (tmp_path / "out").iterdir()
+    assert str(file) in out.replace("\n", "")
+
+
+def test_json_holds_what_was_made_and_what_was_not(root, tmp_path, capsys):
+    arguments = (root, "--paper", "--scene", 249, "--scene", 251, "--out", tmp_path / "out", "--json")
+    code, out, _ = _import(*arguments, capsys=capsys)
+    rows = json.loads(out)
+    assert code == 1
+    assert [(r["scene"], r["target"], bool(r["file"])) for r in rows] == [
+        (249, "obj_000017_0", True),
+        (249, "obj_000048_0", True),
+        (251, "obj_000046_0", False),
+        (251, "obj_000049_0", False),
+    ]
+    assert "is missing" in rows[2]["reason"]
+    assert rows[0]["category"] == "structured"
+    assert 0.0 <= rows[0]["in_sight"] <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ((), "Say what to import"),
+        (("--scene", "249", "--camera", "kinect"), "Did you mean"),
+        (("--scene", "249", "--annotation", "40"), "annotation 40"),
+        (("--paper", "--target", "17"), "own targets"),
+    ],
+)
+def test_wrong_arguments_get_one_clear_line(root, arguments, told, capsys):
+    code, _, err = _import(root, *arguments, capsys=capsys)
+    assert code == 2
+    assert told in err
+    assert "Traceback" not in err
+
+
+def test_a_directory_that_is_something_else_is_refused(tmp_path, capsys):
+    code, _, err = _import(tmp_path, "--scene", "249", capsys=capsys)
+    assert code == 2
+    assert "not the root of GraspClutter6D" in err

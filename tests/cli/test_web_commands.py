@@ -1,0 +1,97 @@
+"""`torc human` and `torc view` as a user meets them."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+
+import pytest
+
+from torc.cli.main import main
+from torc.episode.trial import TrialSpec
+from torc.task_planning.registry import make_planner
+from torc.testing.fake_trial import play_fake_trial
+
+
+def _torc(*arguments, capsys):
+    with pytest.raises(SystemExit) as exit_:
+        main([str(a) for a in arguments])
+    out, err = capsys.readouterr()
+    return exit_.value.code, out, err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["view", "nowhere"], "nowhere"),
+        (["view", "."], "no recorded trial"),
+        (["human", "structured-1"], "Did you mean"),
+        (["human", "--experts", "a/b"], "expert's name"),
+        (["human", "--max-picks", "0"], "at least 1"),
+        (["human", "--port", "99999"], "--port"),
+        (["human", "--host", "no.such.host.invalid"], "Cannot listen"),
+        (["human", "--out", "/proc/nowhere"], "Choose another --out"),
+        (["run", "--planner", "human"], "torc human"),
+    ],
+)
+def test_wrong_arguments_get_one_clear_line(arguments, told, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = _torc(*arguments, capsys=capsys)
+    assert code == 2
+    assert told in err
+    assert "Traceback" not in err
+
+
+def _until_served(process):
+    for line in process.stdout:
+        if found := re.search(r"http://\S+", line):
+            return found.group()
+    raise AssertionError("it did not start")
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
+def test_view_serves_until_ctrl_c_and_asks_for_a_token_where_others_reach_it(tmp_path, host):
+    play_fake_trial(TrialSpec("boxes", "random"), tmp_path / "boxes", make_planner("random"))
+    command = [sys.executable, "-m", "torc.cli.main", "view", str(tmp_path), "--port", "0", "--host", host]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            where = _until_served(process)
+            assert ("token=" in where) == (host != "127.0.0.1")
+            here = re.sub(r"//[^:]+:", "//127.0.0.1:", where)
+            with urllib.request.build_opener(urllib.request.HTTPCookieProcessor()).open(
+                here, timeout=60
+            ) as page:
+                assert b"<title>torc</title>" in page.read()
+            os.kill(process.pid, signal.SIGINT)
+            rest = process.stdout.read()
+            assert process.wait(60) == 0
+            assert "Traceback" not in rest
+            assert where.partition("token=")[2] not in rest or host == "127.0.0.1"
+        finally:
+            process.kill()
+
+
+def test_human_says_what_is_left_after_ctrl_c(tmp_path):
+    command = [
+        sys.executable,
+        "-m",
+        "torc.cli.main",
+        "human",
+        "structured-01",
+        "structured-02",
+        "--port",
+        "0",
+    ]
+    command += ["--out", str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            _until_served(process)
+            os.kill(process.pid, signal.SIGINT)
+            rest = process.stdout.read()
+            assert process.wait(60) == 130
+            assert "2 of 2 trials are left" in rest
+            assert "Traceback" not in rest
+        finally:
+            process.kill()

@@ -1,0 +1,171 @@
+"""The search finds what trying everything finds, whatever the rough plans promise, and keeps to its budget."""
+
+import pytest
+from oracle_spaces import TARGET, toy_spaces
+
+from torc.episode.oracle.budget import LOOK_COST
+from torc.episode.oracle.rough import rough_plans
+from torc.episode.oracle.search import Cost, search
+from torc.episode.oracle.space import Arrival, Fate, Options
+
+MAX_PICKS = 5
+PLENTY = 1e6
+
+
+def solve(space, budget=PLENTY, max_picks=MAX_PICKS, tell=None):
+    return search(space, (), max_picks=max_picks, budget=budget, tell=tell)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"lying": 50},
+        {"lying": 100},
+        {"failing": 0, "dropping": 0, "losing": 0},
+        {"failing": 45, "dropping": 50},
+    ],
+    ids=str,
+)
+def test_with_enough_budget_it_is_as_good_as_trying_everything(options):
+    solvable = 0
+    for space in toy_spaces(120, **options):
+        found, best = solve(space), space.best(MAX_PICKS)
+        assert found.proved
+        assert (found.best and found.best.cost) == best == found.bound, space
+        solvable += best is not None
+    assert solvable > 60  # there is something to find
+
+
+def test_the_sequence_found_leads_to_the_target_at_that_cost():
+    for space in toy_spaces(100):
+        found = solve(space)
+        if found.best is None:
+            continue
+        state, drops = (), 0
+        for choice, then in zip(found.best.choices, found.best.states[1:], strict=True):
+            assert choice in space.look(state).choices
+            arrival = space.pick(state, choice)
+            state, drops = arrival.state, drops + arrival.dropped
+            assert state == then
+        assert arrival.fate is Fate.SOLVED
+        assert found.best.cost == Cost(len(found.best.choices), drops)
+
+
+@pytest.mark.parametrize("budget", [0.0, 0.25, 1.0, 2.0, 5.0, 12.0])
+def test_a_budget_is_kept_and_what_is_said_then_is_true(budget):
+    for space in toy_spaces(80, lying=20):
+        found, best = solve(space, budget), space.best(MAX_PICKS)
+        assert found.spent.total <= budget
+        if found.best is not None:
+            assert best <= found.best.cost
+        if best is not None:
+            assert found.bound <= best
+        if found.proved:
+            assert (found.best and found.best.cost) == best
+
+
+def test_what_was_spent_is_what_was_asked():
+    for space in toy_spaces(100, lying=20):
+        found = solve(space, 8.0)
+        assert (found.spent.picks, found.spent.looks) == (
+            space.asked["pick"],
+            space.asked["look"] + space.asked["peek"],
+        )
+        assert found.spent.total == space.asked["pick"] + LOOK_COST * (
+            space.asked["look"] + space.asked["peek"]
+        )
+
+
+def test_the_answer_only_gets_better_and_the_bound_tighter():
+    for space in toy_spaces(100, lying=20):
+        said = []
+        final = solve(space, 40.0, tell=said.append)
+        for before, after in zip(said, [*said[1:], final]):
+            assert after.spent.total >= before.spent.total
+            if before.best is not None:
+                assert after.best.cost <= before.best.cost
+            if after.bound is not None and before.bound is not None:
+                assert before.bound <= after.bound
+            assert after.bound is not None or after.best is None
+
+
+def test_the_same_search_twice_is_the_same():
+    for space in toy_spaces(50, lying=20):
+        assert solve(space, 10.0) == solve(space, 10.0)
+
+
+def test_longer_sequences_than_allowed_do_not_count():
+    for space in toy_spaces(100):
+        for max_picks in (1, 2, 3):
+            found = solve(space, max_picks=max_picks)
+            assert (found.best and found.best.cost) == space.best(max_picks)
+
+
+def test_honest_peeks_make_the_first_answer_cheap():
+    """Where picks do nothing but take away, the first rough plan is the answer: one pick of each is enough."""
+    for space in toy_spaces(100, failing=0, dropping=0, losing=0):
+        first = []
+        found = solve(
+            space, tell=lambda f, first=first: first.append(f.spent.picks) if f.best and not first else None
+        )
+        if found.best is not None:
+            assert first == [found.best.cost.picks]
+            assert found.rough_bound == found.best.cost.picks
+
+
+class Lucky:
+    """The target cannot be picked, but another pick brings it along."""
+
+    def look(self, state):
+        return Options((1, 2))
+
+    def pick(self, state, choice):
+        return Arrival((*state, choice), fate=Fate.SOLVED if choice == 2 else Fate.OPEN)
+
+    def peek(self, state, removed):
+        return Options((1, 2))
+
+
+def test_luck_counts_where_it_is_met():
+    found = solve(Lucky())
+    assert found.best.choices == (2,)
+    assert found.bound == Cost(1, 0)
+    assert found.proved
+
+
+class Hopeless(Lucky):
+    """Nothing leads anywhere."""
+
+    def pick(self, state, choice):
+        return Arrival((*state, choice))
+
+
+def test_where_nothing_leads_to_the_target_that_is_proved_or_the_best_beginning_is_told():
+    found = solve(Hopeless(), max_picks=3)
+    assert found.best is None
+    assert found.bound is None
+    assert found.proved
+    found = solve(Hopeless(), budget=3.0)
+    assert not found.proved
+    assert found.bound == Cost(2, 0)
+
+
+def test_the_most_promising_beginning_is_the_one_with_the_best_outlook():
+    for space in toy_spaces(40, losing=0):
+        found = solve(space, budget=4.0)
+        best = max(space.seen)
+        assert space.look(found.outlook.states[-1]).outlook == best
+
+
+def test_rough_plans_come_in_order_of_length_one_per_set_and_lead_to_the_target():
+    for space in toy_spaces(60, failing=0, dropping=0, losing=0):
+        steps = list(rough_plans(lambda gone, space=space: space.peek((), gone), space.look(())))
+        lengths = [step.picks for step in steps]
+        assert lengths == sorted(lengths)
+        plans = [step.plan for step in steps if step.plan is not None]
+        assert len({frozenset(plan) for plan in plans}) == len(plans)
+        for plan in plans:
+            assert plan[-1] == TARGET
+            for i, k in enumerate(plan):
+                assert k in space.look(plan[:i]).choices

@@ -1,0 +1,109 @@
+"""The sandbox carries an episode on as the trial does, and leaves the trial alone."""
+
+import json
+from typing import ClassVar
+
+import pytest
+
+from torc.episode.event_log import event_line, without_seconds
+from torc.episode.events import Executed, Looked
+from torc.episode.planners import make_trial_planner
+from torc.episode.privileged import PrivilegedPlanner, open_sandbox
+from torc.episode.steps import EpisodeConfig
+from torc.episode.trial import TrialSpec, run_trial
+from torc.errors import UnknownNameError
+from torc.motion.planner import OmplMotionPlanner
+from torc.pipeline.defaults import default_pipeline
+from torc.robots.description import load_robot
+from torc.scenes.problem import load_problem
+from torc.scenes.workspace import Workspace
+from torc.task_planning.registry import make_planner
+
+PROBLEM, SEED, PICKS = "structured-04", 1, 2
+
+
+class Spy:
+    """RANDOM that notes every moment of the trial, and tries something else in the sandbox first."""
+
+    name = "random"
+    moments: ClassVar[list] = []
+
+    def attach(self, simulation):
+        self.simulation = simulation
+
+    def decide(self, context, rng):
+        now, sandbox = self.simulation.now(), self.simulation.sandbox
+        self.moments.append(now)
+        sandbox.pick(now, sandbox.look(now), context.report.graspable_ids[-1])
+        return make_planner("random").decide(context, rng)
+
+
+@pytest.fixture(scope="module")
+def sandbox():
+    robot, workspace = load_robot(), Workspace()
+    pipeline, motion = default_pipeline(robot, workspace), OmplMotionPlanner(robot, workspace)
+    with open_sandbox(load_problem(PROBLEM), robot, pipeline, motion, EpisodeConfig(PICKS, SEED)) as sandbox:
+        yield sandbox
+
+
+def _digest(look):
+    return event_line(Looked(0, look, 0.0, None))["digest"]
+
+
+def _trial(planner, directory, listeners=()):
+    trial = run_trial(
+        TrialSpec(PROBLEM, planner, SEED, PICKS), directory, listeners=listeners, say=lambda text: None
+    )
+    lines = (trial.directory / "events.jsonl").read_text().splitlines()
+    return [without_seconds(json.loads(line)) for line in lines]
+
+
+def test_a_trial_and_the_sandbox_go_the_same_way_and_do_not_disturb_each_other(sandbox, tmp_path):
+    seen, done = [], []
+
+    def listen(event):
+        if isinstance(event, Looked):
+            seen.append(_digest(event.look))
+        if isinstance(event, Executed):
+            done.append(event.outcome)
+
+    Spy.moments.clear()
+    spied = _trial(f"{__name__}:Spy", tmp_path / "spied", [listen])
+    assert spied == _trial("random", tmp_path / "plain")
+
+    moment = sandbox.begin()
+    for digest, outcome, real in zip(seen, done, Spy.moments, strict=True):
+        assert moment.same_as(real)
+        look = sandbox.look(moment)
+        assert _digest(look) == digest
+        sandbox.look_without(moment, look.context.report.graspable_ids[:2])
+        moment = sandbox.pick(moment, look, outcome.object_id)
+        assert moment.episode.outcomes[-1] == outcome
+
+
+def test_a_look_without_objects_is_about_the_look_after_picking_them(sandbox):
+    start = sandbox.begin()
+    look = sandbox.look(start)
+    k = look.context.report.graspable_ids[0]
+    guess = set(sandbox.look_without(start, [k]).context.scene.ids)
+    after = sandbox.pick(start, look, k)
+    assert after.episode.outcomes[-1].delivered
+    assert len(guess ^ set(sandbox.look(after).context.scene.ids)) <= 1
+    assert k not in guess
+
+
+def test_a_pick_of_nothing_changes_nothing_but_the_count(sandbox):
+    start = sandbox.begin()
+    passed = sandbox.pick(start, sandbox.look(start), None)
+    assert passed.episode.pick == 1
+    assert (passed.robot.world == start.robot.world).all()
+    assert not passed.same_as(start)
+
+
+def test_privileged_planners_are_known_to_trials_alone():
+    assert isinstance(make_trial_planner("oracle"), PrivilegedPlanner)
+    assert not isinstance(make_trial_planner("random"), PrivilegedPlanner)
+    with pytest.raises(UnknownNameError, match="Did you mean 'oracle'"):
+        make_trial_planner("oracel")
+    with pytest.raises(UnknownNameError):
+        make_planner("oracle")

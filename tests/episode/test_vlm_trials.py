@@ -1,0 +1,102 @@
+"""Whole trials with a VLM planner against a fake server: recorded, replayed, errored; no secret in their folders."""
+
+import base64
+import json
+from dataclasses import replace
+
+import pytest
+
+from torc.episode.event_log import without_seconds
+from torc.episode.trial import TrialSpec, run_trial
+from torc.errors import InputError
+from torc.testing.vlm_server import FakeVlmServer
+from torc.testing.vlm_wire_formats import Fail, Say
+from torc.vlm.cache import CacheConfig, CacheMode
+from torc.vlm.config import VlmConfig
+from torc.vlm.keys import OWN_SERVER_VARIABLE
+
+KEY = "key-of-these-tests-0123456789"
+SPEC = TrialSpec("structured-04", "vlm-select", seed=3, max_picks=1)
+
+
+@pytest.fixture(autouse=True)
+def key(monkeypatch):
+    monkeypatch.setenv(OWN_SERVER_VARIABLE, KEY)
+
+
+def _silent(text):
+    pass
+
+
+def _spec(server):
+    return replace(SPEC, vlm=VlmConfig("openai", "some-model", server.url, retries=1, retry_wait_s=0.0))
+
+
+def _log(directory):
+    return [
+        without_seconds(json.loads(line)) for line in (directory / "events.jsonl").read_text().splitlines()
+    ]
+
+
+def _assert_no_secret(directory, images):
+    """Neither the key nor a piece of an image as it was sent is in any file."""
+    pieces = [KEY.encode(), *(base64.b64encode(png)[300:360] for png in images)]
+    for file in directory.rglob("*"):
+        if file.is_file():
+            assert not any(piece in file.read_bytes() for piece in pieces), file
+
+
+def test_a_trial_is_recorded_and_replays_without_a_server(tmp_path, monkeypatch):
+    cache = CacheConfig(tmp_path / "cache")
+    with FakeVlmServer("openai", [Say(f"your key {KEY}"), Say("[1"), Say("No.")], KEY) as server:
+        spec = _spec(server)
+        first = run_trial(spec, tmp_path / "a", vlm_cache=cache, say=_silent)
+        images = [png for asked in server.asked for png in asked.images]
+    assert first.result["status"] == "completed"
+    assert first.result["outcomes"] == ["no valid choice"]
+    assert len(images) == 3
+    _assert_no_secret(tmp_path, images)
+    assert json.loads((tmp_path / "a" / "spec.json").read_text())["vlm"]["model"] == "some-model"
+    monkeypatch.delenv(OWN_SERVER_VARIABLE)
+    replay = replace(cache, mode=CacheMode.REPLAY)
+    run_trial(spec, tmp_path / "b", vlm_cache=replay, say=_silent)
+    assert _log(tmp_path / "a") == _log(tmp_path / "b")
+    missed = run_trial(replace(spec, seed=4), tmp_path / "c", vlm_cache=replay, say=_silent)
+    assert missed.result["status"] == "errored"
+    assert "holds no reply" in missed.result["error"]
+
+
+def test_a_server_that_fails_makes_the_trial_errored(tmp_path):
+    with FakeVlmServer("openai", [Fail(500, f"I was sent {KEY}")], KEY) as server:
+        trial = run_trial(_spec(server), tmp_path / "a", say=_silent)
+        images = [png for asked in server.asked for png in asked.images]
+    assert trial.result["status"] == "errored"
+    assert "server error" in trial.result["error"]
+    assert "picks" not in trial.result
+    assert len(images) == 2
+    _assert_no_secret(tmp_path, images)
+
+
+def test_what_cannot_be_asked_is_refused_before_anything_is_run(tmp_path):
+    with pytest.raises(InputError, match="--vlm"):
+        run_trial(SPEC, tmp_path / "a", say=_silent)
+    with pytest.raises(InputError, match="no VLM cache"):
+        run_trial(
+            replace(SPEC, vlm=VlmConfig("gemini", "m")),
+            tmp_path / "a",
+            vlm_cache=CacheConfig(tmp_path / "none", CacheMode.REPLAY),
+            say=_silent,
+        )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_directories_of_different_models_do_not_collide():
+    names = {
+        replace(SPEC, vlm=vlm).default_name
+        for vlm in (None, VlmConfig("openai", "hub/a:4b"), VlmConfig("openai", "b"))
+    }
+    assert names == {
+        "structured-04-vlm-select-3",
+        "structured-04-vlm-select-hub-a-4b-3",
+        "structured-04-vlm-select-b-3",
+    }

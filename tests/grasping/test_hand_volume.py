@@ -1,0 +1,40 @@
+"""Points inside the gripper, against its boxes from the description."""
+
+import numpy as np
+import pytest
+from hand_reference import in_open_palm, in_swept_fingers
+
+from torc.grasping.hand import FINGER_Z, reach_at
+from torc.grasping.hand_volume import hand_bounds, in_fingers, in_palm
+
+
+@pytest.mark.parametrize("width", [0.002, 0.03, 0.07])
+def test_the_finger_sweep_is_that_of_the_boxes_moved_through_all_openings(gripper, hand, rng, width):
+    points = rng.uniform((-0.08, -0.02, -0.08), (0.08, 0.02, 0.01), (4000, 3))
+    shift = -reach_at(hand.reach_m, width)
+    found = np.array([in_fingers(*p, width, shift, 0.0, 0.0, 0.0, hand.sizes, hand.reach_m) for p in points])
+    expected = in_swept_fingers(gripper, points, width, -0.0003, steps=300)
+    # The kernel leaves nothing out, and adds at most what the arc's rear leaves free.
+    assert not np.any(expected & ~found & (points[:, 2] > shift - hand.sizes[FINGER_Z]))
+    assert np.mean(found & ~in_swept_fingers(gripper, points, width, 0.0015, steps=300)) < 0.05
+    assert expected.sum() > 100
+
+
+@pytest.mark.parametrize("width", [0.0, 0.05])
+def test_the_palm_lies_within_its_boxes_and_fills_most_of_them(gripper, hand, rng, width):
+    points = rng.uniform((-0.08, -0.04, -0.20), (0.08, 0.04, 0.01), (4000, 3))
+    shift = -reach_at(hand.reach_m, width)
+    found = np.array([in_palm(*p, shift, 0.0, hand.palm_ranges) for p in points])
+    # The kernel takes the gripper as symmetric, and leaning links as slender.
+    assert not np.any(found & ~in_open_palm(gripper, points, width, 0.0015))
+    assert np.mean(found) > 0.6 * np.mean(in_open_palm(gripper, points, width))
+
+
+def test_the_bounds_hold_every_point_of_the_gripper(gripper, hand, rng):
+    low, high = hand_bounds(hand, 0.0)
+    points = rng.uniform(-0.25, 0.25, (20_000, 3))
+    inside = np.all((points >= low - 1e-9) & (points <= high + 1e-9), axis=1)
+    for width in (0.0, 0.04, gripper.max_width_m):
+        met = in_swept_fingers(gripper, points, width, -1e-6) | in_open_palm(gripper, points, width, -1e-6)
+        assert np.count_nonzero(met) > 20
+        assert not np.any(met & ~inside)

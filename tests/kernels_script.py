@@ -1,0 +1,72 @@
+"""Rehearses, then plays, in a process of its own whose numba cache is empty; prints what was compiled when, as JSON.
+
+Arguments: an empty directory, then problem,planner,noise of each trial.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from torc.brain import decide_frame, load_frame, rehearse
+from torc.episode.loop import rehearse as rehearse_episode
+from torc.episode.steps import EpisodeParts
+from torc.episode.trial import TrialSpec, run_trial
+from torc.motion.config import MotionConfig
+from torc.motion.planner import OmplMotionPlanner, with_backend
+from torc.pipeline.defaults import default_pipeline
+from torc.records import Observation
+from torc.robots.description import load_robot
+from torc.scenes.workspace import Workspace
+from torc.task_planning.registry import make_planner
+from torc.testing.fake_episode import FakeRobot
+from torc.testing.kernels import all_signatures, compiled_since
+from torc.testing.synthetic import random_clutter, synthetic_observation
+
+
+def main(directory: Path, trials: list[str]) -> dict[str, object]:
+    robot, workspace = load_robot(), Workspace()
+    shapes = random_clutter(np.random.default_rng(0), 9)
+    motion = OmplMotionPlanner(robot, workspace)
+    planner = make_planner("dg-select")
+    rehearse_episode(
+        EpisodeParts(FakeRobot(robot, shapes), default_pipeline(robot, workspace), planner, motion)
+    )
+    rehearsed = all_signatures()
+    announced: list[str] = []
+    for spec in trials:
+        problem, name, noise = spec.split(",")
+        trial = run_trial(
+            TrialSpec(problem, name, noise=noise == "noise"),
+            directory / spec,
+            say=announced.append,
+        )
+        if trial.result["status"] != "completed":
+            raise RuntimeError(trial.result)
+    played = compiled_since(rehearsed)
+    frame = load_frame(write_frame(directory / "frame.npz", synthetic_observation(shapes, workspace.camera)))
+    rehearse(frame, planner)
+    before = all_signatures()
+    decide_frame(frame, planner)
+    decided = compiled_since(before)
+    numba_search = OmplMotionPlanner(robot, workspace, with_backend(MotionConfig(), "numba"))
+    rehearse_episode(
+        EpisodeParts(FakeRobot(robot, shapes), default_pipeline(robot, workspace), planner, numba_search)
+    )
+    never = sorted(name for name, signatures in all_signatures().items() if not signatures)
+    return {"played": played, "decided": decided, "announced": announced, "never": never}
+
+
+def write_frame(path: Path, o: Observation) -> Path:
+    """The file as somebody else's recorder may write it: 64-bit depth, a label per object from 1, 0 the background."""
+    labels = np.maximum(o.label_image, -1) + 1
+    depth_m = np.asfortranarray(o.depth_m.astype(np.float64))
+    np.savez(
+        path, rgb=o.rgb, depth_m=depth_m, K=o.K, T_world_camera=o.T_world_camera, labels=labels, target=1
+    )
+    return path
+
+
+if __name__ == "__main__":
+    print(json.dumps(main(Path(sys.argv[1]), sys.argv[2:])))

@@ -1,0 +1,159 @@
+"""Every way a frame can be broken is refused, with the file, the key and a remedy."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from frame_makers import directory, npz, observe
+from PIL import Image
+
+from torc.errors import InputError
+from torc.pipeline.frames import load_frame
+
+
+def flipped() -> np.ndarray:
+    T = observe().T_world_camera.copy()
+    T[:3, 1:3] *= -1
+    return T
+
+
+def lowered(z: float) -> np.ndarray:
+    T = observe().T_world_camera.copy()
+    T[2, 3] = z
+    return T
+
+
+def many_labels() -> np.ndarray:
+    labels = observe().label_image.copy()
+    labels.flat[:70] = np.arange(100, 170)
+    return labels
+
+
+BROKEN_ARRAYS: dict[str, tuple[Callable[[], dict[str, Any]], str]] = {
+    "no rgb": (lambda: {"rgb": None}, "lacks rgb"),
+    "no depth": (lambda: {"depth_m": None}, "lacks depth_m"),
+    "grey rgb": (lambda: {"rgb": observe().rgb[..., 0]}, "key rgb"),
+    "float rgb": (lambda: {"rgb": observe().rgb / 255}, "uint8"),
+    "float labels": (lambda: {"labels": observe().label_image * 1.0}, "key labels"),
+    "sizes differ": (lambda: {"labels": observe().label_image[:-1]}, "sizes differ"),
+    "tiny": (lambda: {"rgb": observe().rgb[:4, :4]}, "4x4 pixels"),
+    "depth zero": (lambda: {"depth_m": 0 * observe().depth_m}, "depth is empty"),
+    "depth NaN": (lambda: {"depth_m": np.nan * observe().depth_m}, "depth is empty"),
+    "depth negative": (lambda: {"depth_m": -observe().depth_m}, "negative"),
+    "depth in mm": (lambda: {"depth_m": 1000 * observe().depth_m}, "unit or scale"),
+    "integer depth_m": (lambda: {"depth_m": np.ones((240, 320), np.uint16)}, "depth_scale"),
+    "byte depth": (lambda: {"depth_m": None, "depth": np.ones((240, 320), np.uint8)}, "16 bits"),
+    "absurd scale": (
+        lambda: {"depth_m": None, "depth": np.ones((240, 320), np.uint16), "depth_scale": 5.0},
+        "depth_scale is 5.0",
+    ),
+    "K of another size": (lambda: {"K": np.diag([30000.0, 30000.0, 1.0])}, "key K"),
+    "K is NaN": (lambda: {"K": np.full((3, 3), np.nan)}, "key K"),
+    "K transposed": (lambda: {"K": observe().K.T}, "key K"),
+    "pose of wrong shape": (lambda: {"T_world_camera": np.eye(3)}, "4x4 finite"),
+    "pose scaled": (lambda: {"T_world_camera": np.diag([2.0, 2, 2, 1])}, "not a rotation"),
+    "pose mirrored": (lambda: {"T_world_camera": np.diag([-1.0, 1, 1, 1])}, "not a rotation"),
+    "pose transposed": (lambda: {"T_world_camera": observe().T_world_camera.T}, "pose"),
+    "pose in OpenGL's axes": (lambda: {"T_world_camera": flipped()}, "OpenGL"),
+    "camera below the table": (lambda: {"support_z_m": 1.5}, "below the support"),
+    "camera far above": (
+        lambda: {"T_world_camera": lowered(8.0), "support_z_m": 1.05},
+        "does not see the workspace",
+    ),
+    "no object": (lambda: {"labels": np.full((240, 320), -1)}, "no object"),
+    "objects without depth": (
+        lambda: {"depth_m": np.where(observe().label_image < 0, observe().depth_m, 0), "support_z_m": 1.05},
+        "no labelled pixel has a depth",
+    ),
+    "too far away": (
+        lambda: {
+            "depth_m": np.where(observe().label_image < 0, observe().depth_m, 12.0).astype(np.float32),
+            "support_z_m": 1.05,
+        },
+        "12.00 m from the camera; readings from 0.1 to 10 m",
+    ),
+    "too close": (
+        lambda: {"depth_m": np.full((240, 320), 0.06, np.float32), "support_z_m": 1.05},
+        "0.06 m from the camera",
+    ),
+    "misspelt key": (lambda: {"suport_z_m": 1.05}, "Did you mean 'support_z_m'"),
+    "misspelt depth scale": (lambda: {"depth_scal": 0.001}, "Did you mean 'depth_scale'"),
+    "no background": (lambda: {"labels": np.where(observe().label_image < 0, 5, 0)}, "support_z_m"),
+    "too many objects": (lambda: {"labels": many_labels()}, "73 instances"),
+    "odd negative label": (lambda: {"labels": np.where(observe().label_image == 1, -7, -1)}, "negative"),
+    "target not in labels": (lambda: {"target": 9}, "label 9 has no pixel"),
+    "target is a fraction": (lambda: {"target": 0.5}, "not a whole number"),
+    "target is a list": (lambda: {"target": np.arange(3)}, "key target"),
+    "support is NaN": (lambda: {"support_z_m": np.nan}, "key support_z_m"),
+    "description is a number": (lambda: {"target_description": 3}, "target_description"),
+    "half a grid": (lambda: {"grid_shape": np.ones(3)}, "grid needs all"),
+    "huge grid": (
+        lambda: {"grid_origin": np.zeros(3), "grid_voxel_size_m": 0.01, "grid_shape": np.full(3, 900)},
+        "20 million",
+    ),
+    "Python objects": (lambda: {"target_description": np.array({"a": 1}, dtype=object)}, "Python objects"),
+}
+
+
+@pytest.mark.parametrize("fault", BROKEN_ARRAYS)
+def test_broken_arrays_are_refused_with_their_name(tmp_path: Path, fault: str) -> None:
+    changes, text = BROKEN_ARRAYS[fault]
+    path = npz(tmp_path, **changes())
+    with pytest.raises(InputError, match=text) as caught:
+        load_frame(path)
+    assert str(path) in str(caught.value)
+
+
+BROKEN_JSON: dict[str, tuple[dict[str, Any], str]] = {
+    "misspelt key": ({"suport_z_m": 1.0}, "Did you mean 'support_z_m'"),
+    "no intrinsics": ({"intrinsics": None}, "intrinsics"),
+    "intrinsics are text": ({"intrinsics": {"fx": "a", "fy": 1, "cx": 1, "cy": 1}}, "intrinsics.fx"),
+    "no pose": ({"camera_pose": None}, "lacks camera_pose"),
+    "pose without position": ({"camera_pose": {"wxyz": [1, 0, 0, 0]}}, "position"),
+    "no unit quaternion": ({"camera_pose": {"position": [0, 0, 1], "wxyz": [5, 0, 0, 0]}}, "unit quaternion"),
+    "ragged pose": ({"camera_pose": [[1, 2], [3]]}, "4x4 finite"),
+    "scale is text": ({"depth_scale_m": "mm"}, "depth_scale_m"),
+    "names are a list": ({"names": [1, 2]}, "key names"),
+    "future version": ({"version": 3}, "version 3"),
+    "grid is a number": ({"grid": 3}, "key grid"),
+    "background is text": ({"background": "none"}, "key background"),
+}
+
+
+@pytest.mark.parametrize("fault", BROKEN_JSON)
+def test_broken_json_is_refused_with_its_key(tmp_path: Path, fault: str) -> None:
+    changes, text = BROKEN_JSON[fault]
+    with pytest.raises(InputError, match=text) as caught:
+        load_frame(directory(tmp_path, **changes))
+    assert "frame.json" in str(caught.value) or "depth.png" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["rgb.png", "depth.png", "labels.png", "frame.json"])
+@pytest.mark.parametrize("content", [None, b"", b"\x00not a picture, not json\xff" * 9])
+def test_files_missing_or_unreadable(tmp_path: Path, name: str, content: bytes | None) -> None:
+    folder = directory(tmp_path)
+    (folder / name).unlink()
+    if content is not None:
+        (folder / name).write_bytes(content)
+    with pytest.raises(InputError, match=name):
+        load_frame(folder)
+
+
+def test_colour_coded_labels_and_byte_depth_are_refused(tmp_path: Path) -> None:
+    folder = directory(tmp_path)
+    Image.fromarray(observe().rgb).save(folder / "labels.png")
+    with pytest.raises(InputError, match=r"labels\.png.*colour-coded"):
+        load_frame(folder)
+    Image.fromarray(np.ones((240, 320), np.uint8)).save(folder / "depth.png")
+    with pytest.raises(InputError, match=r"depth\.png.*16 bits"):
+        load_frame(folder)
+
+
+def test_truncated_images_are_refused(tmp_path: Path) -> None:
+    folder = directory(tmp_path)
+    whole = (folder / "depth.png").read_bytes()
+    (folder / "depth.png").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match=r"depth\.png"):
+        load_frame(folder)

@@ -1,0 +1,108 @@
+"""Saved frames: round trips, and files that cannot be read or written."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from frame_makers import directory, npz, observe
+
+from torc.errors import InputError
+from torc.perception.privileged import LabelPerception
+from torc.pipeline.frames import Frame, load_frame, save_frame
+from torc.records import ROBOT
+
+
+def same(a: Frame, b: Frame, depth_tolerance_m: float = 0.0) -> None:
+    np.testing.assert_array_equal(a.observation.rgb, b.observation.rgb)
+    np.testing.assert_array_equal(a.observation.label_image, b.observation.label_image)
+    np.testing.assert_allclose(a.observation.depth_m, b.observation.depth_m, atol=depth_tolerance_m)
+    np.testing.assert_allclose(a.observation.K, b.observation.K)
+    np.testing.assert_allclose(a.observation.T_world_camera, b.observation.T_world_camera)
+    assert (a.target_id, a.target_description, a.support_z_m) == (
+        b.target_id,
+        b.target_description,
+        b.support_z_m,
+    )
+    np.testing.assert_allclose(a.grid.origin, b.grid.origin)
+    assert (a.grid.voxel_size_m, a.grid.shape) == (b.grid.voxel_size_m, b.grid.shape)
+
+
+@pytest.mark.parametrize("target", [0, "hidden", 2])
+@pytest.mark.parametrize("name", ["frame.npz", "frame"])
+def test_what_is_saved_is_loaded(tmp_path: Path, name: str, target: int | str) -> None:
+    labels = observe().label_image.copy()
+    labels[-20:, :30] = ROBOT
+    first = load_frame(
+        npz(tmp_path, labels=labels, target=target, target_description="the blue can", support_z_m=1.05)
+    )
+    save_frame(tmp_path / "out" / name, first)
+    again = load_frame(tmp_path / "out" / name)
+    same(first, again, 0.0 if name.endswith("npz") else 0.0000501)
+    assert (again.observation.label_image == ROBOT).sum() == 600
+
+
+def test_both_forms_tell_the_same(tmp_path: Path) -> None:
+    a, b = load_frame(npz(tmp_path, support_z_m=1.05)), load_frame(directory(tmp_path, support_z_m=1.05))
+    np.testing.assert_array_equal(a.observation.label_image == 0, b.observation.label_image == 0)
+    np.testing.assert_allclose(a.observation.depth_m, b.observation.depth_m, atol=0.0006)
+    np.testing.assert_allclose(a.observation.T_world_camera, b.observation.T_world_camera, atol=1e-9)
+    assert dict(b.names) == {0: "red mug", 2: "box"}
+    assert dict(b.labels) == {0: 1, 2: 2, 3: 3}
+
+
+def test_perception_accepts_what_is_loaded(tmp_path: Path) -> None:
+    scene = LabelPerception().perceive(load_frame(npz(tmp_path)).observation)
+    assert scene.ids == (0, 1, 2)
+    assert scene.target_id == 0
+
+
+def test_missing_readings_may_be_nan_or_infinite(tmp_path: Path) -> None:
+    depth = observe().depth_m.copy()
+    depth[:20], depth[20:40] = np.nan, np.inf
+    frame = load_frame(npz(tmp_path, depth_m=depth))
+    assert not frame.observation.depth_m[:40].any()
+
+
+def test_other_arrays_in_the_file_do_no_harm(tmp_path: Path) -> None:
+    extra = {
+        "normals": np.zeros((240, 320, 3)),
+        "depth_mm": np.zeros((240, 320), np.uint16),
+        "label": np.zeros(3),
+    }
+    same(load_frame(npz(tmp_path)), load_frame(npz(tmp_path, **extra)))
+
+
+def test_integer_depth_has_a_scale(tmp_path: Path) -> None:
+    depth = np.round(observe().depth_m * 4000).astype(np.uint16)
+    frame = load_frame(npz(tmp_path, depth_m=None, depth=depth, depth_scale=0.00025))
+    np.testing.assert_allclose(frame.observation.depth_m, observe().depth_m, atol=0.00013)
+
+
+def test_no_frame_at_all(tmp_path: Path) -> None:
+    (tmp_path / "frame.txt").write_text("hello")
+    (tmp_path / "frame.npz").write_bytes(b"hello")
+    for name, text in {"nothing": "no frame", "frame.txt": "neither", "frame.npz": "Cannot read"}.items():
+        with pytest.raises(InputError, match=text):
+            load_frame(tmp_path / name)
+    truncated = npz(tmp_path).read_bytes()
+    (tmp_path / "half.npz").write_bytes(truncated[: len(truncated) // 2])
+    with pytest.raises(InputError, match=r"half\.npz"):
+        load_frame(tmp_path / "half.npz")
+
+
+def test_arrays_that_would_fill_the_memory_are_refused_unread(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("torc.pipeline.frames.npz_form.MAX_ARRAY_BYTES", 1000)
+    with pytest.raises(InputError, match="larger than"):
+        load_frame(npz(tmp_path))
+
+
+def test_what_cannot_be_saved_says_so(tmp_path: Path) -> None:
+    frame = load_frame(npz(tmp_path))
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="Cannot write"):
+        save_frame(tmp_path / "file" / "frame", frame)
+    with pytest.raises(InputError, match="label image"):
+        save_frame(tmp_path / "x", replace(frame, observation=replace(frame.observation, label_image=None)))

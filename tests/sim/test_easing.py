@@ -1,0 +1,51 @@
+"""Objects that start inside each other come apart and nothing flies."""
+
+import numpy as np
+from sim_scenes import TABLE_Z, UPRIGHT, problem, row, world_of
+
+from torc.scenes.problem import ObjectPlacement
+from torc.scenes.workspace import Workspace
+from torc.sim.easing import EaseConfig, deepest_overlap_m, ease_apart
+from torc.sim.settling import settle
+from torc.sim.world import build_world
+
+
+def _overlapping(depth_m: float):
+    """Two cans side by side, one pushed into the other, and one sunk into the table."""
+    radius = 0.033
+    z = TABLE_Z + 0.0515
+    cans = (
+        ObjectPlacement("a", "soup_can_red", (0.60, -0.10, z), UPRIGHT),
+        ObjectPlacement("b", "soup_can_red", (0.60, -0.10 + 2 * radius - depth_m, z), UPRIGHT),
+        ObjectPlacement("c", "soup_can_red", (0.75, -0.10, z - depth_m), UPRIGHT),
+    )
+    return build_world(problem(*cans), None, Workspace())
+
+
+def test_overlapping_cans_come_apart_and_keep_standing():
+    world = _overlapping(0.02)
+    before = world.positions
+    report = ease_apart(world)
+    assert report.before_m > 0.015
+    assert report.after_m <= EaseConfig().depth_m
+    assert np.abs(world.velocities).max() == 0.0
+    moved = np.linalg.norm(world.positions - before, axis=1)
+    assert moved.max() < 0.03
+    assert settle(world).settled
+    upright = 1 - 2 * (world.wxyz[:, 1] ** 2 + world.wxyz[:, 2] ** 2)
+    assert upright.min() > 0.99
+
+
+def test_what_does_not_overlap_is_left_alone():
+    world = world_of(*row("soup_can_red", "mug_red"))
+    before = world.positions
+    report = ease_apart(world)
+    assert report.steps == 0
+    assert np.array_equal(world.positions, before)
+
+
+def test_it_gives_up_after_the_steps_given():
+    world = _overlapping(0.02)
+    report = ease_apart(world, EaseConfig(max_steps=3))
+    assert report.steps == 3
+    assert report.after_m == deepest_overlap_m(world) > EaseConfig().depth_m

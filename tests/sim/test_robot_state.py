@@ -1,0 +1,100 @@
+"""A robot that goes on from a saved state does what it would have done, to the last bit."""
+
+import numpy as np
+import pytest
+from sim_scenes import row, world_of
+from test_robot import ROBOT, plan_for
+
+from torc.errors import InputError, PhysicsError
+from torc.records import PickResult
+from torc.sim.camera import SimulatedCamera
+from torc.sim.robot import SimulatedRobot
+from torc.sim.world import Presence
+
+
+def _same(a, b):
+    return np.array_equal(a.world, b.world) and (a.grip, a.stepper) == (b.grip, b.stepper)
+
+
+@pytest.fixture
+def objects():
+    return row("carton", "soup_can_red", "mug_red")
+
+
+@pytest.fixture
+def robot(objects):
+    return SimulatedRobot(world_of(*objects, robot=ROBOT))
+
+
+def test_a_pick_from_a_restored_state_is_the_same_pick_whatever_was_done_in_between(robot, objects):
+    robot.execute(plan_for(robot.world, 1))
+    saved, plan = robot.save(), plan_for(robot.world, 0)
+    outcome = robot.execute(plan)
+    after = robot.save()
+    other = SimulatedRobot(world_of(*objects, robot=ROBOT))
+    other.execute(plan_for(other.world, 2))
+    for again in (robot, other):
+        again.restore(saved)
+        assert _same(again.save(), saved)
+        assert again.execute(plan) == outcome
+        assert _same(again.save(), after)
+
+
+def test_a_gripper_that_holds_on_holds_on_with_the_same_force(robot, objects):
+    robot.gripper.close(7.0)
+    saved = robot.save()
+    robot._stepper.run(0.2)
+    after = robot.save()
+    other = SimulatedRobot(world_of(*objects, robot=ROBOT))
+    other.restore(saved)
+    assert other.gripper.closed
+    other._stepper.run(0.2)
+    assert _same(other.save(), after)
+
+
+def test_the_watchdog_looks_again_at_the_same_times(robot):
+    robot._stepper.step()
+    saved = robot.save()
+    assert saved.stepper.count == 1
+    robot._stepper.run(0.1)
+    robot.restore(saved)
+    assert robot.save().stepper == saved.stepper
+
+
+def test_a_broken_simulation_is_forgotten(robot):
+    saved = robot.save()
+    robot._stepper.run(0.1)
+    after = robot.save()
+    robot.restore(saved)
+    robot.world.data.qvel[:] = np.nan
+    with pytest.raises(PhysicsError):
+        robot._stepper.run(0.1)
+    robot.restore(saved)
+    robot._stepper.run(0.1)
+    assert _same(robot.save(), after)
+
+
+def test_a_state_of_another_world_is_refused(robot):
+    other = SimulatedRobot(world_of(*row("carton"), robot=ROBOT))
+    with pytest.raises(InputError, match="other objects"):
+        other.restore(robot.save())
+
+
+def test_removed_objects_are_gone_and_what_they_carried_comes_down(robot):
+    world = robot.world
+    top = world.positions[0] + np.array([0, 0, 0.14])
+    world.set_object_pose(1, top, np.array([1.0, 0, 0, 0]))
+    robot.remove([0])
+    assert world.presence.tolist() == [Presence.DELIVERED, Presence.PRESENT, Presence.PRESENT]
+    assert world.positions[1, 2] < top[2] - 0.05
+    assert world.speeds().max() < 0.1
+    assert robot.execute(plan_for(world, 2)).result is not PickResult.RETRIEVED
+
+
+def test_without_colour_depth_and_labels_are_the_same(robot):
+    with SimulatedCamera(robot.world) as camera, SimulatedCamera(robot.world, color=False) as plain:
+        full, bare = camera.capture(), plain.capture()
+    assert np.array_equal(full.depth_m, bare.depth_m)
+    assert np.array_equal(full.label_image, bare.label_image)
+    assert full.rgb.shape == bare.rgb.shape
+    assert full.rgb.any()

@@ -1,0 +1,88 @@
+"""Visible fractions: counted pixel by pixel as the renderer counts them, and the world left as it was."""
+
+import numpy as np
+import pytest
+from sim_scenes import problem, standing, world_of
+
+from torc.geometry.transforms import make_pose, rotation_about
+from torc.robots.description import load_robot
+from torc.robots.ik import solve_ik
+from torc.scenes.problem import load_problem
+from torc.scenes.workspace import Workspace
+from torc.sim.gl import gl_backend
+from torc.sim.rendering import CameraRenderer
+from torc.sim.state import save_state
+from torc.sim.visibility import measure_visibility
+from torc.sim.world import Presence, build_world
+
+MOUNT = Workspace().camera
+
+
+def _counts(world, backend):
+    with CameraRenderer(world, MOUNT, backend) as renderer:
+        labels = renderer.render().label_image
+    return np.bincount(labels[labels >= 0], minlength=world.object_count)
+
+
+@pytest.fixture(scope="module")
+def cluttered():
+    return build_world(load_problem("unstructured-01"), None, Workspace())
+
+
+def test_pixels_are_those_of_the_picture(cluttered):
+    counted = measure_visibility(cluttered, MOUNT)
+    assert counted.pixels.tolist() == _counts(cluttered, "rays").tolist()
+    if gl_backend() != "rays":
+        assert np.abs(counted.pixels - _counts(cluttered, gl_backend())).max() <= 8
+
+
+def test_pixels_alone_are_those_of_the_picture_without_the_others(cluttered):
+    counted = measure_visibility(cluttered, MOUNT)
+    whole = load_problem("unstructured-01")
+    for i in (0, 3):
+        placement = whole.ordered()[i]
+        alone = build_world(problem(placement), None, Workspace())
+        assert counted.pixels_alone[i] == _counts(alone, "rays")[0]
+
+
+def test_a_picture_at_hand_saves_rays_and_changes_nothing(cluttered):
+    with CameraRenderer(cluttered, MOUNT, "rays") as renderer:
+        labels = renderer.render().label_image
+    a, b = measure_visibility(cluttered, MOUNT), measure_visibility(cluttered, MOUNT, labels)
+    assert a.pixels.tolist() == b.pixels.tolist()
+    assert a.pixels_alone.tolist() == b.pixels_alone.tolist()
+
+
+def test_the_world_is_as_before(cluttered):
+    before = save_state(cluttered)
+    measure_visibility(cluttered, MOUNT)
+    assert np.array_equal(before, save_state(cluttered))
+
+
+def test_fractions_where_they_are_known():
+    world = world_of(
+        standing("free", "soup_can_red", 0.60, 0.10),
+        standing("front", "cereal_box_yellow", 0.56, -0.20),
+        standing("behind", "die_red", 0.64, -0.22),
+        standing("gone", "apple_red", 0.80, 0.10),
+    )
+    world.park(3, Presence.DROPPED)
+    seen = measure_visibility(world, MOUNT)
+    assert seen.fractions[0] == 1.0
+    assert seen.fractions[1] == 1.0
+    assert seen.fractions[2] == 0.0
+    assert seen.pixels_alone[2] > 50
+    assert seen.fractions[3] == 0.0
+    assert seen.pixels_alone[3] == 0
+    assert world.presence[3] == Presence.DROPPED
+
+
+def test_the_robot_hides_objects_too():
+    world = build_world(load_problem("structured-01"), load_robot(), Workspace())
+    bare = build_world(load_problem("structured-01"), None, Workspace())
+    a, b = measure_visibility(world, MOUNT), measure_visibility(bare, MOUNT)
+    assert a.pixels.tolist() == b.pixels.tolist()  # at rest the arm is out of the picture
+    in_view = make_pose(rotation_about((1, 0, 0), np.pi), (0.6, -0.1, 1.35))
+    for name, q in zip(world.robot.arm.joint_names, solve_ik(world.robot.arm, in_view[None]).qpos[0, 0]):
+        world.data.joint(name).qpos[:] = q
+    assert measure_visibility(world, MOUNT).pixels.sum() < b.pixels.sum()

@@ -1,0 +1,117 @@
+"""Whatever a planner does, asking it ends in a decision or in an error that says what is wrong."""
+
+import json
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from torc.errors import InputError, PlannerError
+from torc.records import Decision
+from torc.records.serialization import to_plain
+from torc.task_planning.asking import ask_planner, rehearse_planner
+from torc.task_planning.registry import make_planner
+from torc.testing.contexts import open_context
+
+GOOD = Decision(0, "it is the target")
+
+
+class _Answers:
+    name = "theirs"
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def decide(self, context, rng):
+        return self.answer()
+
+
+def _ask(answer):
+    return ask_planner(_Answers(answer), open_context(), np.random.default_rng(0))
+
+
+def _raise(error):
+    raise error
+
+
+def _endless():
+    data = {}
+    data["again"] = data
+    return data
+
+
+def test_a_decision_is_handed_on():
+    assert _ask(lambda: GOOD) is not None
+    assert _ask(lambda: GOOD) == GOOD
+    assert _ask(lambda: Decision(None, "nothing")).object_id is None
+
+
+@pytest.mark.parametrize("chosen", [np.int64(2), np.int16(2), np.array([2, 3], np.uint8)[0]])
+def test_numpys_integers_become_plain_ones(chosen):
+    decision = _ask(lambda: replace(GOOD, object_id=chosen))
+    assert type(decision.object_id) is int
+    assert json.loads(json.dumps(to_plain(decision)))["object_id"] == 2
+
+
+@pytest.mark.parametrize(
+    ("answer", "text"),
+    [
+        (None, "returned None"),
+        ({"object_id": 0}, "returned a dict"),
+        (0, "returned a int"),
+        (Decision, "returned a type"),
+        (Decision("0", "text"), "object_id is a str"),
+        (Decision(1.0, "half"), "object_id is a float"),
+        (Decision(True, "yes"), "object_id is a bool"),
+        (Decision(np.array([1]), "many"), "object_id is a ndarray"),
+        (replace(GOOD, reason=None), "reason is None"),
+        (replace(GOOD, give_up="no"), "give_up is a str"),
+        (replace(GOOD, attempts="once"), "attempts is a str"),
+        (replace(GOOD, exchanges=("what?",)), "exchanges"),
+        (replace(GOOD, evidence=[1]), "evidence is a list"),
+        (replace(GOOD, evidence={"set": {1, 2}}), "not plain data"),
+        (replace(GOOD, evidence=_endless()), "not plain data"),
+    ],
+)
+def test_what_is_no_decision_is_named(answer, text):
+    with pytest.raises(PlannerError, match=f"'theirs' gave no valid decision.*{text}"):
+        _ask(lambda: answer)
+
+
+@pytest.mark.parametrize("error", [KeyError("mug"), ZeroDivisionError("by zero"), SystemExit(3)])
+def test_a_crash_is_the_planners_and_says_where(error):
+    with pytest.raises(
+        PlannerError, match=rf"'theirs' failed with {type(error).__name__}: .*test_asking\.py"
+    ):
+        _ask(lambda: _raise(error))
+
+
+def test_a_planners_own_clear_error_stays_as_it_is():
+    with pytest.raises(InputError, match=r"^no key$"):
+        _ask(lambda: _raise(InputError("no key")))
+    with pytest.raises(KeyboardInterrupt):
+        _ask(lambda: _raise(KeyboardInterrupt()))
+
+
+def test_a_rehearsal_that_crashes_is_the_planners_too():
+    planner = _Answers(lambda: GOOD)
+    rehearse_planner(planner, open_context())  # it has none
+    planner.warm_up = lambda context: _raise(ValueError("cold"))
+    with pytest.raises(PlannerError, match="ValueError: cold"):
+        rehearse_planner(planner, open_context())
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [
+        ("import sys\nsys.exit(2)", "SystemExit"),
+        ("class Theirs:\n  def __init__(self): self.key = {}['KEY']", "KeyError: 'KEY'"),
+    ],
+)
+def test_a_planner_that_cannot_be_made_is_bad_input(code, text, tmp_path, monkeypatch):
+    (tmp_path / "theirs_unmakable.py").write_text(code)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "theirs_unmakable", raising=False)
+    with pytest.raises(InputError, match=text):
+        make_planner("theirs_unmakable:Theirs")

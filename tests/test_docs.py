@@ -1,0 +1,36 @@
+"""The documentation speaks of what is there."""
+
+import re
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from torc.records import GraspStatus, PickResult, PlanningContext
+from torc.task_planning.graph import EdgeKind
+from torc.task_planning.registry import BUILT_IN
+from torc.testing.planner_conformance import check_planner
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PLANNERS = (ROOT / "docs" / "task_planners.md").read_text()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_links_lead_somewhere(page):
+    for link in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text()):
+        assert link.startswith("http") or (page.parent / link).exists(), link
+
+
+def test_the_page_on_planners_names_all_that_a_planner_meets():
+    words = {f"`{field.name}`" for field in fields(PlanningContext)}
+    words |= {f"`{name}`" for name in BUILT_IN} | {f"*{kind.value}*" for kind in EdgeKind}
+    words |= {f"`{status.name}`" for status in GraspStatus} | {f"`{result.value}`" for result in PickResult}
+    assert {w for w in words if w.lower() not in PLANNERS.lower()} == set()
+
+
+def test_the_planner_on_the_page_conforms():
+    (code,) = re.findall(r"```python\n(from torc.records import Decision.*?)```", PLANNERS, re.DOTALL)
+    names: dict = {}
+    exec(code, names)
+    check_planner(names["Largest"])
