@@ -11,6 +11,7 @@ import numpy as np
 
 from torc.brain import decide_frame, load_frame, rehearse
 from torc.episode.loop import rehearse as rehearse_episode
+from torc.episode.pick_view import view_of
 from torc.episode.steps import EpisodeParts
 from torc.episode.trial import TrialSpec, run_trial
 from torc.motion.config import MotionConfig
@@ -30,9 +31,10 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
     shapes = random_clutter(np.random.default_rng(0), 9)
     motion = OmplMotionPlanner(robot, workspace)
     planner = make_planner("dg-select")
-    rehearse_episode(
+    rehearsal = rehearse_episode(
         EpisodeParts(FakeRobot(robot, shapes), default_pipeline(robot, workspace), planner, motion)
     )
+    view_of(rehearsal.context)
     rehearsed = all_signatures()
     announced: list[str] = []
     for spec in trials:

@@ -268,3 +268,9 @@ def test_reasons_come_most_frequent_first(trial):
     assert why_not(o, {}) == "5 blocked by other objects; 2 out of the arm's reach"
     assert why_not(o, {7: 1, 3: 4}) == "5 blocked by 3 (4), 7 (1); 2 out of the arm's reach"
     assert why_not(replace(o, statuses={}), {}) == "no grasp was found on it"
+
+
+def test_too_many_trials_are_refused_rather_than_cut_off(recorded, monkeypatch):
+    monkeypatch.setattr("torc.web.shelf.MAX_TRIALS", 0)
+    with pytest.raises(InputError, match="further down"):
+        open_shelf(recorded)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from torc.episode.events import Decided, Ended, EpisodeResult, Event, Listener, Started
-from torc.episode.pick_view import view_of
 from torc.episode.state import EndReason, first_state
 from torc.episode.steps import EpisodeConfig, EpisodeParts, Steps, pick_request
 from torc.pipeline.look import Look
@@ -37,14 +36,18 @@ def run_episode(
     return result
 
 
-def rehearse(parts: EpisodeParts) -> None:
-    """Use every kernel of the parts once, on a made-up scene: what is compiled or loaded now is no planning time."""
+def rehearse(parts: EpisodeParts) -> Look:
+    """Use every kernel of the parts once, on a made-up scene: what is compiled or loaded now is no planning time.
+
+    Returns:
+        The look at that scene, for whoever has kernels of his own to rehearse.
+    """
     qpos = parts.robot.description.arm.rest_qpos
     look = rehearse_look(parts.pipeline, qpos)
     rehearse_planner(parts.task_planner, look.context)
-    view_of(look.context)  # what a recorder makes of every look
     for object_id in look.context.scene.ids[:1]:
         warm_up(parts.motion_planner, pick_request(look, object_id))
+    return look
 
 
 class _Episode:

@@ -15,6 +15,7 @@ import torc
 from torc.episode.event_log import result_facts
 from torc.episode.events import Ended, Event, Listener, Started
 from torc.episode.loop import rehearse, run_episode
+from torc.episode.pick_view import view_of
 from torc.episode.planners import make_trial_planner
 from torc.episode.privileged import PrivilegedPlanner, Simulation, open_sandbox
 from torc.episode.recorder import TrialRecorder
@@ -165,7 +166,7 @@ def _play(
             OmplMotionPlanner(robot, workspace),
         )
         with announced_compilation(say):
-            rehearse(parts)
+            view_of(rehearse(parts).context)  # what the recorder makes of every look
         names = tuple(placement.name for placement in problem.ordered())
         started = Started(
             problem.name, planner.name, spec.seed, problem.description, spec.max_picks, names, absent

@@ -10,7 +10,7 @@ from torc.errors import InputError, UnknownNameError
 from torc.web.recorded import LOG, RecordedTrial, read_trial
 from torc.web.trial_lines import ResultFacts, SpecFacts, read_facts
 
-MAX_TRIALS, MAX_DEPTH = 2000, 6
+MAX_TRIALS, MAX_DEPTH = 20_000, 6
 PARTIAL = ".partial"
 
 
@@ -79,9 +79,13 @@ def _trial_directories(root: Path) -> list[Path]:
         here = Path(path)
         if LOG in files:
             found.append(here)
-        if LOG in files or len(here.relative_to(root).parts) >= MAX_DEPTH or len(found) >= MAX_TRIALS:
+        if len(found) > MAX_TRIALS:
+            raise InputError(
+                f"There are more than {MAX_TRIALS:,} trials in '{root}': show a directory further down."
+            )
+        if LOG in files or len(here.relative_to(root).parts) >= MAX_DEPTH:
             below.clear()
-    return found[:MAX_TRIALS]
+    return found
 
 
 def _line(directory: Path, root: Path) -> dict[str, Any]:
