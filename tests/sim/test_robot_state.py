@@ -43,6 +43,7 @@ def test_a_pick_from_a_restored_state_is_the_same_pick_whatever_was_done_in_betw
 def test_a_gripper_that_holds_on_holds_on_with_the_same_force(robot, objects):
     robot.gripper.close(7.0)
     saved = robot.save()
+    robot.restore(saved)
     robot._stepper.run(0.2)
     after = robot.save()
     other = SimulatedRobot(world_of(*objects, robot=ROBOT))

@@ -1,5 +1,7 @@
 """Saved states restore every bit of the future."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from sim_scenes import row, world_of
 from torc.errors import InputError
 from torc.robots.description import load_robot
 from torc.sim.rendering import CameraRenderer
-from torc.sim.state import restore_state, save_state
+from torc.sim.state import refresh, restore_state, save_state
 from torc.sim.world import Presence
 
 
@@ -27,13 +29,61 @@ def world():
 def test_running_on_from_a_restored_state_is_identical(world):
     _run(world)
     saved = save_state(world)
+    refresh(world)
     first = _run(world)
     restore_state(world, saved)
     assert np.array_equal(_run(world), first)
 
 
+@pytest.mark.parametrize("steps", [5, 1000])
+def test_what_sleeps_goes_on_sleeping_and_the_future_is_the_same_in_any_world(world, steps):
+    saved = _run(world, steps)
+    asleep = world.data.tree_asleep.copy()
+    assert (asleep >= 0).any() == (steps == 1000)
+    _run(world, 7)
+    restore_state(world, saved)
+    assert np.array_equal(world.data.tree_asleep, asleep)
+    assert np.array_equal(save_state(world), saved)
+    other = world_of(*row("soup_can_red", "mug_red", "apple_red"), robot=load_robot())
+    restore_state(other, saved)
+    assert np.array_equal(_run(other), _run(world))
+
+
+def test_what_is_derived_from_sleep_is_as_mujoco_derives_it(world):
+    names = ("tree_awake", "body_awake", "ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
+    lists = {
+        "body_awake_ind": "nbody_awake",
+        "parent_awake_ind": "nparent_awake",
+        "dof_awake_ind": "nv_awake",
+    }
+
+    def derived():
+        facts = {name: np.copy(getattr(world.data, name)) for name in names}
+        return facts | {n: getattr(world.data, n)[: getattr(world.data, k)].copy() for n, k in lists.items()}
+
+    saved = _run(world, 1000)
+    as_run = derived()
+    assert 0 < as_run["ntree_awake"] < world.model.ntree
+    restore_state(world, saved)
+    for name, values in derived().items():
+        assert np.array_equal(values, as_run[name]), name
+
+
+def test_who_loses_his_support_wakes_and_falls():
+    can, box = row("soup_can_red", "carton")
+    above = replace(can, position=(*box.position[:2], box.position[2] + 0.13))
+    world = world_of(above, box, robot=load_robot())
+    _run(world, 1500)
+    assert (world.data.tree_asleep[-2:] >= 0).all()
+    high = world.positions[0][2]
+    world.park(1, Presence.DELIVERED)
+    _run(world, 1000)
+    assert world.positions[0][2] < high - 0.05
+
+
 def test_a_state_restores_into_a_world_built_alike(world):
     saved = _run(world)
+    refresh(world)
     other = world_of(*row("soup_can_red", "mug_red", "apple_red"), robot=load_robot())
     restore_state(other, saved)
     assert np.array_equal(save_state(other), saved)

@@ -15,7 +15,7 @@ from torc.sim.camera import SimulatedCamera
 from torc.sim.closing import Closing
 from torc.sim.contacts import ContactReader
 from torc.sim.settling import SettleConfig
-from torc.sim.state import restore_state, save_state
+from torc.sim.state import refresh, restore_state, save_state
 from torc.sim.stepping import Observer, Stepper, StepperConfig, StepperState
 from torc.sim.world import Presence, World
 
@@ -126,6 +126,8 @@ class SimulatedRobot(Closing):
             InputError: the plan does not start where the arm is.
             PhysicsError: the simulation broke.
         """
+        # Whether the state before a pick was restored or reached must not matter for the pick.
+        refresh(self.world)
         start_s = self.world.time_s
         heights_before = self.world.positions[:, 2]
         carried: dict[int, bool] = {}

@@ -15,6 +15,7 @@ from torc.scenes.library import load_object
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import Problem
 from torc.scenes.workspace import Box, Workspace
+from torc.sim.sleeping import wake_all
 from torc.sim.spec import WorldConfig, build_spec, object_body_name
 
 __all__ = ["Presence", "World", "WorldConfig", "build_world"]
@@ -126,6 +127,11 @@ class World:
             raise InputError(f"The orientation of object {object_id} is a zero quaternion.")
         self.data.qpos[self._qpos_at[object_id]] = np.concatenate([position, np.asarray(wxyz) / norm])
         self.data.qvel[self._qvel_at[object_id]] = 0.0
+        self.wake()
+
+    def wake(self) -> None:
+        """Ends the sleep of all objects: they may have lost what they rested on."""
+        wake_all(self.model, self.data)
 
     def on_table(self) -> tuple[int, ...]:
         """Ids of the objects in the scene that did not leave the table, rising: centre above it, or 3 cm beyond."""
