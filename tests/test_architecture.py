@@ -27,6 +27,7 @@ ORDER = [
     "vlm",
     "brain",
     "episode",
+    "gym_env",
     "generation",
     "web",
     "cli",
@@ -88,6 +89,7 @@ def test_imports_point_to_earlier_packages(path):
         ("anthropic", "vlm"),
         ("starlette", "web"),
         ("uvicorn", "web"),
+        ("gymnasium", "gym_env"),
     ],
 )
 def test_extras_are_imported_only_where_they_are_used(library, package):

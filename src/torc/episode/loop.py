@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from torc.episode.events import Decided, Ended, EpisodeResult, Event, Listener, Started
-from torc.episode.steps import EpisodeConfig, EpisodeParts, Steps, pick_request
+from torc.episode.steps import EpisodeConfig, EpisodeParts, PickParts, Steps, pick_request
 from torc.episode.stepwise import Episode
 from torc.pipeline.look import Look
 from torc.pipeline.seeding import stage_rng
@@ -53,9 +53,14 @@ def rehearse(parts: EpisodeParts) -> Look:
     Returns:
         The look at that scene, for whoever has kernels of his own to rehearse.
     """
-    qpos = parts.robot.description.arm.rest_qpos
-    look = rehearse_look(parts.pipeline, qpos)
+    look = rehearse_picks(parts.pick_parts)
     rehearse_planner(parts.task_planner, look.context)
+    return look
+
+
+def rehearse_picks(parts: PickParts) -> Look:
+    """The same without a task planner."""
+    look = rehearse_look(parts.pipeline, parts.robot.description.arm.rest_qpos)
     for object_id in look.context.scene.ids[:1]:
         warm_up(parts.motion_planner, pick_request(look, object_id))
     return look

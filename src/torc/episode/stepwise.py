@@ -7,7 +7,7 @@ from torc.episode.events import EpisodeResult
 from torc.episode.state import EndReason, EpisodeState, first_state
 from torc.episode.steps import Steps
 from torc.pipeline.look import Look
-from torc.records import TARGET_ID, Decision, PickOutcome
+from torc.records import TARGET_ID, Decision
 
 
 class Episode:
@@ -42,10 +42,8 @@ class Episode:
             return None
         return look
 
-    def pick(self, look: Look, decision: Decision) -> PickOutcome | None:
-        """What comes of a decision about the latest look; None if it gives up, which is no attempt.
-
-        A decision that cannot be tried is a lost pick.
+    def pick(self, look: Look, decision: Decision) -> None:
+        """Carry out a decision about the latest look. One that cannot be tried is a lost pick; giving up is none.
 
         Raises:
             PhysicsError: the simulation broke.
@@ -53,10 +51,9 @@ class Episode:
         """
         if decision.give_up:
             self.end = EndReason.GAVE_UP
-            return None
+            return
         self.state = self.steps.attempt(self.state, look, decision)
         self.end = self.state.end
-        return self.state.outcomes[-1]
 
     def result(self) -> EpisodeResult:
         """The outcome. Raises ValueError while the episode goes on."""
