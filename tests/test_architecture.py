@@ -28,6 +28,7 @@ ORDER = [
     "brain",
     "episode",
     "gym_env",
+    "exports",
     "generation",
     "web",
     "cli",
