@@ -3,9 +3,9 @@
     cd examples
     python learn_next_object.py --problems validation --episodes 300
 
-It is the smallest thing that learns, meant to show the environment, not to win. An episode takes 10 s or more, and returns
-differ by several picks from one to the next: expect some hundred episodes before the curve says anything. A few only
-show that everything works.
+It is the smallest thing that learns, meant to show the environment, not to win. An episode takes 10 s or more, and
+returns differ by several picks from one to the next: expect some hundred episodes before the curve says anything. A few
+only show that everything works.
 """
 
 import argparse

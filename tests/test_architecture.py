@@ -91,6 +91,7 @@ def test_imports_point_to_earlier_packages(path):
         ("starlette", "web"),
         ("uvicorn", "web"),
         ("gymnasium", "gym_env"),
+        ("pyarrow", "exports"),
     ],
 )
 def test_extras_are_imported_only_where_they_are_used(library, package):

@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("gymnasium")
-
 SCRIPT = Path(__file__).parents[1] / "examples" / "learn_next_object.py"
 
 

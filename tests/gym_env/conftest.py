@@ -2,8 +2,6 @@
 
 import pytest
 
-pytest.importorskip("gymnasium")
-
 from torc.gym_env.env import RetrievalEnv
 from torc.testing.fake_episode import FakePlayground
 from torc.testing.fake_trial import SHAPES

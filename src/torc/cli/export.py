@@ -11,14 +11,15 @@ import tyro
 class ExportCommand:
     """Turn recorded trials into data to train on.
 
-      sft     a Hugging Face imagefolder for supervised fine-tuning: the marked image that a VLM would see, the prompt of
-              vlm-select, and the answer that brought success, in the form that vlm-select reads
-      pairs   the same with a chosen and a rejected answer: where oracle or a person chose otherwise than another planner
-              at the same look of the same problem and seed
+      sft      a Hugging Face imagefolder for supervised fine-tuning: the marked image that a VLM would see, the prompt
+               of vlm-select, and the answer that brought success, in the form that vlm-select reads
+      pairs    the same with a chosen and a rejected answer: where oracle or a person chose otherwise than another
+               planner at the same look of the same problem and seed
+      lerobot  a LeRobotDataset v3 of the robot's motions and its camera, of trials played with --trajectory
 
     A split by problem: no problem is in both train and test, and further trials move none from one to the other.
 
-      torc bench ... --planners oracle,random --out runs
+      torc run structured-03 --planner oracle --out runs/a
       torc export runs --format sft --out data
       python -c 'from datasets import load_dataset; print(load_dataset("imagefolder", data_dir="data"))'
     """
@@ -27,7 +28,7 @@ class ExportCommand:
     """A trial (`torc run --out DIR`), or a directory with trials anywhere in it."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """The directory to make."""
-    format: Literal["sft", "pairs"] = "sft"
+    format: Literal["sft", "pairs", "lerobot"] = "sft"
     """What to make of the trials; see above."""
     every: bool = False
     """Also trials that did not retrieve the target, and picks that brought nothing out."""

@@ -32,8 +32,9 @@ def answer_text(trial: RecordedTrial, number: int) -> str:
     picture shows (or the target): only what has a number in the picture can be named.
     """
     looked = trial.pick(number).looked
-    plan = [{"action": "pick" if k == TARGET_ID else "remove", "input": k} for k in _order(trial, number)]
-    answer = {"thoughts": thoughts(looked, plan[0]["input"]), "plan": plan}
+    order = _order(trial, number)
+    plan = [{"action": "pick" if k == TARGET_ID else "remove", "input": k} for k in order]
+    answer = {"thoughts": thoughts(looked, order[0]), "plan": plan}
     return f"```json\n{json.dumps(answer)}\n```"
 
 

@@ -72,7 +72,7 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
             noise=noise, min_score=min_score, robot=robot, color=image or render_mode is not None
         )
         self.action_space = spaces.Discrete(MAX_OBJECTS)
-        self.observation_space = spaces.Dict(_spaces(image))
+        self.observation_space = spaces.Dict(_spaces(image))  # type: ignore[assignment]
         self._episode: Episode | None = None
         self._look: Look | None = None
         self._facts: dict[str, Any] = {}
