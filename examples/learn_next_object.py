@@ -17,16 +17,13 @@ from torc.gym_env.features import stacked
 
 
 class LinearPolicy:
-    """p(object) = softmax(features @ weights) over the objects that can be picked.
-
-    Without weights it draws among them, all alike.
-    """
+    """p(object) = softmax(features @ weights) over the objects that can be picked; at first all of them alike."""
 
     def __init__(self, features: int) -> None:
         self.weights = np.zeros(features)
 
     def probabilities(self, rows: np.ndarray, mask: np.ndarray) -> np.ndarray:
-        """Of each object id; where nothing can be picked it does not matter, and all are alike."""
+        """Of each object id. Where nothing can be picked, every id is a lost pick, and none is masked."""
         mask = mask.astype(bool) if mask.any() else np.ones(len(mask), dtype=bool)
         scores = np.where(mask, rows @ self.weights, -np.inf)
         p = np.exp(scores - scores.max())
