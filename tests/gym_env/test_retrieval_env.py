@@ -12,7 +12,7 @@ from torc.episode.trial import TrialSpec, run_trial
 from torc.errors import InputError, PhysicsError
 from torc.gym_env.env import RetrievalEnv
 from torc.records import PickOutcome, PickResult
-from torc.testing.fake_episode import FakeRobot, ScriptedPlanner
+from torc.testing.fake_episode import FakePlayground, FakeRobot, ScriptedPlanner
 from torc.testing.fake_trial import SHAPES
 
 HIDER, TARGET, BESIDE, NOBODY = 1, 0, 2, 63
@@ -75,6 +75,20 @@ def test_broken_physics_truncates_and_says_why(make_env, monkeypatch):
         env.step(HIDER)
 
 
+def test_a_reset_that_fails_leaves_no_episode_to_go_on_with(make_env, monkeypatch):
+    env = make_env()
+    env.reset(seed=0)
+
+    def explode(self, problem, config):
+        raise PhysicsError("the pile exploded")
+
+    monkeypatch.setattr(FakePlayground, "begin", explode)
+    with pytest.raises(PhysicsError):
+        env.reset()
+    with pytest.raises(InputError, match="reset"):
+        env.step(HIDER)
+
+
 def test_the_seed_draws_problem_and_episode_and_options_name_them(make_env):
     env = make_env(shapes=SHAPES[2:])
     drawn = [env.reset(seed=7)[1], env.reset()[1], env.reset()[1]]
@@ -85,6 +99,8 @@ def test_the_seed_draws_problem_and_episode_and_options_name_them(make_env):
     ]
     assert [drawn[0]["problem"], "mine", drawn[2]["problem"]] == [i["problem"] for i in again]
     assert [drawn[0]["episode_seed"], 5, drawn[2]["episode_seed"]] == [i["episode_seed"] for i in again]
+    with pytest.raises(InputError, match="at least 0"):
+        env.reset(options={"episode_seed": -1})
     with pytest.raises(InputError, match="'problems'"):
         env.reset(options={"problems": "structured-01"})
 

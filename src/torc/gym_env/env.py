@@ -94,10 +94,13 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         super().reset(seed=seed)
         problem, episode_seed = self._drawn(options or {})
         self._facts = {"problem": problem, "episode_seed": episode_seed}
-        self._episode = self._playground.begin(problem, EpisodeConfig(self.max_picks, episode_seed))
-        self._look = look = self._episode.look()
+        # Whatever fails from here on, the episode before this one is over.
+        self._episode, self._look = None, None
+        episode = self._playground.begin(problem, EpisodeConfig(self.max_picks, episode_seed))
+        look = episode.look()
         if look is None:
             raise InputError(f"Problem '{problem}': nothing is in sight at the start. Choose another.")
+        self._episode, self._look = episode, look
         return self._observation(look), self._info(look)
 
     def step(self, action: np.int64 | int) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
@@ -112,13 +115,14 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
             raise InputError("There is no episode in progress: call reset() first.")
         if not self.action_space.contains(np.int64(action)):
             raise InputError(f"The action {action} is no object id: 0 to {MAX_OBJECTS - 1}.")
+        self._episode = None  # in progress again only if nothing fails
         try:
             episode.pick(look, Decision(int(action), "the action"))
             # After the last pick there is nothing more to look at.
             self._look = look = episode.look() or look
         except PhysicsError as error:
-            self._episode = None
             return self._observation(look), 0.0, False, True, self._info(look) | {"error": str(error)}
+        self._episode = episode
         outcome, left = episode.state.outcomes[-1], self.max_picks - episode.state.pick
         value = reward(self.rewards, outcome, episode.end, left)
         info = self._info(look) | _told(episode, outcome)
@@ -150,7 +154,10 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
             raise InputError(f"reset() has no option '{unknown[0]}'; it has {', '.join(RESET_OPTIONS)}.")
         problem = self.problems[int(self.np_random.integers(len(self.problems)))]
         episode_seed = int(self.np_random.integers(_SEEDS))
-        return str(options.get("problem", problem)), int(options.get("episode_seed", episode_seed))
+        problem, episode_seed = options.get("problem", problem), options.get("episode_seed", episode_seed)
+        if not isinstance(episode_seed, int) or episode_seed < 0:
+            raise InputError(f"The episode's seed is {episode_seed!r}; it must be an integer, at least 0.")
+        return str(problem), episode_seed
 
     def _observation(self, look: Look) -> dict[str, np.ndarray]:
         observation = observed(look.context, self.max_picks)
