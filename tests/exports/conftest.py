@@ -21,6 +21,7 @@ def trials(tmp_path_factory):
     """The target 0 is behind box 1, box 2 stands beside them.
 
     oracle takes 1, 0; random takes 2, 1, 0; "lost" drops the target; "wild" names what is not there, and fails.
+    Of mugs, dg-select takes 1 (which stays in sight), misses 2, and takes 1 and 0.
     """
     root = tmp_path_factory.mktemp("trials")
 
@@ -33,4 +34,6 @@ def trials(tmp_path_factory):
     play("lost", "boxes", [1], [PickOutcome(PickResult.STOPPED, 1, target_lost=True)])
     play("wild", "cans", [7, None, 2], [PickOutcome(PickResult.MISSED, 2)], max_picks=3)
     play("oracle", "cans", [1, 0])
+    taken = PickOutcome(PickResult.REMOVED, 1, 1, True, True)
+    play("dg-select", "mugs", [1, 2, 1, 0], [taken, PickOutcome(PickResult.MISSED, 2)])
     return root

@@ -31,7 +31,7 @@ def read(text, offered=range(64)):
 def test_the_parser_reads_the_choice_and_the_plan_ends_with_the_target(trials, tmp_path):
     facts = export_trials(trials, tmp_path / "out", ExportSpec("sft"))
     rows = rows_of(tmp_path / "out")
-    assert sum(facts["examples"].values()) == len(rows) == 7
+    assert sum(facts["examples"].values()) == len(rows) == 10
     assert all(read(row["answer"]) == row["object_id"] for row in rows)
     plans = {
         (r["problem"], r["planner"], r["pick"]): [step["input"] for step in find_json(r["answer"])["plan"]]
@@ -40,13 +40,14 @@ def test_the_parser_reads_the_choice_and_the_plan_ends_with_the_target(trials, t
     assert plans["boxes", "random", 0] == [2, 1, 0]
     assert plans["boxes", "random", 1] == [1, 0]
     assert plans["boxes", "oracle", 1] == [0]
+    assert plans["mugs", "dg-select", 0] == [1, 0]
     assert find_json(rows[0]["answer"])["plan"][-1] == {"action": "pick", "input": 0}
 
 
 def test_the_prompt_and_the_picture_are_those_that_a_vlm_would_get(trials, tmp_path):
     export_trials(trials, tmp_path / "out", ExportSpec("sft"))
     for row in rows_of(tmp_path / "out"):
-        hidden = row["pick"] == 0 or (row["planner"], row["pick"]) == ("random", 1)
+        hidden = row["pick"] == 0 or (row["planner"], row["pick"]) in (("random", 1), ("dg-select", 2))
         state = (
             "It is not in sight: nothing in the picture carries the number 0."
             if hidden

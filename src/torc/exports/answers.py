@@ -47,12 +47,9 @@ def _order(trial: RecordedTrial, number: int) -> list[int]:
     for later in trial.picks[number + 1 :]:
         if order[-1] == TARGET_ID:
             break
-        if (
-            succeeded(later)
-            and later.executed is not None
-            and later.executed.object_id in nameable - {*order}
-        ):
-            order.append(later.executed.object_id)
+        brought = later.executed.object_id if later.executed is not None and succeeded(later) else None
+        if brought in nameable - {*order}:
+            order.append(brought)
     return order
 
 
