@@ -11,6 +11,8 @@ import tyro
 class ExportCommand:
     """Turn recorded trials into data to train on.
 
+    The format says for what:
+
       sft      a Hugging Face imagefolder for supervised fine-tuning: the marked image that a VLM would see, the prompt
                of vlm-select, and the answer that brought success, in the form that vlm-select reads
       pairs    the same with a chosen and a rejected answer: where oracle or a person chose otherwise than another
@@ -18,6 +20,7 @@ class ExportCommand:
       lerobot  a LeRobotDataset v3 of the robot's motions and its camera, of trials played with --trajectory
 
     A split by problem: no problem is in both train and test, and further trials move none from one to the other.
+    For example:
 
       torc run structured-03 --planner oracle --out runs/a
       torc export runs --format sft --out data
