@@ -27,6 +27,8 @@ ORDER = [
     "vlm",
     "brain",
     "episode",
+    "gym_env",
+    "exports",
     "generation",
     "web",
     "cli",
@@ -88,6 +90,8 @@ def test_imports_point_to_earlier_packages(path):
         ("anthropic", "vlm"),
         ("starlette", "web"),
         ("uvicorn", "web"),
+        ("gymnasium", "gym_env"),
+        ("pyarrow", "exports"),
     ],
 )
 def test_extras_are_imported_only_where_they_are_used(library, package):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from torc.episode.pick_view import load_view
+from torc.episode.recorded import read_trial
 from torc.errors import InputError
 from torc.records.serialization import save_record
 from torc.web.arrays import pack_view
 from torc.web.pick_page import pick_page, trial_page, why_not
-from torc.web.recorded import read_trial
 from torc.web.shelf import Shelf, open_shelf, trial_key
 from torc.web.thumbnails import thumbnail
 
@@ -271,6 +271,6 @@ def test_reasons_come_most_frequent_first(trial):
 
 
 def test_too_many_trials_are_refused_rather_than_cut_off(recorded, monkeypatch):
-    monkeypatch.setattr("torc.web.shelf.MAX_TRIALS", 0)
+    monkeypatch.setattr("torc.episode.recorded.MAX_TRIALS", 0)
     with pytest.raises(InputError, match="further down"):
         open_shelf(recorded)

@@ -136,6 +136,8 @@ def _extras() -> list[Check]:
         "openai": ("openai", "asking OpenAI's models, and local servers that speak its protocol"),
         "anthropic": ("anthropic", "asking Claude models"),
         "web": ("starlette", "the page of torc human and torc view"),
+        "gym": ("gymnasium", "the Gymnasium environment torc/Retrieval-v0"),
+        "export": ("pyarrow", "torc export --format lerobot"),
         "train": ("sklearn", "training the grasp model"),
         "toppra": ("toppra", "timing motions by the reference library"),
         "dev": ("pytest", "running the tests"),

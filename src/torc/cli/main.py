@@ -12,6 +12,7 @@ import tyro
 
 from torc.cli.decide import DecideCommand
 from torc.cli.doctor import DoctorCommand
+from torc.cli.export import ExportCommand
 from torc.cli.human import HumanCommand
 from torc.cli.objects import ObjectsCommand
 from torc.cli.printing import printable
@@ -24,6 +25,7 @@ Command = (
     Annotated[RunCommand, tyro.conf.subcommand("run")]
     | Annotated[HumanCommand, tyro.conf.subcommand("human")]
     | Annotated[ViewCommand, tyro.conf.subcommand("view")]
+    | Annotated[ExportCommand, tyro.conf.subcommand("export")]
     | Annotated[DecideCommand, tyro.conf.subcommand("decide")]
     | Annotated[ProblemsCommand, tyro.conf.subcommand("problems")]
     | Annotated[ObjectsCommand, tyro.conf.subcommand("objects")]
@@ -36,6 +38,7 @@ First steps:
   torc run                      one retrieval in simulation, with pictures
   torc view DIR                 look at recorded trials, pick by pick, in a browser
   torc human structured-03      choose the objects yourself, in a browser
+  torc export DIR               recorded trials as data to train on
   torc problems list            the problems that come with torc
   torc objects list             what can lie on the table; `import` adds your own meshes
   torc decide FRAME             only the decision, for a saved RGB-D frame

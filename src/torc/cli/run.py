@@ -34,6 +34,9 @@ class RunCommand:
     """Grasps that are less likely to hold wait until no object has a better one; 0 keeps to the paper."""
     video: bool = False
     """Also write video.mp4 (an outside view, with what the planner saw)."""
+    trajectory: bool = False
+    """Also write trajectory.npz and camera.mp4: joints, commands and the camera's view 25 times a simulated second, for
+    `torc export --format lerobot`. Takes about half a minute more."""
     save_records: bool = False
     """Also save each snapshot as a record (about 1 MB a pick)."""
     overwrite: bool = False
@@ -71,6 +74,7 @@ class RunCommand:
                 out,
                 listeners=[] if self.json else [TerminalProgress(console, status)],
                 video=self.video,
+                trajectory=self.trajectory,
                 overwrite=self.overwrite,
                 save_records=self.save_records,
                 vlm_cache=self.vlm.cache(),

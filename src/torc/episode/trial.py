@@ -6,10 +6,10 @@ import re
 import sys
 import traceback
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import torc
 from torc.episode.event_log import result_facts
@@ -20,6 +20,7 @@ from torc.episode.planners import make_trial_planner
 from torc.episode.privileged import PrivilegedPlanner, Simulation, open_sandbox
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig, EpisodeParts
+from torc.episode.trajectory import TrajectoryRecorder
 from torc.episode.video import VideoRecorder
 from torc.errors import InputError, TorcError
 from torc.motion.planner import OmplMotionPlanner
@@ -83,6 +84,18 @@ class Trial:
     result: dict[str, Any]
 
 
+class Film(AbstractContextManager["Film"], Protocol):
+    """Watches a trial's events and its simulation; used in a `with`."""
+
+    def __call__(self, event: Event) -> None:
+        """As a listener."""
+        ...
+
+    def observe(self, world: World) -> None:
+        """As an observer."""
+        ...
+
+
 def run_trial(
     spec: TrialSpec,
     out: Path,
@@ -91,6 +104,7 @@ def run_trial(
     listeners: Sequence[Listener] = (),
     observers: Sequence[Observer] = (),
     video: bool = False,
+    trajectory: bool = False,
     overwrite: bool = False,
     save_records: bool = False,
     vlm_cache: CacheConfig | None = None,
@@ -105,6 +119,7 @@ def run_trial(
         listeners: called with every event, in order.
         observers: called with the world 25 times a simulated second, e.g. to watch the robot.
         video: also write video.mp4.
+        trajectory: also write trajectory.npz and camera.mp4: the robot's motions and its camera's video, for learning.
         overwrite: replace an existing directory.
         save_records: also save each snapshot as a record.
         vlm_cache: where replies of a VLM are kept.
@@ -121,8 +136,12 @@ def run_trial(
     recorder = TrialRecorder(out, asdict(spec), overwrite=overwrite, records=save_records)
     facts: dict[str, Any] = {"status": "errored"}
     try:
-        video_path = recorder.partial / "video.mp4" if video else None
-        facts = _play(spec, problem, planner, [recorder, *listeners], observers, video_path, say)
+        films: list[Callable[[], Film]] = []
+        if video:
+            films.append(lambda: VideoRecorder(recorder.partial / "video.mp4"))
+        if trajectory:
+            films.append(lambda: TrajectoryRecorder(recorder.partial))
+        facts = _play(spec, problem, planner, [recorder, *listeners], observers, films, say)
     except KeyboardInterrupt:
         result = _result({"status": "interrupted"})
         recorder.write_result(result)
@@ -145,14 +164,14 @@ def _play(
     planner: TaskPlanner,
     listeners: list[Listener],
     observers: Sequence[Observer],
-    video: Path | None,
+    films: Sequence[Callable[[], "Film"]],
     say: Callable[[str], None],
 ) -> dict[str, Any]:
     workspace, robot = Workspace(), load_robot(spec.robot)
     last = _Last()
     with ExitStack() as stack:
-        film = stack.enter_context(VideoRecorder(video)) if video is not None else None
-        if film is not None:
+        for open_film in films:
+            film = stack.enter_context(open_film())
             observers, listeners = [*observers, film.observe], [*listeners, film]
         world = build_world(problem, robot, workspace)
         simulated = stack.enter_context(SimulatedRobot(world, observer=_together(observers)))

@@ -4,12 +4,12 @@ from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
 
-import av
 import cv2
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from torc.episode.events import Decided, Event, Executed, Started
+from torc.episode.mp4 import Mp4Writer
 from torc.episode.pictures import Crop, crop_around_objects
 from torc.geometry.transforms import look_at
 from torc.perception.marking import mark_image
@@ -36,10 +36,7 @@ class VideoRecorder:
 
     def __init__(self, path: Path) -> None:
         self._renderer: CameraRenderer | None = None
-        self._container = av.open(str(path), "w", options={"movflags": "faststart"})
-        self._stream = self._container.add_stream("h264", rate=FPS)
-        self._stream.width, self._stream.height, self._stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
-        self._stream.time_base = 1 / FPS
+        self._video = Mp4Writer(path, WIDTH, HEIGHT, FPS)
         self._grabs = 0
         self._crop: Crop | None = None
         self._inset: np.ndarray | None = None
@@ -49,9 +46,7 @@ class VideoRecorder:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        for packet in self._stream.encode():
-            self._container.mux(packet)
-        self._container.close()
+        self._video.close()
         if self._renderer is not None:
             self._renderer.close()
 
@@ -83,12 +78,8 @@ class VideoRecorder:
                 pass
 
     def _write(self, repeats: int) -> None:
-        if self._renderer is None:
-            return
-        frame = av.VideoFrame.from_ndarray(self._compose(self._renderer), format="rgb24")
-        for _ in range(repeats):
-            for packet in self._stream.encode(frame):
-                self._container.mux(packet)
+        if self._renderer is not None:
+            self._video.write(self._compose(self._renderer), repeats)
 
     def _compose(self, renderer: CameraRenderer) -> np.ndarray:
         picture = renderer.render_color().copy()

@@ -5,7 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from torc.episode.steps import EpisodeConfig, PickParts, Steps
+from torc.episode.stepwise import Episode
+from torc.grasping.planner import GeometricGraspPlanner
 from torc.motion.protocol import PickRequest
+from torc.perception.privileged import LabelPerception
+from torc.pipeline.look import Pipeline
 from torc.records import (
     TARGET_ID,
     Decision,
@@ -19,6 +24,7 @@ from torc.records import (
     Trajectory,
 )
 from torc.robots.description import RobotDescription
+from torc.scenes.workspace import Workspace
 from torc.testing.synthetic import Shape, synthetic_observation
 
 
@@ -83,3 +89,35 @@ class ScriptedPlanner:
         pick = len(context.history)
         choice = self.choices[pick] if pick < len(self.choices) else None
         return Decision(choice, f"told to pick {choice}")
+
+
+class FakePlayground:
+    """Begins episodes on a table of analytic shapes, whatever the problem; see `torc.gym_env.playground`.
+
+    Args:
+        description: of the robot.
+        shapes: what stands on the table.
+        results: per episode the results of its executed picks; success where a list ends, or where there is none.
+    """
+
+    def __init__(
+        self,
+        description: RobotDescription,
+        shapes: Sequence[Shape],
+        results: Sequence[Sequence[PickOutcome]] = (),
+    ) -> None:
+        self.description, self.shapes, self.results = description, shapes, list(results)
+        self.begun: list[tuple[str, EpisodeConfig]] = []
+
+    def begin(self, problem: str, config: EpisodeConfig) -> Episode:
+        """The table as it was at first."""
+        results = self.results[len(self.begun)] if len(self.begun) < len(self.results) else ()
+        self.begun.append((problem, config))
+        workspace, gripper = Workspace(), self.description.gripper
+        grasps = GeometricGraspPlanner(gripper, workspace.support_z_m)
+        pipeline = Pipeline(LabelPerception(), grasps, gripper, workspace)
+        robot = FakeRobot(self.description, self.shapes, results)
+        return Episode(Steps(PickParts(robot, pipeline, FakeMotionPlanner()), "the small box", config))
+
+    def close(self) -> None:
+        """Holds nothing."""

@@ -59,7 +59,7 @@ def consult(
     Each asking draws its repetition from rng, so that another seed or pick asks anew, and the same one gets what a
     cache holds of it. Raises VlmError if the server gives no reply.
     """
-    prompt = fill_prompt(prompt_name, **_target_values(context), **values)
+    prompt = filled_prompt(prompt_name, context.scene.target_id is not None, **values)
     image = png_bytes(mark_image(context.scene))
     exchanges: list[Exchange] = []
     tries: list[dict[str, Any]] = []
@@ -81,12 +81,13 @@ def useless_reason(consultation: Consultation[Any], last: Useless) -> str:
     return f"The VLM gave no answer of use in {len(consultation.exchanges)} tries. {last.reason}"
 
 
-def _target_values(context: PlanningContext) -> dict[str, object]:
-    if context.scene.target_id is None:
-        state = f"It is not in sight: nothing in the picture carries the number {TARGET_ID}."
-    else:
+def filled_prompt(name: str, target_visible: bool, **values: object) -> str:
+    """The prompt of that name for a scene whose target is in sight, or not; `values` fills what else it asks for."""
+    if target_visible:
         state = "It is in sight."
-    return {"target": TARGET_ID, "target_state": state}
+    else:
+        state = f"It is not in sight: nothing in the picture carries the number {TARGET_ID}."
+    return fill_prompt(name, target=TARGET_ID, target_state=state, **values)
 
 
 def _try_facts(reply: Reply, answer: object) -> dict[str, Any]:

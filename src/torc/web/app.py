@@ -17,12 +17,12 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from torc.episode.recorded import RecordedTrial
 from torc.errors import InputError
 from torc.web.access import Gate
 from torc.web.arrays import pack_view
 from torc.web.frames import FrameBoard
 from torc.web.pick_page import pick_page, trial_page
-from torc.web.recorded import RecordedTrial
 from torc.web.session import Choice, RefusedError, Session
 from torc.web.shelf import Shelf
 from torc.web.thumbnails import thumbnail

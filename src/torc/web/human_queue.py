@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from torc.episode.trial import Trial, TrialSpec
+from torc.episode.trial_lines import ResultFacts, read_facts
 from torc.errors import InputError
 from torc.web.expert import NAME
 from torc.web.session import Phase, Session
 from torc.web.shelf import PARTIAL, trial_key
-from torc.web.trial_lines import ResultFacts, read_facts
 
 _EXPERT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,31}")
 Play = Callable[[TrialSpec, Path], Trial]

@@ -7,10 +7,10 @@ import numpy as np
 from jaxtyping import Int8
 
 from torc.episode.pick_view import ObjectView, PickView
+from torc.episode.recorded import RecordedPick, RecordedTrial
+from torc.episode.trial_lines import LookedLine
 from torc.records import GraspStatus
 from torc.web.graph_page import graph_page, hex_color
-from torc.web.recorded import RecordedPick, RecordedTrial
-from torc.web.trial_lines import LookedLine
 
 WHY_NOT = {
     GraspStatus.UNREACHABLE: "out of the arm's reach",

@@ -1,16 +1,14 @@
 """The trials below a directory, each under a short key: no path ever comes from an address."""
 
 import hashlib
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from torc.episode.recorded import LOG, RecordedTrial, find_trials, read_trial
+from torc.episode.trial_lines import ResultFacts, SpecFacts, read_facts
 from torc.errors import InputError, UnknownNameError
-from torc.web.recorded import LOG, RecordedTrial, read_trial
-from torc.web.trial_lines import ResultFacts, SpecFacts, read_facts
 
-MAX_TRIALS, MAX_DEPTH = 20_000, 6
 PARTIAL = ".partial"
 
 
@@ -25,7 +23,7 @@ class Shelf:
     def directories(self) -> dict[str, Path]:
         """Key -> directory, sorted by name; a finished trial goes before its own unfinished remains."""
         found: dict[str, Path] = {}
-        for path in sorted(_trial_directories(self.root)):
+        for path in sorted(find_trials(self.root)):
             key = trial_key(path.relative_to(self.root).as_posix())
             if key not in found or found[key].name.endswith(PARTIAL):
                 found[key] = path
@@ -71,21 +69,6 @@ def open_shelf(root: Path) -> Shelf:
 def trial_key(relative: str) -> str:
     """Short name of a trial in addresses; the same while it is played and afterwards."""
     return hashlib.sha256(relative.removesuffix(PARTIAL).encode("utf-8", "surrogateescape")).hexdigest()[:12]
-
-
-def _trial_directories(root: Path) -> list[Path]:
-    found: list[Path] = []
-    for path, below, files in os.walk(root):
-        here = Path(path)
-        if LOG in files:
-            found.append(here)
-        if len(found) > MAX_TRIALS:
-            raise InputError(
-                f"There are more than {MAX_TRIALS:,} trials in '{root}': show a directory further down."
-            )
-        if LOG in files or len(here.relative_to(root).parts) >= MAX_DEPTH:
-            below.clear()
-    return found
 
 
 def _line(directory: Path, root: Path) -> dict[str, Any]:

@@ -5,9 +5,9 @@ import numpy as np
 from jaxtyping import UInt8
 
 from torc.episode.pictures import crop_around_objects
+from torc.episode.recorded import RecordedTrial
 from torc.errors import InputError
 from torc.web.frames import jpeg
-from torc.web.recorded import RecordedTrial
 
 WIDTH = 200
 MAX_PIXELS = 4096 * 4096

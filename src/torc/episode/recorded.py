@@ -1,13 +1,12 @@
-"""A trial on disk as the page needs it: finished, interrupted, or being played at this moment."""
+"""Trials on disk as they can be read again: finished, interrupted, or being played at this moment."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from torc.episode.pick_view import PickView, load_view
-from torc.errors import InputError
-from torc.scenes.strict_files import read_bytes
-from torc.web.trial_lines import (
+from torc.episode.trial_lines import (
     DecidedLine,
     ExecutedLine,
     LookedLine,
@@ -18,8 +17,11 @@ from torc.web.trial_lines import (
     read_events,
     read_facts,
 )
+from torc.errors import InputError
+from torc.scenes.strict_files import read_bytes
 
 LOG = "events.jsonl"
+MAX_TRIALS, MAX_DEPTH = 20_000, 6
 _MAX_PICTURE_BYTES = 32 * 2**20
 _PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -105,3 +107,23 @@ def _picks(events: list[Any]) -> tuple[RecordedPick, ...]:
     while "looked" in parts.get(len(picks), {}):
         picks.append(RecordedPick(**parts[len(picks)]))
     return tuple(picks)
+
+
+def find_trials(root: Path) -> list[Path]:
+    """The directories of the trials below a directory, or itself if it is one; unfinished ones are among them.
+
+    Raises:
+        InputError: there are more than MAX_TRIALS.
+    """
+    found: list[Path] = []
+    for path, below, files in os.walk(root):
+        here = Path(path)
+        if LOG in files:
+            found.append(here)
+        if len(found) > MAX_TRIALS:
+            raise InputError(
+                f"There are more than {MAX_TRIALS:,} trials in '{root}': name a directory further down."
+            )
+        if LOG in files or len(here.relative_to(root).parts) >= MAX_DEPTH:
+            below.clear()
+    return found

@@ -64,6 +64,7 @@ class LookedLine(_Line):
     graspable: tuple[_Id, ...]
     valid_grasps: dict[str, _Count] = {}
     blocking: tuple[Blocking, ...] = ()
+    digest: _Text = ""
 
 
 class ExchangeText(_Line):

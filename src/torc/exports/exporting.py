@@ -1,0 +1,80 @@
+"""From a directory of trials to a directory of data."""
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import torc
+from torc.errors import InputError
+from torc.exports.finetuning import finetuning_rows
+from torc.exports.folders import new_directory, write_rows
+from torc.exports.preferences import preference_rows
+from torc.exports.selection import Source, select_trials
+from torc.records.files import write_json
+
+Format = Literal["sft", "pairs", "lerobot"]
+FACTS = "export.json"
+
+
+@dataclass(frozen=True)
+class ExportSpec:
+    """What is exported, and how.
+
+    Attributes:
+        format: "sft", "pairs" or "lerobot".
+        every: also trials that did not retrieve the target, and picks that brought nothing out.
+        test_share: part of the problems that go to the test split, 0 to 1.
+
+    Raises InputError for a share that is none.
+    """
+
+    format: Format
+    every: bool = False
+    test_share: float = 0.2
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.test_share <= 1.0:
+            raise InputError(f"The test share is {self.test_share}; it is a share, from 0 to 1.")
+
+
+def export_trials(root: Path, out: Path, spec: ExportSpec, overwrite: bool = False) -> dict[str, Any]:
+    """Write the trials below `root` to `out` as data.
+
+    Returns:
+        What was done, as it stands in export.json: the spec, the number of examples per split.
+
+    Raises:
+        InputError: nothing is there to be exported, a trial cannot be read, or `out` cannot be written.
+    """
+    with new_directory(out, overwrite) as directory:
+        # A rejected choice mostly stands in a trial that failed, so pairs look at all of them.
+        sources = select_trials(root, spec.every or spec.format == "pairs")
+        counts = _write(directory, sources, spec)
+        if not sum(counts.values()):
+            raise InputError(f"Nothing in '{root}' can be exported. {_NOTHING[spec.format]}")
+        facts = {"torc": torc.__version__, **asdict(spec), "examples": counts}
+        write_json(directory / FACTS, facts)
+    return facts
+
+
+def _write(directory: Path, sources: Iterable[Source], spec: ExportSpec) -> dict[str, int]:
+    """Examples per split."""
+    match spec.format:
+        case "sft":
+            return write_rows(directory, finetuning_rows(sources, spec.every, spec.test_share))
+        case "pairs":
+            return write_rows(directory, preference_rows(sources, spec.test_share))
+        case "lerobot":
+            # Its library is an extra's.
+            from torc.exports.lerobot import write_lerobot
+
+            return write_lerobot(directory, sources, spec.test_share)
+
+
+_NOTHING = {
+    "sft": "Of trials that retrieved the target, picks that brought an object out are; --every takes all.",
+    "pairs": "It takes trials of oracle or human, and of another planner, with the same problem and seed, in which "
+    "they chose differently at the same look.",
+    "lerobot": "It takes trials that were played with --trajectory and retrieved the target; --every takes all.",
+}

@@ -1,0 +1,70 @@
+"""Which recorded trials and picks are exported, and to which split each problem belongs."""
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from torc.episode.recorded import RecordedPick, RecordedTrial, find_trials, read_trial
+from torc.errors import InputError, UnknownNameError
+from torc.records import PickResult
+
+SPLITS = ("train", "test")
+TAKEN_AWAY = (PickResult.REMOVED, PickResult.RETRIEVED)
+"""Picks that brought an object out."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A recorded trial that is exported.
+
+    Attributes:
+        trial: what stands in its directory.
+        key: short name, different for each trial below one directory.
+    """
+
+    trial: RecordedTrial
+    key: str
+
+    @property
+    def problem(self) -> str:
+        """The problem's own name, whatever its file is called."""
+        started = self.trial.started
+        return started.problem if started is not None else Path(self.trial.spec.problem).stem
+
+    @property
+    def retrieved(self) -> bool:
+        """Whether the target was retrieved."""
+        return self.trial.result is not None and self.trial.result.retrieved is True
+
+
+def select_trials(root: Path, every: bool) -> Iterator[Source]:
+    """The completed trials below a directory, by rising path; only those that retrieved the target, if not `every`.
+
+    Raises:
+        InputError: there is no recorded trial, or one cannot be read.
+    """
+    if not root.is_dir():
+        raise UnknownNameError("directory", str(root), [])
+    directories = sorted(find_trials(root))
+    if not directories:
+        raise InputError(f"There is no recorded trial in '{root}'. `torc run --out DIR` makes one.")
+    for directory in directories:
+        trial = read_trial(directory)
+        if trial.result is None or trial.result.status != "completed":
+            continue
+        name = directory.relative_to(root).as_posix()
+        source = Source(trial, hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:8])
+        if every or source.retrieved:
+            yield source
+
+
+def split_of(problem: str, test_share: float) -> str:
+    """The split of a problem: by its name alone, so that further trials and problems move none."""
+    place = int.from_bytes(hashlib.sha256(problem.encode()).digest()[:8]) / 2**64
+    return "test" if place < test_share else "train"
+
+
+def succeeded(pick: RecordedPick) -> bool:
+    """Whether the pick brought the chosen object out."""
+    return pick.executed is not None and pick.executed.result in TAKEN_AWAY

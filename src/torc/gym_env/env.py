@@ -1,0 +1,201 @@
+"""The environment `torc/Retrieval-v0`: a step is one pick of the real pipeline, the action names the object."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from jaxtyping import Bool, UInt8
+
+from torc.episode.state import EndReason
+from torc.episode.steps import EpisodeConfig
+from torc.episode.stepwise import Episode
+from torc.errors import InputError, PhysicsError
+from torc.gym_env.features import action_mask, observed
+from torc.gym_env.playground import Playground, SimulatedPlayground
+from torc.gym_env.rewards import RewardConfig, reward
+from torc.perception.marking import mark_image
+from torc.pipeline.look import Look
+from torc.pipeline.min_score import DEFAULT_MIN_SCORE
+from torc.records import MAX_OBJECTS, Decision, PickOutcome
+from torc.scenes.problem_sets import select_problems
+from torc.scenes.workspace import Workspace
+
+RESET_OPTIONS = ("problem", "episode_seed")
+_SEEDS = 2**31
+
+
+class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
+    """Retrieve the target: every step looks, picks the object that the action names, and looks again.
+
+    docs/gym.md describes observations, rewards and ends.
+
+    Args:
+        problems: as `torc problems list` names them: sets, problems, files, directories; comma-separated or a sequence.
+        max_picks: attempts per episode, failed ones included.
+        image: also observe the marked image.
+        pick_cost, drop_cost, retrieval_bonus: see `RewardConfig`.
+        noise, min_score, robot: as in `TrialSpec`.
+        render_mode: None, or "rgb_array" for the robot's camera.
+        playground: where episodes take place; the simulation if not given.
+
+    Raises:
+        InputError: an argument or a problem cannot be used.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012 - Gymnasium's own form
+
+    def __init__(
+        self,
+        problems: str | Sequence[str] = "torc40",
+        *,
+        max_picks: int = 15,
+        image: bool = False,
+        pick_cost: float = RewardConfig.pick_cost,
+        drop_cost: float = RewardConfig.drop_cost,
+        retrieval_bonus: float = RewardConfig.retrieval_bonus,
+        noise: bool = False,
+        min_score: float = DEFAULT_MIN_SCORE,
+        robot: str = "sda10f_2f85",
+        render_mode: str | None = None,
+        playground: Playground | None = None,
+    ) -> None:
+        if render_mode not in (None, "rgb_array"):
+            raise InputError(f"The render mode '{render_mode}' is none of this environment: 'rgb_array' is.")
+        if max_picks < 1:
+            raise InputError("max_picks must be at least 1.")
+        self.problems = select_problems(problems if isinstance(problems, str) else ",".join(problems))
+        self.max_picks, self.image, self.render_mode = max_picks, image, render_mode
+        self.rewards = RewardConfig(pick_cost, drop_cost, retrieval_bonus)
+        self._playground: Playground = playground or SimulatedPlayground(
+            noise=noise, min_score=min_score, robot=robot, color=image or render_mode is not None
+        )
+        self.action_space = spaces.Discrete(MAX_OBJECTS)
+        self.observation_space = spaces.Dict(_spaces(image))  # type: ignore[assignment]
+        self._episode: Episode | None = None
+        self._look: Look | None = None
+        self._facts: dict[str, Any] = {}
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Begin an episode: problem and seed of the episode are drawn from the environment's own generator.
+
+        Args:
+            seed: seeds that generator.
+            options: "problem" and "episode_seed" name them instead; `torc run PROBLEM --seed N` with the same picks
+                goes the same way.
+
+        Raises:
+            InputError: an option is unknown, or the problem cannot be played.
+            PhysicsError: the simulation broke before the first pick.
+        """
+        super().reset(seed=seed)
+        problem, episode_seed = self._drawn(options or {})
+        self._facts = {"problem": problem, "episode_seed": episode_seed}
+        # Whatever fails from here on, the episode before this one is over.
+        self._episode, self._look = None, None
+        episode = self._playground.begin(problem, EpisodeConfig(self.max_picks, episode_seed))
+        look = episode.look()
+        if look is None:
+            raise InputError(f"Problem '{problem}': nothing is in sight at the start. Choose another.")
+        self._episode, self._look = episode, look
+        return self._observation(look), self._info(look)
+
+    def step(self, action: np.int64 | int) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+        """Pick the object of that id. An object that cannot be picked is a lost pick, as for a task planner.
+
+        Raises:
+            InputError: there is no episode in progress, or the action is no object id.
+            TorcError: a part failed otherwise than by broken physics, which truncates the episode.
+        """
+        episode, look = self._episode, self._look
+        if episode is None or look is None or episode.end is not None:
+            raise InputError("There is no episode in progress: call reset() first.")
+        if not self.action_space.contains(np.int64(action)):
+            raise InputError(f"The action {action} is no object id: 0 to {MAX_OBJECTS - 1}.")
+        self._episode = None  # in progress again only if nothing fails
+        try:
+            episode.pick(look, Decision(int(action), "the action"))
+            # After the last pick there is nothing more to look at.
+            self._look = look = episode.look() or look
+        except PhysicsError as error:
+            return self._observation(look), 0.0, False, True, self._info(look) | {"error": str(error)}
+        self._episode = episode
+        outcome, left = episode.state.outcomes[-1], self.max_picks - episode.state.pick
+        value = reward(self.rewards, outcome, episode.end, left)
+        info = self._info(look) | _told(episode, outcome)
+        return self._observation(look), value, episode.end is not None, False, info
+
+    def action_masks(self) -> Bool[np.ndarray, "64"]:
+        """Which objects can be picked now, as sb3-contrib's maskable agents ask for it."""
+        if self._look is None:
+            raise InputError("There is no episode in progress: call reset() first.")
+        return action_mask(self._look.context).astype(bool)
+
+    def render(self) -> UInt8[np.ndarray, "h w 3"] | None:  # type: ignore[override]
+        """The picture of the robot's camera at the latest look."""
+        if self.render_mode is None:
+            return None
+        if self._look is None:
+            raise InputError("There is nothing to show yet: call reset() first.")
+        return self._look.context.scene.observation.rgb
+
+    def close(self) -> None:
+        """Frees the simulation."""
+        self._playground.close()
+        self._episode, self._look = None, None
+
+    def _drawn(self, options: dict[str, Any]) -> tuple[str, int]:
+        """Problem and seed of the next episode. Both are drawn whatever the options, so that they shift nothing."""
+        unknown = [name for name in options if name not in RESET_OPTIONS]
+        if unknown:
+            raise InputError(f"reset() has no option '{unknown[0]}'; it has {', '.join(RESET_OPTIONS)}.")
+        problem = self.problems[int(self.np_random.integers(len(self.problems)))]
+        episode_seed = int(self.np_random.integers(_SEEDS))
+        problem, episode_seed = options.get("problem", problem), options.get("episode_seed", episode_seed)
+        if not isinstance(episode_seed, int) or episode_seed < 0:
+            raise InputError(f"The episode's seed is {episode_seed!r}; it must be an integer, at least 0.")
+        return str(problem), episode_seed
+
+    def _observation(self, look: Look) -> dict[str, np.ndarray]:
+        observation = observed(look.context, self.max_picks)
+        if self.image:
+            observation["image"] = mark_image(look.context.scene)
+        return observation
+
+    def _info(self, look: Look) -> dict[str, Any]:
+        """What holds at every look."""
+        return {**self._facts, "pick": len(look.context.history), "action_mask": action_mask(look.context)}
+
+
+def _told(episode: Episode, outcome: PickOutcome) -> dict[str, Any]:
+    """What came of a pick, and of the episode if that was its last."""
+    facts: dict[str, Any] = {"result": outcome.result.value, "dropped": list(outcome.dropped)}
+    if episode.end is not None:
+        facts |= {
+            "end": episode.end.value,
+            "is_success": episode.end is EndReason.RETRIEVED,
+            "picks": episode.state.pick,
+            "drops": len(episode.state.dropped),
+        }
+    return facts
+
+
+def _spaces(image: bool) -> dict[str, spaces.Space[Any]]:
+    def share(*shape: int, low: float = 0.0) -> spaces.Box:
+        return spaces.Box(low, 1.0, shape, np.float32)
+
+    n = MAX_OBJECTS
+    found: dict[str, spaces.Space[Any]] = {
+        **{key: spaces.MultiBinary(n) for key in ("visible", "graspable", "target")},
+        **{key: share(n) for key in ("best_score", "pixels", "hidden_volume", "blocked", "tried")},
+        "position": share(n, 3, low=-1.0),
+        "edges": share(n, n),
+        "picks_left": share(1),
+    }
+    if image:
+        mount = Workspace().camera
+        found["image"] = spaces.Box(0, 255, (mount.height, mount.width, 3), np.uint8)
+    return found

@@ -1,0 +1,18 @@
+"""The environment on a table of analytic shapes."""
+
+import pytest
+
+from torc.gym_env.env import RetrievalEnv
+from torc.testing.fake_episode import FakePlayground
+from torc.testing.fake_trial import SHAPES
+
+
+@pytest.fixture
+def make_env(robot):
+    """Environments whose robot obeys; `results` scripts the picks of each episode."""
+
+    def make(shapes=SHAPES, results=(), **settings):
+        playground = FakePlayground(robot, shapes, results)
+        return RetrievalEnv("structured-01,structured-02", playground=playground, **settings)
+
+    return make
