@@ -1,7 +1,7 @@
 """Choosing the problems of a set by measured difficulty: how the shipped sets were made, for anyone to make again.
 
-torc problems generate --structured --count 100 --seed 20000 --hidden hidden --out candidates
-python benchmarks/oracle.py --problems candidates --seeds 1 --out answers
+python benchmarks/generation.py --count 200 --keep candidates
+python benchmarks/oracle.py --problems candidates --seeds 1 --budget 12 --likely --out answers
 python benchmarks/retrieval.py --problems candidates --planners random --seeds 3 --out trials
 python -m torc.generation.curation --candidates candidates --answers answers --trials trials --out chosen
 """
