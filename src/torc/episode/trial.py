@@ -17,10 +17,11 @@ from torc.episode.events import Ended, Event, Listener, Started
 from torc.episode.loop import rehearse, run_episode
 from torc.episode.pick_view import view_of
 from torc.episode.planners import make_trial_planner
-from torc.episode.privileged import PrivilegedPlanner, Simulation, open_sandbox
+from torc.episode.privileged import Privileged, Simulation, open_sandbox
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.episode.video import VideoRecorder
+from torc.episode.witness import Witness
 from torc.errors import InputError, TorcError
 from torc.motion.planner import OmplMotionPlanner
 from torc.pipeline.defaults import default_pipeline
@@ -70,7 +71,7 @@ class TrialSpec:
     @property
     def default_name(self) -> str:
         """A directory name for the trial."""
-        model = "-" + re.sub(r"[^\w.]+", "-", self.vlm.model) if self.vlm is not None else ""
+        model = "-" + re.sub(r"[^\w.]+", "-", self.vlm.short_name) if self.vlm is not None else ""
         expert = f"-{self.expert}" if self.expert else ""
         return f"{Path(self.problem).stem}-{self.planner.replace(':', '.')}{model}{expert}-{self.seed}"
 
@@ -117,14 +118,25 @@ def run_trial(
         InputError: the problem, planner, robot, VLM or output directory cannot be used; nothing was run.
     """
     problem = load_problem(spec.problem)
-    planner = planner or make_trial_planner(spec.planner, **planner_options(spec.vlm, vlm_cache))
+    witness = Witness() if spec.vlm is not None and spec.vlm.simulated else None
+    truth = None if witness is None else witness.situation
+    planner = planner or make_trial_planner(spec.planner, **planner_options(spec.vlm, vlm_cache, truth))
+    privileged = [part for part in (planner, witness) if isinstance(part, Privileged)]
+    about = {
+        "vlm": None if spec.vlm is None else spec.vlm.text,
+        # Who knows the simulator's truth plays, but does not compete.
+        "participant": not privileged,
+    }
     recorder = TrialRecorder(out, asdict(spec), overwrite=overwrite, records=save_records)
     facts: dict[str, Any] = {"status": "errored"}
     try:
         video_path = recorder.partial / "video.mp4" if video else None
-        facts = _play(spec, problem, planner, [recorder, *listeners], observers, video_path, say)
+        told: list[Listener] = [recorder, *listeners]
+        if witness is not None:
+            told.append(witness)
+        facts = _play(spec, problem, planner, privileged, told, observers, video_path, say)
     except KeyboardInterrupt:
-        result = _result({"status": "interrupted"})
+        result = _result({"status": "interrupted", **about})
         recorder.write_result(result)
         return Trial(recorder.partial, result)
     except Exception as error:
@@ -134,7 +146,7 @@ def run_trial(
         # Whatever broke, the trial is recorded as errored with the cause, and what was computed before is kept.
         facts["error"] = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
         (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
-    result = _result(facts)
+    result = _result({**facts, **about})
     recorder.complete(result)
     return Trial(out, result)
 
@@ -143,6 +155,7 @@ def _play(
     spec: TrialSpec,
     problem: Problem,
     planner: TaskPlanner,
+    privileged: Sequence[Privileged],
     listeners: list[Listener],
     observers: Sequence[Observer],
     video: Path | None,
@@ -169,15 +182,23 @@ def _play(
             view_of(rehearse(parts).context)  # what the recorder makes of every look
         names = tuple(placement.name for placement in problem.ordered())
         started = Started(
-            problem.name, planner.name, spec.seed, problem.description, spec.max_picks, names, absent
+            problem.name,
+            planner.name,
+            spec.seed,
+            problem.description,
+            spec.max_picks,
+            names,
+            absent,
+            "" if spec.vlm is None else spec.vlm.text,
         )
         config = EpisodeConfig(spec.max_picks, spec.seed)
-        if isinstance(planner, PrivilegedPlanner):
+        if privileged:
             sandbox = stack.enter_context(
                 open_sandbox(problem, robot, parts.pipeline, parts.motion_planner, config)
             )
             simulation = Simulation(simulated, sandbox, config, say)
-            planner.attach(simulation)
+            for part in privileged:
+                part.attach(simulation)
             listeners = [*listeners, simulation]
         run_episode(parts, started, config, [*listeners, last])
     return {"status": "completed", **last.facts}
