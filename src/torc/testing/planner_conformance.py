@@ -19,17 +19,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torc.errors import TorcError
 from torc.records import Decision, PlanningContext
 from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
 from torc.task_planning.random_choice import graspable_ids
 from torc.testing import contexts
+from torc.testing.conformance import NonConformanceError
 
 PlannerFactory = Callable[[], TaskPlanner]
-
-
-class NonConformanceError(TorcError, AssertionError):
-    """A planner broke the protocol's rules; the text lists case and rule."""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ CLIENTS = PartKind(
     "ask(question)",
     MappingProxyType(
         dict.fromkeys(PROVIDERS, "torc.vlm.clients.opening:open_api_client")
-        | {SIMULATED: "torc.vlm.simulated.client:SimulatedVlm"}
+        | {SIMULATED: "torc.vlm.simulated.client:open_simulated"}
     ),
 )
 """Who can be asked; other packages add providers by an entry point of the group, or are named "module:Class"."""

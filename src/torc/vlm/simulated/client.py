@@ -20,8 +20,21 @@ from torc.vlm.simulated.answers import (
     told_facts,
 )
 from torc.vlm.simulated.confusion import Luck, confused, draw_luck
-from torc.vlm.simulated.profiles import find_profile
+from torc.vlm.simulated.profiles import Profile, find_profile
 from torc.vlm.simulated.situation import Situation
+
+
+def open_simulated(config: VlmConfig, truth: Callable[[], Situation]) -> "SimulatedVlm":
+    """The simulated VLM of a configuration, whose model is the profile.
+
+    Raises InputError for a profile that is unknown, and for options of real models.
+    """
+    profile = find_profile(config.model)
+    if config != VlmConfig(config.provider, config.model):
+        raise InputError(
+            "The simulated VLM takes a profile alone (--vlm simulated:PROFILE), no address and no model's options."
+        )
+    return SimulatedVlm(profile, truth)
 
 
 class SimulatedVlm:
@@ -32,19 +45,12 @@ class SimulatedVlm:
     model must be before it pays. What it draws is decided by the question's repetition.
 
     Args:
-        config: the profile, as its model, and nothing else.
+        profile: how often it errs.
         truth: tells the situation in which it is asked.
-
-    Raises InputError for a profile that is unknown, and for options of real models.
     """
 
-    def __init__(self, config: VlmConfig, truth: Callable[[], Situation]) -> None:
-        self.profile = find_profile(config.model)
-        if config != VlmConfig(config.provider, config.model):
-            raise InputError(
-                "The simulated VLM takes a profile alone (--vlm simulated:PROFILE), no address and no model's options."
-            )
-        self._truth = truth
+    def __init__(self, profile: Profile, truth: Callable[[], Situation]) -> None:
+        self.profile, self._truth = profile, truth
 
     @property
     def name(self) -> str:
