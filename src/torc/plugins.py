@@ -66,7 +66,7 @@ def make_part(
     """
     path = _path(kind, name)
     factory = _load(kind, name, path)
-    arguments = {k: v for k, v in (offered or {}).items() if k in _parameters(factory)} | dict(options)
+    arguments = {k: v for k, v in (offered or {}).items() if k in parameters(factory)} | dict(options)
     part = _construct(factory, f"{kind.title} '{name}' ({path})", arguments)
     if not callable(getattr(part, kind.method, None)):
         raise InputError(
@@ -77,7 +77,7 @@ def make_part(
 
 def takes(kind: PartKind, name: str, argument: str) -> bool:
     """Whether the class of that name takes an argument. Raises as `make_part`."""
-    return argument in _parameters(_load(kind, name, _path(kind, name)))
+    return argument in parameters(_load(kind, name, _path(kind, name)))
 
 
 @contextmanager
@@ -139,7 +139,8 @@ def _signature(factory: Any) -> inspect.Signature | None:
         return None
 
 
-def _parameters(factory: Any) -> frozenset[str]:
+def parameters(factory: Any) -> frozenset[str]:
+    """Names of the arguments that something takes, as far as it tells."""
     signature = _signature(factory)
     return frozenset() if signature is None else frozenset(signature.parameters)
 

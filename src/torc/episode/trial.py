@@ -23,6 +23,7 @@ from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.episode.video import VideoRecorder
 from torc.episode.witness import Witness
 from torc.errors import InputError, TorcError
+from torc.grasping.names import DEFAULT_GRASPS
 from torc.motion.planner import OmplMotionPlanner
 from torc.pipeline.defaults import default_pipeline
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
@@ -56,6 +57,7 @@ class TrialSpec:
         vlm: the model that the planner asks, for planners that ask one.
         min_score: less likely grasps wait until there are no better ones; see `Pipeline`.
         expert: who decides, where the planner is a person.
+        grasps: name in the registry of grasp planners or module:Class.
     """
 
     problem: str
@@ -67,13 +69,16 @@ class TrialSpec:
     vlm: VlmConfig | None = None
     min_score: float = DEFAULT_MIN_SCORE
     expert: str = ""
+    grasps: str = DEFAULT_GRASPS
 
     @property
     def default_name(self) -> str:
         """A directory name for the trial."""
         model = "-" + re.sub(r"[^\w.]+", "-", self.vlm.short_name) if self.vlm is not None else ""
         expert = f"-{self.expert}" if self.expert else ""
-        return f"{Path(self.problem).stem}-{self.planner.replace(':', '.')}{model}{expert}-{self.seed}"
+        grasps = "" if self.grasps == DEFAULT_GRASPS else "-" + self.grasps.replace(":", ".")
+        planner = self.planner.replace(":", ".")
+        return f"{Path(self.problem).stem}-{planner}{model}{expert}{grasps}-{self.seed}"
 
 
 @dataclass(frozen=True)
@@ -174,7 +179,9 @@ def _play(
             observe(world)
         parts = EpisodeParts(
             simulated,
-            default_pipeline(robot, workspace, noise=spec.noise, min_score=spec.min_score),
+            default_pipeline(
+                robot, workspace, noise=spec.noise, min_score=spec.min_score, grasps=spec.grasps
+            ),
             planner,
             OmplMotionPlanner(robot, workspace),
         )
