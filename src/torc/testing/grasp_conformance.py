@@ -15,6 +15,7 @@ How good the grasps are is not judged here: `torc run` shows it, and `benchmarks
 import pickle
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from torc.grasping.asking import grasp_faults
 from torc.grasping.protocol import GraspPlanner
 from torc.plugins import parameters
 from torc.records import GraspSet
-from torc.robots.description import load_robot
+from torc.robots.description import GripperDescription, load_robot
 from torc.scenes.workspace import Workspace
 from torc.testing.conformance import NonConformanceError
 from torc.testing.synthetic import Shape, SyntheticBox
@@ -90,7 +91,7 @@ def violations(make: GraspPlannerFactory, case: Case, seed: int = 0) -> list[str
     try:
         grasps = _made(make).plan(view.scene, view.volume, np.random.default_rng(seed))
         again = _made(make).plan(view.scene, view.volume, np.random.default_rng(seed))
-    except Exception as error:  # whatever a stranger's planner raises is the finding
+    except (Exception, SystemExit) as error:  # whatever a stranger's planner raises is the finding
         return [f"{case.name}: it raised {type(error).__name__}: {error}"]
     found = list(grasp_faults(grasps, view.scene))
     if not found:
@@ -104,8 +105,13 @@ def violations(make: GraspPlannerFactory, case: Case, seed: int = 0) -> list[str
     return [f"{case.name}: {text}" for text in found]
 
 
+@cache
+def _gripper() -> GripperDescription:
+    return load_robot().gripper
+
+
 def _made(make: GraspPlannerFactory) -> GraspPlanner:
-    offered: dict[str, Any] = {"gripper": load_robot().gripper, "support_z_m": _TABLE_Z}
+    offered: dict[str, Any] = {"gripper": _gripper(), "support_z_m": _TABLE_Z}
     return make(**{name: value for name, value in offered.items() if name in parameters(make)})
 
 

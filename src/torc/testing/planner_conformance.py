@@ -78,7 +78,7 @@ def violations(make: PlannerFactory, case: Case, seed: int = 0) -> list[str]:
     drawn = str(np.random.get_state())
     try:
         decision = planner.decide(context, np.random.default_rng(seed))
-    except Exception as error:  # whatever a stranger's planner raises is the finding
+    except (Exception, SystemExit) as error:  # whatever a stranger's planner raises is the finding
         return [f"{case.name}: it raised {type(error).__name__}: {error}"]
     found = _decision_faults(decision, context)
     if pickle.dumps(context) != before:

@@ -90,7 +90,7 @@ def violations(make: ClientFactory, case: Case) -> list[str]:
         pass
     except TorcError as error:
         found.append(f"it raised {type(error).__name__}, not torc.vlm.failures.VlmError: {error}")
-    except Exception as error:  # whatever a stranger's client raises is the finding
+    except (Exception, SystemExit) as error:  # whatever a stranger's client raises is the finding
         found.append(
             f"it raised {type(error).__name__}: {error}; a model that gives no reply is a torc.vlm.failures.VlmError"
         )

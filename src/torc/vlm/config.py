@@ -33,6 +33,7 @@ CLIENTS = PartKind(
 LEVELS = ("off", "minimal", "low", "medium", "high")
 """Amounts of thinking in words."""
 _MAX_NAME = 200
+_NEAR = 0.82
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,7 @@ def parse_vlm(text: str) -> tuple[str, str, str | None]:
 
 def _misspelt(provider: str) -> bool:
     """Whether this is no module, but nearly the name of a provider."""
-    if not difflib.get_close_matches(provider, list(part_paths(CLIENTS))):
+    if not difflib.get_close_matches(provider, list(part_paths(CLIENTS)), cutoff=_NEAR):
         return False
     try:
         return importlib.util.find_spec(provider) is None

@@ -176,7 +176,7 @@ def test_profiles_are_named_or_an_accuracy():
 def test_the_profiles_get_better_one_after_the_other():
     ranked = [PROFILES[name] for name in ("hopeless", "poor", "good", "perfect")]
     for worse, better in pairwise(ranked):
-        for name in ("sees_target", "front", "below", "blocking", "heeds_facts"):
+        for name in ("sees_target", "front", "below", "free", "blocked", "heeds_facts"):
             assert getattr(worse, name) < getattr(better, name)
         assert better.made_up < worse.made_up
         assert better.malformed < worse.malformed

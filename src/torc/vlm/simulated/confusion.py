@@ -84,12 +84,10 @@ def confused(
     hiding = pairs if seen else pairs | {(k, TARGET_ID) for k in truth.in_sight if k != TARGET_ID}
     believed = Situation(
         in_sight=in_sight,
-        graspable=frozenset(
-            k for k in in_sight if (k in truth.graspable) == (luck.grasp[k] < profile.blocking)
-        ),
+        graspable=frozenset(k for k in in_sight if _free(k not in truth.graspable, luck.grasp[k], profile)),
         lies_on=_lies_on(truth, profile, luck, pairs),
         hides=_hides(truth, profile, luck, hiding),
-        blocks=frozenset(p for p in pairs if (p in truth.blocks) == (luck.blocking[p] < profile.blocking)),
+        blocks=frozenset(p for p in pairs if not _free(p in truth.blocks, luck.blocking[p], profile)),
         near=truth.near,
     )
     return believed if told is None else _heeding(believed, told, profile, luck)
@@ -103,6 +101,11 @@ def _pairs_in_question(truth: Situation, asked: Collection[Pair]) -> frozenset[P
     known = {*truth.in_sight, TARGET_ID}
     pairs = {p for p in (*truth.near, *truth.lies_on, *truth.hides, *truth.blocks, *asked) if known >= {*p}}
     return frozenset({*pairs, *((b, a) for a, b in pairs)})
+
+
+def _free(blocked: bool, luck: float, profile: Profile) -> bool:
+    """Whether something seems free: what is not, where that is missed; what is, where that is made out."""
+    return luck >= profile.blocked if blocked else luck < profile.free
 
 
 def _lies_on(truth: Situation, profile: Profile, luck: Luck, pairs: frozenset[Pair]) -> frozenset[Pair]:

@@ -25,7 +25,8 @@ class Profile:
         front: on whether of two objects that meet in the image one stands in front of the other; and, for a hidden
             target, on whether an object hides it.
         below: on whether one of two objects lies on the other, and which.
-        blocking: on whether the robot can grasp an object, and whether a neighbour is in the way of that.
+        free: on an object that the robot can grasp, and on a neighbour that is not in the way.
+        blocked: on an object that it cannot grasp, and on a neighbour that is in the way.
         heeds_facts: that it goes by what the prompt says on an object's grasps, where it says something.
         made_up: that it names an object that is not there.
         malformed: that its reply cannot be read: cut short, refused, empty, not in the form that was asked for.
@@ -37,7 +38,8 @@ class Profile:
     sees_target: float
     front: float
     below: float
-    blocking: float
+    free: float
+    blocked: float
     heeds_facts: float
     made_up: float
     malformed: float
@@ -46,7 +48,7 @@ class Profile:
 def profile_of_accuracy(accuracy: float, name: str) -> Profile:
     """All facts right with that probability; a fifth of the rest, each, is made up and malformed."""
     slips = (1.0 - accuracy) / 5.0
-    return Profile(name, accuracy, accuracy, accuracy, accuracy, accuracy, slips, slips)
+    return Profile(name, *[accuracy] * 6, slips, slips)
 
 
 PROFILES: Mapping[str, Profile] = MappingProxyType(
@@ -58,7 +60,8 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
             sees_target=0.5,
             front=0.5,
             below=0.5,
-            blocking=0.5,
+            free=1.0,
+            blocked=0.1,
             heeds_facts=0.5,
             made_up=0.02,
             malformed=0.02,
