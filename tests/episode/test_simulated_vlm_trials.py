@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from torc.testing import contexts
 from torc.testing.fake_vlm import ScriptedVlm
 from torc.vlm.cache import CacheConfig, CacheMode
 from torc.vlm.config import VlmConfig
+from torc.vlm.simulated.profiles import PROFILES
 
 POOR = VlmConfig("simulated", "poor")
 
@@ -70,6 +72,7 @@ def test_a_trial_says_everywhere_that_its_vlm_is_simulated(tmp_path):
     assert trial.result["status"] == "completed"
     assert trial.result["vlm"] == "simulated:poor"
     assert trial.result["participant"] is False
+    assert trial.result["simulated_vlm"] == asdict(PROFILES["poor"])
     assert json.loads((tmp_path / "a" / "spec.json").read_text())["vlm"]["provider"] == "simulated"
     assert "simulated" in spec.default_name
     assert text.getvalue().count("simulated:poor") >= 2  # who asks whom, and why this object

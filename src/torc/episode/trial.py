@@ -38,6 +38,7 @@ from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
 from torc.vlm.config import VlmConfig
 from torc.vlm.opening import planner_options
+from torc.vlm.simulated.profiles import find_profile
 
 RESULT_FORMAT = "torc-trial/1"
 _VERSIONED = ("numpy", "scipy", "numba", "mujoco-core", "ompl", "pin-pink", "daqp")
@@ -127,11 +128,13 @@ def run_trial(
     truth = None if witness is None else witness.situation
     planner = planner or make_trial_planner(spec.planner, **planner_options(spec.vlm, vlm_cache, truth))
     privileged = [part for part in (planner, witness) if isinstance(part, Privileged)]
-    about = {
+    about: dict[str, Any] = {
         "vlm": None if spec.vlm is None else spec.vlm.text,
         # Who knows the simulator's truth plays, but does not compete.
         "participant": not privileged,
     }
+    if spec.vlm is not None and spec.vlm.simulated:
+        about["simulated_vlm"] = asdict(find_profile(spec.vlm.model))
     recorder = TrialRecorder(out, asdict(spec), overwrite=overwrite, records=save_records)
     facts: dict[str, Any] = {"status": "errored"}
     try:
