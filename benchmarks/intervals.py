@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 Statistic = Callable[[list[dict]], float]
+DRAWS = 2000
+"""Of a bootstrap."""
 
 
 @dataclass(frozen=True)
@@ -17,22 +19,22 @@ class Bounds:
     high: float
 
 
-def interval(rows: list[dict], statistic: Statistic, digits: int = 2, draws: int = 2000) -> str:
+def interval(rows: list[dict], statistic: Statistic, digits: int = 2) -> str:
     """A statistic with its 95 % interval, as text. Empty where there is nothing to count."""
     if np.isnan(statistic(rows)):
         return ""
-    found = bounds(rows, statistic, draws)
+    found = bounds(rows, statistic)
     return f"{found.value:.{digits}f} [{found.low:.{digits}f}, {found.high:.{digits}f}]"
 
 
-def bounds(rows: list[dict], statistic: Statistic, draws: int = 2000) -> Bounds:
+def bounds(rows: list[dict], statistic: Statistic) -> Bounds:
     """A statistic with its 95 % interval: bootstrap over problems."""
     groups: dict[str, list[dict]] = {}
     for row in rows:
         groups.setdefault(row["problem"], []).append(row)
     names, rng = sorted(groups), np.random.default_rng(0)
     values = []
-    for _ in range(draws):
+    for _ in range(DRAWS):
         sample = [row for i in rng.integers(0, len(names), len(names)) for row in groups[names[i]]]
         values.append(statistic(sample))
     low, high = np.nanpercentile(values, [2.5, 97.5])

@@ -37,6 +37,13 @@ class Told:
         return reply_of(PLAN, self.config.model or "none")
 
 
+class Nosy(Plain):
+    """Would like to know more than a client may."""
+
+    def __init__(self, config, truth=None):
+        self.truth = truth
+
+
 class Mute:
     pass
 
@@ -96,6 +103,10 @@ def test_a_class_is_made_and_asked():
     assert (client.config.base_url, client.config.temperature) == ("http://host", 0.5)
     with pytest.raises(InputError, match="takes no `config`"):
         open_client(_config(f"{HERE}:Plain:big"))
+
+
+def test_the_truth_is_told_to_nobody_but_the_simulated_vlm():
+    assert open_client(_config(f"{HERE}:Nosy"), truth=lambda: "the truth").truth is None
 
 
 def test_registered_names_work_as_the_vendors_do(monkeypatch):

@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from situations import random_situation
 
 from torc.vlm.simulated.confusion import ToldFacts, confused, draw_luck
-from torc.vlm.simulated.profiles import PROFILES, profile_of_accuracy
+from torc.vlm.simulated.profiles import PROFILES, Profile, profile_of_accuracy
 
 
 def facts(situation):
@@ -49,24 +48,31 @@ def test_a_better_one_errs_only_where_a_worse_one_does(rng):
         assert len(wrong[0]) < len(wrong[3])
 
 
-@pytest.mark.parametrize("accuracy", [0.5, 0.8])
-def test_facts_are_right_as_often_as_stated(rng, accuracy):
-    profile = profile_of_accuracy(accuracy, "some")
-    right = {"grasp": [], "blocks": [], "hides": [], "lies": [], "seen": []}
+def test_facts_are_right_as_often_as_stated(rng):
+    profile = Profile(
+        "some", 0.9, front=0.6, below=0.8, free=0.7, blocked=0.55, heeds_facts=0, made_up=0, malformed=0
+    )
+    right = {"seen": [], "front": [], "below": [], "free": [], "blocked": []}
     for _ in range(300):
         truth, luck = random_situation(rng), draw_luck(rng)
         believed = confused(truth, profile, luck)
         right["seen"].append(believed.target_seen == truth.target_seen)
         ids = truth.in_sight.keys() & believed.in_sight.keys()
-        right["grasp"] += [(k in believed.graspable) == (k in truth.graspable) for k in ids]
+        for k in ids:
+            right["free" if k in truth.graspable else "blocked"].append(
+                (k in believed.graspable) == (k in truth.graspable)
+            )
         for a, b in ((a, b) for a, b in truth.near if a in ids and b in ids):
-            right["blocks"].append(((a, b) in believed.blocks) == ((a, b) in truth.blocks))
-            right["hides"].append(((a, b) in believed.hides) == ((a, b) in truth.hides))
+            right["blocked" if (a, b) in truth.blocks else "free"].append(
+                ((a, b) in believed.blocks) == ((a, b) in truth.blocks)
+            )
+            right["front"].append(((a, b) in believed.hides) == ((a, b) in truth.hides))
             if not {(a, b), (b, a)} & truth.lies_on:
-                right["lies"].append(not {(a, b), (b, a)} & believed.lies_on)
+                right["below"].append(not {(a, b), (b, a)} & believed.lies_on)
+    stated = {"seen": 0.9, "front": 0.6, "below": 0.8, "free": 0.7, "blocked": 0.55}
     for kind, found in right.items():
-        spread = np.sqrt(accuracy * (1 - accuracy) / len(found))
-        assert abs(np.mean(found) - accuracy) < 4 * spread, kind
+        spread = np.sqrt(stated[kind] * (1 - stated[kind]) / len(found))
+        assert abs(np.mean(found) - stated[kind]) < 4 * spread, kind
 
 
 def test_knowing_nothing_is_believing_the_same_whatever_is_so(rng):
