@@ -1,8 +1,8 @@
 """Calibrates the simulated VLM's profile `paper` to the picks that the paper's VLM lost.
 
-    torc problems generate --count 10 --seed 730000 --out runs/calibration_problems
-    torc problems generate --count 8 --seed 740000 --hidden hidden --out runs/calibration_hidden
-    python benchmarks/vlm_calibration.py --problems runs/calibration_problems,runs/calibration_hidden --workers 2
+    torc problems generate --count 20 --seed 730000 --out runs/calibration
+    torc problems generate --structured --count 4 --seed 740000 --hidden hidden --out runs/calibration_hidden
+    python benchmarks/vlm_calibration.py --problems runs/calibration,runs/calibration_hidden --workers 2
 
 RANDOM plays every problem; each moment at which it decides is a situation in which a VLM might be asked. The paper's
 VLM lost .447 of VLM-SELECT's picks, and .085 of VLM+GRASPS', because three answers named nothing graspable. A planner
@@ -43,7 +43,7 @@ class Args:
     """Directory of the situations."""
     seeds: int = 1
     """Seeds 0..N-1 of RANDOM's trials."""
-    repeats: int = 40
+    repeats: int = 20
     """Answers per situation."""
     workers: int = 2
     """Processes."""

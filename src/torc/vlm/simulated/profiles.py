@@ -48,7 +48,17 @@ class Profile:
 def profile_of_accuracy(accuracy: float, name: str) -> Profile:
     """All facts right with that probability; a fifth of the rest, each, is made up and malformed."""
     slips = (1.0 - accuracy) / 5.0
-    return Profile(name, *[accuracy] * 6, slips, slips)
+    return Profile(
+        name,
+        sees_target=accuracy,
+        front=accuracy,
+        below=accuracy,
+        free=accuracy,
+        blocked=accuracy,
+        heeds_facts=accuracy,
+        made_up=slips,
+        malformed=slips,
+    )
 
 
 PROFILES: Mapping[str, Profile] = MappingProxyType(
