@@ -15,8 +15,8 @@ from torc.vlm.simulated.situation import Pair, Situation
 class Luck:
     """All that is drawn for one reply, the same draws whatever the scene and the profile: uniform numbers in [0, 1).
 
-    A fact is mistaken where its number is not below the probability to be right on it: so a better profile is right
-    wherever a worse one is.
+    A fact is mistaken where its number is not below the probability to be right on it: so of two accuracies the better
+    is right wherever the worse is.
 
     Attributes:
         target, made_up, malformed, form: one number each.
