@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from intervals import Bounds
+from torc.errors import MissingDependencyError, extra_remedy
 
 # Okabe and Ito's colours, which colour-blind people tell apart; shapes and dashes tell the same again.
 _STYLES = (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^"), ("#CC79A7", "D"))
@@ -48,9 +49,14 @@ class Panel:
 
 
 def draw(panels: Sequence[Panel], paths: Sequence[Path], note: str = "") -> None:
-    """Draw the panels side by side into files; the ending says in which form. `note` stands in the title."""
-    import matplotlib
+    """Draw the panels side by side into files; the ending says in which form. `note` stands in the title.
 
+    Raises MissingDependencyError without matplotlib.
+    """
+    try:
+        import matplotlib
+    except ImportError as error:
+        raise MissingDependencyError("matplotlib", extra_remedy("train")) from error
     matplotlib.use("agg")
     # The same file for the same numbers: no random ids, no date.
     matplotlib.rcParams.update({"svg.hashsalt": "torc", "font.size": 9})
