@@ -1,26 +1,44 @@
 """Statistics of trials, with intervals that respect that trials of one problem are not independent."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 Statistic = Callable[[list[dict]], float]
+DRAWS = 2000
+"""Of a bootstrap."""
 
 
-def interval(rows: list[dict], statistic: Statistic, digits: int = 2, draws: int = 2000) -> str:
-    """A statistic with its 95 % interval: bootstrap over problems. Empty where there is nothing to count."""
+@dataclass(frozen=True)
+class Bounds:
+    """A statistic and its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+def interval(rows: list[dict], statistic: Statistic, digits: int = 2) -> str:
+    """A statistic with its 95 % interval, as text. Empty where there is nothing to count."""
     if np.isnan(statistic(rows)):
         return ""
+    found = bounds(rows, statistic)
+    return f"{found.value:.{digits}f} [{found.low:.{digits}f}, {found.high:.{digits}f}]"
+
+
+def bounds(rows: list[dict], statistic: Statistic) -> Bounds:
+    """A statistic with its 95 % interval: bootstrap over problems."""
     groups: dict[str, list[dict]] = {}
     for row in rows:
         groups.setdefault(row["problem"], []).append(row)
     names, rng = sorted(groups), np.random.default_rng(0)
     values = []
-    for _ in range(draws):
+    for _ in range(DRAWS):
         sample = [row for i in rng.integers(0, len(names), len(names)) for row in groups[names[i]]]
         values.append(statistic(sample))
     low, high = np.nanpercentile(values, [2.5, 97.5])
-    return f"{statistic(rows):.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
+    return Bounds(statistic(rows), float(low), float(high))
 
 
 def share(predicate: Callable[[dict], bool]) -> Statistic:
@@ -45,7 +63,13 @@ def rate(held: str, executed: str) -> Statistic:
     )
 
 
+def share_of_picks(result: str) -> Statistic:
+    """Share of the picks, over all rows together, that ended so."""
+    return lambda rows: float(sum(r["outcomes"].count(result) for r in rows) / sum(r["picks"] for r in rows))
+
+
 RETRIEVED = share(lambda row: row["retrieved"])
 WITH_NO_DROP = share(lambda row: row["retrieved"] and row["drops"] == 0)
 GRASPS_HELD = rate("grasps_held", "grasps_executed")
+LOST = share_of_picks("no valid choice")
 UNSEEN_HELD = rate("unseen_held", "unseen_executed")

@@ -41,11 +41,13 @@ class Args:
     """Also print how hard the problems are, and a row per problem."""
 
 
-def play(problem: str, planner: str, seed: int, out: Path) -> str:
-    """Run one trial unless it is there; returns a line that says how it went."""
+def play(problem: str, planner: str, seed: int, out: Path, vlm: str | None = None) -> str:
+    """Run one trial, with a planner that asks this VLM if one is named; returns a line that says how it went."""
     from torc.episode.trial import TrialSpec, run_trial
+    from torc.vlm.config import VlmConfig, parse_vlm
 
-    trial = run_trial(TrialSpec(problem, planner, seed), out, say=lambda text: None)
+    config = None if vlm is None else VlmConfig(*parse_vlm(vlm))
+    trial = run_trial(TrialSpec(problem, planner, seed, vlm=config), out, say=lambda text: None)
     result = trial.result
     if result["status"] != "completed":
         return f"{out.name}: {result['status']}: {result.get('error', '')}"

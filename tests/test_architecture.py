@@ -12,6 +12,7 @@ import torc
 
 ORDER = [
     "errors",
+    "plugins",
     "records",
     "geometry",
     "scenes",

@@ -1,7 +1,7 @@
 """The documentation speaks of what is there."""
 
 import re
-from dataclasses import fields
+from dataclasses import astuple, fields
 from pathlib import Path
 
 import pytest
@@ -10,9 +10,12 @@ from torc.records import GraspStatus, PickResult, PlanningContext
 from torc.task_planning.graph import EdgeKind
 from torc.task_planning.registry import BUILT_IN
 from torc.testing.planner_conformance import check_planner
+from torc.testing.vlm_client_conformance import check_client
+from torc.vlm.simulated.profiles import PROFILES
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+VLM = (ROOT / "docs" / "vlm.md").read_text()
 PLANNERS = (ROOT / "docs" / "task_planners.md").read_text()
 
 
@@ -34,3 +37,16 @@ def test_the_planner_on_the_page_conforms():
     names: dict = {}
     exec(code, names)
     check_planner(names["Largest"])
+
+
+def test_the_client_on_the_page_conforms():
+    (code,) = re.findall(r"```python\n(from torc.vlm.replies import reply_of.*?)```", VLM, re.DOTALL)
+    names: dict = {}
+    exec(code, names)
+    check_client(names["Obedient"])
+
+
+def test_the_page_on_the_simulated_vlm_has_its_numbers():
+    rows = [[c.strip() for c in line[1:-1].split("|")] for line in VLM.splitlines() if line.startswith("|")]
+    shown = {row[0].strip("`"): tuple(map(float, row[1:])) for row in rows if row[0].strip("`") in PROFILES}
+    assert shown == {name: tuple(round(n, 3) for n in astuple(p)[1:]) for name, p in PROFILES.items()}

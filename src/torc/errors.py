@@ -48,5 +48,13 @@ class PlannerError(TorcError):
     """A task planner, mostly a third party's, crashed or answered something that is no decision."""
 
 
+class VlmClientError(TorcError):
+    """A VLM client, mostly a third party's, crashed or returned something that is no reply."""
+
+
+class GraspPlannerError(TorcError):
+    """A grasp planner, mostly a third party's, crashed or returned something that is no set of grasps."""
+
+
 class PhysicsError(TorcError):
     """The simulation broke (a body too fast, a deep penetration, NaN). The trial is errored, never scored."""

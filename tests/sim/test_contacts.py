@@ -1,12 +1,20 @@
 """What is carried, directly and through others; how hard the robot presses."""
 
+from dataclasses import replace
+
+import mujoco
 import numpy as np
 import pytest
 from sim_scenes import TABLE_Z, UPRIGHT, standing, world_of
 
 from torc.robots.description import load_robot
-from torc.sim.contacts import ContactReader, deepest_overlap
+from torc.scenes.problem import ObjectPlacement, load_problem
+from torc.scenes.workspace import Workspace
+from torc.sim.contacts import ContactReader, deepest_overlap, lies_on
 from torc.sim.robot import _choose_held
+from torc.sim.settling import settle
+from torc.sim.state import save_state
+from torc.sim.world import Presence, build_world
 
 ROBOT = load_robot()
 
@@ -43,8 +51,6 @@ def test_what_did_not_rise_is_not_carried(stacked):
 
 
 def test_force_on_the_robot_names_the_thing(stacked):
-    import mujoco
-
     reader = ContactReader(stacked, ROBOT)
     mujoco.mj_step(stacked.model, stacked.data)
     force, words = reader.hardest(ignore_gripped=False)
@@ -79,3 +85,51 @@ def test_the_deepest_overlap_is_measured_and_named():
     assert overlap.depth_m == pytest.approx(0.005, abs=1e-6)
     assert any("can" in name for name in overlap.between)
     assert "table" in overlap.between
+
+
+def _on(name: str, model: str, x: float, y: float, height: float) -> ObjectPlacement:
+    below = standing(name, model, x, y)
+    return replace(below, position=(x, y, below.position[2] + height))
+
+
+def test_who_lies_on_whom_in_a_stack_and_not_beside_it():
+    world = world_of(
+        standing("bottom", "anvil", 0.60, -0.10),
+        _on("middle", "carton", 0.58, -0.10, 0.202),
+        _on("top", "carton", 0.58, -0.10, 0.344),
+        standing("beside", "carton", 0.60, -0.011),
+        standing("far", "carton", 0.75, 0.2),
+    )
+    mujoco.mj_step(world.model, world.data, 8)  # about to touch down
+    before = save_state(world)
+    lies_on(world)
+    assert np.array_equal(before, save_state(world))
+    assert settle(world).settled
+    assert lies_on(world) == {(1, 0), (2, 1)}
+    world = world_of(*world.problem.objects, robot=ROBOT)
+    mujoco.mj_step(world.model, world.data, 1500)
+    assert (world.data.tree_asleep >= 0).any()
+    asleep = save_state(world)
+    assert lies_on(world) == {(1, 0), (2, 1)}
+    assert np.array_equal(asleep, save_state(world))
+    world.park(1, Presence.DELIVERED)
+    world.park(2, Presence.DELIVERED)
+    assert lies_on(world) == frozenset()
+
+
+def test_what_does_not_touch_the_table_lies_on_something():
+    world = build_world(load_problem("unstructured-01"), None, Workspace())
+    settle(world)
+    pairs = lies_on(world)
+    world.update_position_stage()
+    touching = {
+        int(label)
+        for a, b in world.geom_labels[world.data.contact.geom]
+        if min(a, b) < 0
+        for label in (a, b)
+        if label >= 0
+    }
+    held_up = {upper for upper, _ in pairs}
+    assert set(np.flatnonzero(world.present).tolist()) - touching <= held_up
+    assert held_up
+    assert not any((lower, upper) in pairs for upper, lower in pairs)

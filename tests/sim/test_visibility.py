@@ -45,12 +45,31 @@ def test_pixels_alone_are_those_of_the_picture_without_the_others(cluttered):
         assert counted.pixels_alone[i] == _counts(alone, "rays")[0]
 
 
+def test_what_hides_an_object_is_what_shows_in_its_place(cluttered):
+    counted, whole = measure_visibility(cluttered, MOUNT), load_problem("unstructured-01")
+    with CameraRenderer(cluttered, MOUNT, "rays") as renderer:
+        labels = renderer.render().label_image
+    for k in (0, 6):
+        with CameraRenderer(
+            build_world(problem(whole.ordered()[k]), None, Workspace()), MOUNT, "rays"
+        ) as renderer:
+            alone = renderer.render().label_image == 0
+        in_front = labels[alone & (labels != k)]
+        counts = np.bincount(in_front[in_front >= 0], minlength=cluttered.object_count)
+        assert counted.hidden_by[k].tolist() == counts.tolist()
+        assert counts.sum() > 100
+    # No robot, and nothing else stands between camera and table: all that does not show is behind another object.
+    hidden = counted.pixels_alone - counted.pixels
+    assert counted.hidden_by.sum(axis=1).tolist() == hidden.tolist()
+
+
 def test_a_picture_at_hand_saves_rays_and_changes_nothing(cluttered):
     with CameraRenderer(cluttered, MOUNT, "rays") as renderer:
         labels = renderer.render().label_image
     a, b = measure_visibility(cluttered, MOUNT), measure_visibility(cluttered, MOUNT, labels)
     assert a.pixels.tolist() == b.pixels.tolist()
     assert a.pixels_alone.tolist() == b.pixels_alone.tolist()
+    assert a.hidden_by.tolist() == b.hidden_by.tolist()
 
 
 def test_the_world_is_as_before(cluttered):
@@ -72,6 +91,8 @@ def test_fractions_where_they_are_known():
     assert seen.fractions[1] == 1.0
     assert seen.fractions[2] == 0.0
     assert seen.pixels_alone[2] > 50
+    assert np.argwhere(seen.hidden_by).tolist() == [[2, 1]]
+    assert seen.hidden_by[2, 1] == seen.pixels_alone[2]
     assert seen.fractions[3] == 0.0
     assert seen.pixels_alone[3] == 0
     assert world.presence[3] == Presence.DROPPED

@@ -51,7 +51,7 @@ def test_installed_packages_add_names(monkeypatch: pytest.MonkeyPatch) -> None:
     class Impostor:
         name, value = "random", "somewhere:Else"
 
-    monkeypatch.setattr("torc.task_planning.registry.entry_points", lambda group: [Point, Impostor])
+    monkeypatch.setattr("torc.plugins.entry_points", lambda group: [Point, Impostor])
     assert make_planner("theirs").name == "random"
     assert make_planner("random").name == "random"
 

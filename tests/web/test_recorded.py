@@ -43,6 +43,17 @@ def test_the_page_tells_what_the_log_tells(trial):
     assert page["picks_left"] == 14
 
 
+def test_the_page_names_the_vlm_that_a_planner_asks(trial):
+    assert trial_page(read_trial(trial))["planner"] == "dg-select"
+    spec = json.loads((trial / "spec.json").read_text())
+    for vlm, who in (
+        ({"provider": "simulated", "model": "paper", "seeded": False}, "dg-select asking simulated:paper"),
+        ({"provider": "theirs:Client", "model": ""}, "dg-select asking theirs:Client"),
+    ):
+        (trial / "spec.json").write_text(json.dumps({**spec, "vlm": vlm}))
+        assert trial_page(read_trial(trial))["planner"] == who
+
+
 def test_boxes_hold_the_labels(trial):
     recorded = read_trial(trial)
     label = recorded.view(0).label_image

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from torc.brain.answer import Answer
 from torc.errors import InputError
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.names import DEFAULT_GRASPS
+from torc.grasping.registry import make_grasp_planner
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.frames import Frame
@@ -32,6 +33,7 @@ def decide_frame(
     volume: OcclusionVolume | None = None,
     seed: int = 0,
     min_score: float = DEFAULT_MIN_SCORE,
+    grasps: str = DEFAULT_GRASPS,
 ) -> Answer:
     """Which object to pick next in a frame.
 
@@ -43,14 +45,16 @@ def decide_frame(
         volume: the occlusion volume after the frame before, None for the first frame.
         seed: decides all random draws.
         min_score: grasps that are less likely to hold wait until no object has a better one; see `Pipeline`.
+        grasps: the grasp planner, by name or as "module:Class".
 
     Raises:
-        InputError: `min_score` is no probability, or the planner named an object that is not in sight.
-        PlannerError: the planner crashed or answered something that is no decision.
+        InputError: `min_score` is no probability, the grasp planner cannot be made, or the planner named an object that
+            is not in sight.
+        PlannerError, GraspPlannerError: a planner crashed, or answered something that is no decision or no grasps.
     """
     planner = planner or make_planner("dg-select")
     before = volume if volume is not None else empty_volume(frame.grid)
-    look = _pipeline(frame, robot, min_score).look(
+    look = _pipeline(frame, robot, min_score, grasps).look(
         frame.observation, before, target_description=frame.target_description, seed=seed
     )
     decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
@@ -61,20 +65,29 @@ def decide_frame(
     return Answer(decision, look, frame.labels, frame.names)
 
 
-def rehearse(frame: Frame, planner: TaskPlanner, *, robot: RobotDescription | str | None = None) -> None:
+def rehearse(
+    frame: Frame,
+    planner: TaskPlanner,
+    *,
+    robot: RobotDescription | str | None = None,
+    grasps: str = DEFAULT_GRASPS,
+) -> None:
     """Use every kernel that `decide_frame` may need once, on a made-up scene: then none is compiled in it."""
-    rehearse_planner(planner, rehearse_look(_pipeline(frame, robot)).context)
+    rehearse_planner(planner, rehearse_look(_pipeline(frame, robot, grasps=grasps)).context)
 
 
 def _pipeline(
-    frame: Frame, robot: RobotDescription | str | None, min_score: float = DEFAULT_MIN_SCORE
+    frame: Frame,
+    robot: RobotDescription | str | None,
+    min_score: float = DEFAULT_MIN_SCORE,
+    grasps: str = DEFAULT_GRASPS,
 ) -> Pipeline:
     description = load_robot(robot) if isinstance(robot, str) else robot
     gripper = description.gripper if description is not None else load_robot(DEFAULT_GRIPPER).gripper
     perception = LabelPerception()
     return Pipeline(
         perception=perception,
-        grasp_planner=GeometricGraspPlanner(gripper, frame.support_z_m),
+        grasp_planner=make_grasp_planner(grasps, gripper, frame.support_z_m),
         robot=description if description is not None else gripper,
         workspace=_workspace(frame, with_robot=description is not None),
         # Frames come from any distance: what perception takes for a reading, the volume does too.

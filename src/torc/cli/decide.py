@@ -7,6 +7,7 @@ from typing import Annotated
 import tyro
 
 from torc.cli.vlm_options import VlmOptions
+from torc.grasping.names import DEFAULT_GRASPS
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 
 
@@ -37,6 +38,8 @@ class DecideCommand:
     planner: str = "dg-select"
     """Task planner: dg-select, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your
     own as module:Class."""
+    grasps: str = DEFAULT_GRASPS
+    """Grasp planner: geometric, or your own as module:Class."""
     robot: str = "none"
     """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, or a robot description file. With a
     robot the world is its base frame."""
@@ -67,8 +70,10 @@ class DecideCommand:
         planner, frame = make_planner(self.planner, **options), load_frame(self.frame)
         robot = None if self.robot == "none" else self.robot
         with announced_compilation(lambda text: print(text, file=sys.stderr)):
-            rehearse(frame, planner, robot=robot)
-        answer = decide_frame(frame, planner, robot=robot, seed=self.seed, min_score=self.min_score)
+            rehearse(frame, planner, robot=robot, grasps=self.grasps)
+        answer = decide_frame(
+            frame, planner, robot=robot, seed=self.seed, min_score=self.min_score, grasps=self.grasps
+        )
         if self.out is not None:
             try:
                 self.out.mkdir(parents=True, exist_ok=True)

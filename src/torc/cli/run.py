@@ -7,6 +7,7 @@ from typing import Annotated
 import tyro
 
 from torc.cli.vlm_options import VlmOptions
+from torc.grasping.names import DEFAULT_GRASPS
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 
 
@@ -22,6 +23,8 @@ class RunCommand:
     planner: str = "dg-select"
     """Task planner: dg-select, random, oracle (tries picks out in the simulation), vlm-select, vlm-grasps,
     vlm-fixes-dg (these three ask the model --vlm), or your own as module:Class."""
+    grasps: str = DEFAULT_GRASPS
+    """Grasp planner: geometric, or your own as module:Class."""
     seed: int = 0
     """Decides all random draws: same problem, planner and seed, same trial."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
@@ -64,6 +67,7 @@ class RunCommand:
             self.noise,
             vlm=self.vlm.config(),
             min_score=self.min_score,
+            grasps=self.grasps,
         )
         console = Console(stderr=self.json)
         out = self.out or Path("runs") / spec.default_name

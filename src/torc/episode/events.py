@@ -15,6 +15,7 @@ class Started:
 
     Attributes:
         problem, planner, seed, target_description, max_picks: who tries what.
+        vlm: the model that the planner asks, as on the command line; "simulated:..." is none.
         names: the objects' names by id, known to simulators only.
         absent: ids of objects that fell off the table before the first pick, known to simulators only.
     """
@@ -26,6 +27,7 @@ class Started:
     max_picks: int
     names: tuple[str, ...] = ()
     absent: tuple[int, ...] = ()
+    vlm: str = ""
 
 
 @dataclass(frozen=True)

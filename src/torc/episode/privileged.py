@@ -1,7 +1,8 @@
-"""What a privileged task planner may know and try: the true present, and what would come of picks.
+"""What privileged parts of a trial may know and try: the true present, and what would come of picks.
 
 A planner that has a method `attach` is given a `Simulation` before the first pick. It decides through the same method
-as any other planner. On a real robot there is nothing to attach it to.
+as any other planner. On a real robot there is nothing to attach it to. The simulated VLM is privileged in the same way,
+through its `Witness`; the planner that asks it is not.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -20,7 +21,9 @@ from torc.pipeline.look import Look, Pipeline
 from torc.records import Decision, PickOutcome, PickResult
 from torc.robots.description import RobotDescription
 from torc.scenes.problem import Problem
+from torc.sim.contacts import lies_on
 from torc.sim.robot import RobotState, SimulatedRobot, SimulatedRobotConfig
+from torc.sim.visibility import Visibility, measure_visibility
 from torc.sim.world import build_world
 from torc.task_planning.protocol import TaskPlanner
 
@@ -41,6 +44,19 @@ class Moment:
         """Whether as many picks have led to the same world, bit for bit."""
         same_world = np.array_equal(self.robot.world, other.robot.world)
         return same_world and self.episode.outcomes == other.episode.outcomes
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What no picture tells.
+
+    Attributes:
+        visibility: how much of each object the camera could see, and what hides the rest.
+        lies_on: (upper, lower) pairs of objects.
+    """
+
+    visibility: Visibility
+    lies_on: frozenset[tuple[int, int]]
 
 
 class Sandbox:
@@ -70,6 +86,12 @@ class Sandbox:
         self._robot.restore(moment.robot)
         return self._steps.look(moment.episode)
 
+    def truth(self, moment: Moment) -> Truth:
+        """Who hides whom, and who lies on whom."""
+        self._robot.restore(moment.robot)
+        world = self._robot.world
+        return Truth(measure_visibility(world, world.workspace.camera), lies_on(world))
+
     def pick(self, moment: Moment, look: Look, object_id: int | None) -> Moment:
         """The moment after a pick, where `look` is the look before it; None lets the pick pass.
 
@@ -96,7 +118,7 @@ class Sandbox:
 
 
 class Simulation:
-    """A trial in progress, as its privileged planner knows it. It is one of the trial's listeners.
+    """A trial in progress, as its privileged parts know it. It is one of the trial's listeners.
 
     Attributes:
         problem: what is played.
@@ -122,14 +144,23 @@ class Simulation:
         """The present, between two picks."""
         return Moment(self._robot.save(), self._state)
 
+    def truth(self) -> Truth:
+        """What no picture of the present tells. The trial's own world is not touched."""
+        return self.sandbox.truth(self.now())
+
 
 @runtime_checkable
-class PrivilegedPlanner(TaskPlanner, Protocol):
-    """A task planner that may look into the simulation."""
+class Privileged(Protocol):
+    """A part of a trial that may look into the simulation."""
 
     def attach(self, simulation: Simulation) -> None:
-        """Take the trial's simulation; called once, before the first decision."""
+        """Take the trial's simulation; called once, before the first look."""
         ...
+
+
+@runtime_checkable
+class PrivilegedPlanner(TaskPlanner, Privileged, Protocol):
+    """A task planner that may look into the simulation."""
 
 
 @contextmanager

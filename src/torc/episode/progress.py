@@ -34,9 +34,10 @@ class TerminalProgress:
         match event:
             case Started():
                 self.names = event.names
+                asking = f" asking {escape(event.vlm)}" if event.vlm else ""
                 self._line(
                     f"[bold]{escape(event.problem)}[/]: retrieve [bold]{escape(event.target_description)}[/] with "
-                    f"{escape(event.planner)}, seed {event.seed}, at most {event.max_picks} picks"
+                    f"{escape(event.planner)}{asking}, seed {event.seed}, at most {event.max_picks} picks"
                 )
                 if event.absent:
                     gone = ", ".join(map(self._name, event.absent))

@@ -17,12 +17,14 @@ from torc.episode.events import Ended, Event, Listener, Started
 from torc.episode.loop import rehearse, run_episode
 from torc.episode.pick_view import view_of
 from torc.episode.planners import make_trial_planner
-from torc.episode.privileged import PrivilegedPlanner, Simulation, open_sandbox
+from torc.episode.privileged import Privileged, Simulation, open_sandbox
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.episode.trajectory import TrajectoryRecorder
 from torc.episode.video import VideoRecorder
+from torc.episode.witness import Witness
 from torc.errors import InputError, TorcError
+from torc.grasping.names import DEFAULT_GRASPS
 from torc.motion.planner import OmplMotionPlanner
 from torc.pipeline.defaults import default_pipeline
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
@@ -37,6 +39,7 @@ from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
 from torc.vlm.config import VlmConfig
 from torc.vlm.opening import planner_options
+from torc.vlm.simulated.profiles import find_profile
 
 RESULT_FORMAT = "torc-trial/1"
 _VERSIONED = ("numpy", "scipy", "numba", "mujoco-core", "ompl", "pin-pink", "daqp")
@@ -56,6 +59,7 @@ class TrialSpec:
         vlm: the model that the planner asks, for planners that ask one.
         min_score: less likely grasps wait until there are no better ones; see `Pipeline`.
         expert: who decides, where the planner is a person.
+        grasps: name in the registry of grasp planners or module:Class.
     """
 
     problem: str
@@ -67,13 +71,16 @@ class TrialSpec:
     vlm: VlmConfig | None = None
     min_score: float = DEFAULT_MIN_SCORE
     expert: str = ""
+    grasps: str = DEFAULT_GRASPS
 
     @property
     def default_name(self) -> str:
         """A directory name for the trial."""
-        model = "-" + re.sub(r"[^\w.]+", "-", self.vlm.model) if self.vlm is not None else ""
+        model = "-" + re.sub(r"[^\w.]+", "-", self.vlm.short_name) if self.vlm is not None else ""
         expert = f"-{self.expert}" if self.expert else ""
-        return f"{Path(self.problem).stem}-{self.planner.replace(':', '.')}{model}{expert}-{self.seed}"
+        grasps = "" if self.grasps == DEFAULT_GRASPS else "-" + self.grasps.replace(":", ".")
+        planner = self.planner.replace(":", ".")
+        return f"{Path(self.problem).stem}-{planner}{model}{expert}{grasps}-{self.seed}"
 
 
 @dataclass(frozen=True)
@@ -132,7 +139,17 @@ def run_trial(
         InputError: the problem, planner, robot, VLM or output directory cannot be used; nothing was run.
     """
     problem = load_problem(spec.problem)
-    planner = planner or make_trial_planner(spec.planner, **planner_options(spec.vlm, vlm_cache))
+    witness = Witness() if spec.vlm is not None and spec.vlm.simulated else None
+    truth = None if witness is None else witness.situation
+    planner = planner or make_trial_planner(spec.planner, **planner_options(spec.vlm, vlm_cache, truth))
+    privileged = [part for part in (planner, witness) if isinstance(part, Privileged)]
+    about: dict[str, Any] = {
+        "vlm": None if spec.vlm is None else spec.vlm.text,
+        # Who knows the simulator's truth plays, but does not compete.
+        "participant": not privileged,
+    }
+    if spec.vlm is not None and spec.vlm.simulated:
+        about["simulated_vlm"] = asdict(find_profile(spec.vlm.model))
     recorder = TrialRecorder(out, asdict(spec), overwrite=overwrite, records=save_records)
     facts: dict[str, Any] = {"status": "errored"}
     try:
@@ -141,9 +158,12 @@ def run_trial(
             films.append(lambda: VideoRecorder(recorder.partial / "video.mp4"))
         if trajectory:
             films.append(lambda: TrajectoryRecorder(recorder.partial))
-        facts = _play(spec, problem, planner, [recorder, *listeners], observers, films, say)
+        told: list[Listener] = [recorder, *listeners]
+        if witness is not None:
+            told.append(witness)
+        facts = _play(spec, problem, planner, privileged, told, observers, films, say)
     except KeyboardInterrupt:
-        result = _result({"status": "interrupted"})
+        result = _result({"status": "interrupted", **about})
         recorder.write_result(result)
         return Trial(recorder.partial, result)
     except Exception as error:
@@ -153,7 +173,7 @@ def run_trial(
         # Whatever broke, the trial is recorded as errored with the cause, and what was computed before is kept.
         facts["error"] = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
         (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
-    result = _result(facts)
+    result = _result({**facts, **about})
     recorder.complete(result)
     return Trial(out, result)
 
@@ -162,6 +182,7 @@ def _play(
     spec: TrialSpec,
     problem: Problem,
     planner: TaskPlanner,
+    privileged: Sequence[Privileged],
     listeners: list[Listener],
     observers: Sequence[Observer],
     films: Sequence[Callable[[], "Film"]],
@@ -180,7 +201,9 @@ def _play(
             observe(world)
         parts = EpisodeParts(
             simulated,
-            default_pipeline(robot, workspace, noise=spec.noise, min_score=spec.min_score),
+            default_pipeline(
+                robot, workspace, noise=spec.noise, min_score=spec.min_score, grasps=spec.grasps
+            ),
             planner,
             OmplMotionPlanner(robot, workspace),
         )
@@ -188,15 +211,23 @@ def _play(
             view_of(rehearse(parts).context)  # what the recorder makes of every look
         names = tuple(placement.name for placement in problem.ordered())
         started = Started(
-            problem.name, planner.name, spec.seed, problem.description, spec.max_picks, names, absent
+            problem.name,
+            planner.name,
+            spec.seed,
+            problem.description,
+            spec.max_picks,
+            names,
+            absent,
+            "" if spec.vlm is None else spec.vlm.text,
         )
         config = EpisodeConfig(spec.max_picks, spec.seed)
-        if isinstance(planner, PrivilegedPlanner):
+        if privileged:
             sandbox = stack.enter_context(
                 open_sandbox(problem, robot, parts.pipeline, parts.motion_planner, config)
             )
             simulation = Simulation(simulated, sandbox, config, say)
-            planner.attach(simulation)
+            for part in privileged:
+                part.attach(simulation)
             listeners = [*listeners, simulation]
         run_episode(parts, started, config, [*listeners, last])
     return {"status": "completed", **last.facts}

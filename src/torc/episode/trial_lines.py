@@ -130,6 +130,13 @@ class EndedLine(_Line):
     event: Literal["ended"]
 
 
+class AskedModel(_Line):
+    """The VLM that a planner asks."""
+
+    provider: _Text
+    model: _Text = ""
+
+
 class SpecFacts(_Line):
     """spec.json."""
 
@@ -137,6 +144,14 @@ class SpecFacts(_Line):
     planner: _Text
     seed: int = 0
     expert: _Text = ""
+    vlm: AskedModel | None = None
+
+    @property
+    def who(self) -> str:
+        """The planner, and the VLM that it asks: "simulated:..." is none."""
+        if self.vlm is None:
+            return self.planner
+        return f"{self.planner} asking {self.vlm.provider}:{self.vlm.model}".rstrip(":")
 
 
 class ResultFacts(_Line):

@@ -6,6 +6,7 @@ import numpy as np
 
 from torc.collision.world import CollisionWorld, build_collision_world
 from torc.errors import InputError
+from torc.grasping.asking import ask_grasp_planner
 from torc.grasping.protocol import GraspPlanner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
 from torc.occlusion.volume import FIXED_CAMERA, OcclusionConfig, update_volume
@@ -98,6 +99,9 @@ class Pipeline:
             history: outcomes of the picks so far.
             picks_left: attempts left, this one included.
             failed: grasps that failed in earlier picks.
+
+        Raises:
+            GraspPlannerError: the grasp planner crashed, or what it returned is no set of grasps.
         """
         pick, clock = len(history), StageClock()
         with clock.stage("perceive"):
@@ -109,7 +113,8 @@ class Pipeline:
         with clock.stage("collision world"):
             world = build_collision_world(volume, self.workspace)
         with clock.stage("grasps"):
-            grasps = self.grasp_planner.plan(scene, volume, stage_rng(seed, pick, "grasps"))
+            rng = stage_rng(seed, pick, "grasps")
+            grasps = ask_grasp_planner(self.grasp_planner, scene, volume, rng)
             failed = still_valid(failed, scene, self.failures)
             grasps = lower_scores(grasps, failed, self.failures)
         with clock.stage("validity"):

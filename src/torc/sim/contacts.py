@@ -1,4 +1,4 @@
-"""Who touches whom, and how hard."""
+"""Who touches whom, how hard, and who lies on whom."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,11 @@ from jaxtyping import Bool, Float, Int
 
 from torc.records import ROBOT
 from torc.robots.description import RobotDescription
+from torc.sim.state import restore_state, save_state
 from torc.sim.world import World
+
+_BORNE_SHARE = 0.1
+"""An object lies on another that bears this share of its weight from below; less is leaning against its side."""
 
 
 class ContactReader:
@@ -100,6 +104,30 @@ def deepest_overlap(world: World) -> Overlap:
     worst = int(np.argmin(contact.dist))
     a, b = (world.body_name_of_geom(int(g)) for g in contact.geom[worst])
     return Overlap(-float(contact.dist[worst]), (a, b))
+
+
+def lies_on(world: World) -> frozenset[tuple[int, int]]:
+    """All pairs (upper, lower) of objects in the scene of which the lower bears the upper's weight, or a tenth of it.
+
+    What counts is the upward part of the normal forces between the two, as they are now. The world is as before
+    afterwards.
+    """
+    state = save_state(world)
+    world.wake()  # between things that sleep there are no forces
+    mujoco.mj_forward(world.model, world.data)
+    contact, model = world.data.contact, world.model
+    labels = world.geom_labels[contact.geom]
+    counted = (labels >= 0).all(axis=1) & (labels[:, 0] != labels[:, 1]) & (contact.efc_address >= 0)
+    # A contact's normal points from its first geom to its second, and its force drives the two apart.
+    upward_n = world.data.efc_force[contact.efc_address[counted]] * contact.frame[counted, 2]
+    first, second = labels[counted].T
+    restore_state(world, state)
+    borne_n = np.zeros((world.object_count, world.object_count))
+    np.add.at(borne_n, (second, first), np.maximum(upward_n, 0.0))
+    np.add.at(borne_n, (first, second), np.maximum(-upward_n, 0.0))
+    weights_n = model.body_mass[world.object_bodies] * np.linalg.norm(model.opt.gravity)
+    pairs = np.argwhere(borne_n >= _BORNE_SHARE * weights_n[:, None])
+    return frozenset((int(upper), int(lower)) for upper, lower in pairs)
 
 
 def _subtree(model: mujoco.MjModel, root: int) -> list[int]:

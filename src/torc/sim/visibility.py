@@ -1,4 +1,4 @@
-"""How much of each object a camera sees, counted in pixels.
+"""How much of each object a camera sees, and what hides the rest of it, counted in pixels.
 
 By rays and never by GL, so that the counts are the same on every machine; only where objects can be, so that it costs
 no more than a picture by GL does. The two agree on all but a few pixels of an image.
@@ -32,10 +32,13 @@ class Visibility:
     Attributes:
         pixels: in the scene as it is.
         pixels_alone: with all other objects taken away.
+        hidden_by: [k, j]: pixels in which object k would show alone, and object j shows in its place. What is in front
+            counts, not what stands between the two.
     """
 
     pixels: Int[np.ndarray, "n"]
     pixels_alone: Int[np.ndarray, "n"]
+    hidden_by: Int[np.ndarray, "n n"]
 
     @property
     def fractions(self) -> Float[np.ndarray, "n"]:
@@ -58,6 +61,7 @@ def measure_visibility(
     present = [int(i) for i in np.flatnonzero(world.present)]
     seen = rays.labels(_around([windows[i] for i in present])) if label_image is None else label_image
     alone = np.zeros(world.object_count, dtype=np.int64)
+    hidden_by = np.zeros((world.object_count, world.object_count), dtype=np.int64)
     state, positions, wxyz = save_state(world), world.positions, world.wxyz
     for i in present:
         world.park(i, Presence.DROPPED)
@@ -65,12 +69,17 @@ def measure_visibility(
         world.unpark(i, positions[i], wxyz[i])
         # Where an object shows in the scene it shows alone, too: no rays there.
         shows = seen == i
-        rest = rays.labels(windows[i], skip=shows)
-        alone[i] = np.count_nonzero(shows) + np.count_nonzero(rest == i)
+        hidden = rays.labels(windows[i], skip=shows) == i
+        alone[i] = np.count_nonzero(shows) + np.count_nonzero(hidden)
+        hidden_by[i] = _counts(seen[hidden], world.object_count)
         world.park(i, Presence.DROPPED)
     restore_state(world, state)
-    pixels = np.bincount(seen[seen >= 0].astype(np.int64), minlength=world.object_count)
-    return Visibility(pixels, alone)
+    return Visibility(_counts(seen, world.object_count), alone, hidden_by)
+
+
+def _counts(labels: Int16[np.ndarray, "..."], objects: int) -> Int[np.ndarray, "n"]:
+    """How many of the labels are each object's."""
+    return np.bincount(labels[labels >= 0].astype(np.int64), minlength=objects)
 
 
 class _Rays:

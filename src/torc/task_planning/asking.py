@@ -2,16 +2,17 @@
 
 import json
 import operator
-import traceback
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from torc.errors import PlannerError, TorcError
+from torc.errors import PlannerError
 from torc.pipeline.warm_up import warm_up
+from torc.plugins import blamed
+from torc.plugins import kind_of_value as _kind
 from torc.records import Decision, Exchange, PlanningContext
 from torc.records.serialization import to_plain
 from torc.task_planning.protocol import TaskPlanner
@@ -42,18 +43,8 @@ def rehearse_planner(planner: TaskPlanner, context: PlanningContext) -> None:
         warm_up(planner, context)
 
 
-@contextmanager
-def _blamed(planner: TaskPlanner) -> Iterator[None]:
-    try:
-        yield
-    except TorcError:
-        raise
-    except (Exception, SystemExit) as error:  # somebody's code: anything may come
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        raise PlannerError(
-            f"Task planner '{planner.name}' failed with {type(error).__name__}: {error} ({last.filename}, line "
-            f"{last.lineno}). {_HELP}"
-        ) from error
+def _blamed(planner: TaskPlanner) -> AbstractContextManager[None]:
+    return blamed(f"Task planner '{planner.name}'", PlannerError, _HELP)
 
 
 def _faults(answer: Any) -> Iterator[str]:
@@ -82,7 +73,3 @@ def _faults(answer: Any) -> Iterator[str]:
 
 def _is_whole(value: Any) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
-
-
-def _kind(value: Any) -> str:
-    return "None" if value is None else f"a {type(value).__name__}"

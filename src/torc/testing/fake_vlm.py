@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from torc.vlm.json_text import find_json
-from torc.vlm.protocol import Finish, Question, Reply, Tokens
+from torc.vlm.protocol import Question, Reply
+from torc.vlm.replies import reply_of
 
 
 class ScriptedVlm:
@@ -21,4 +21,4 @@ class ScriptedVlm:
         """The next text."""
         text = self.texts[min(len(self.questions), len(self.texts) - 1)]
         self.questions.append(question)
-        return Reply(text, find_json(text), Finish.COMPLETE, "fake-scripted", Tokens(), 0.0)
+        return reply_of(text, "fake-scripted")

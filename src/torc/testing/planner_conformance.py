@@ -19,17 +19,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torc.errors import TorcError
 from torc.records import Decision, PlanningContext
 from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
 from torc.task_planning.random_choice import graspable_ids
 from torc.testing import contexts
+from torc.testing.conformance import NonConformanceError
 
 PlannerFactory = Callable[[], TaskPlanner]
-
-
-class NonConformanceError(TorcError, AssertionError):
-    """A planner broke the protocol's rules; the text lists case and rule."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +78,7 @@ def violations(make: PlannerFactory, case: Case, seed: int = 0) -> list[str]:
     drawn = str(np.random.get_state())
     try:
         decision = planner.decide(context, np.random.default_rng(seed))
-    except Exception as error:  # whatever a stranger's planner raises is the finding
+    except (Exception, SystemExit) as error:  # whatever a stranger's planner raises is the finding
         return [f"{case.name}: it raised {type(error).__name__}: {error}"]
     found = _decision_faults(decision, context)
     if pickle.dumps(context) != before:

@@ -1,4 +1,6 @@
-"""What every VLM client must do, as checks against a fake server that behaves well, badly, or not at all.
+"""What every client of a vendor's protocol must do, as checks against a fake server that behaves well, badly, or not.
+
+A client that asks in a way of its own: `torc.testing.vlm_client_conformance`.
 
     from torc.testing.vlm_conformance import CASES, check_case
 
@@ -18,7 +20,7 @@ from functools import cache
 import cv2
 import numpy as np
 
-from torc.errors import TorcError
+from torc.testing.conformance import NonConformanceError
 from torc.testing.vlm_server import Behaviour, CutOff, Drip, FakeVlmServer, Late, Raw
 from torc.testing.vlm_wire_formats import FAKE_MODEL, Fail, Say
 from torc.vlm.answers import PLAN_SCHEMA
@@ -33,10 +35,6 @@ _ANSWER = {"thoughts": "3 stands before 0", "plan": _PLAN}
 _TEXT = json.dumps(_ANSWER)
 _GOOD = Say(_TEXT)
 _ECHO = f"your header was {KEY}, your image {'iVBORw0KGgo' * 40}"
-
-
-class NonConformanceError(TorcError, AssertionError):
-    """A client broke the protocol's rules; the text names case and rule."""
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,11 @@ from torc.task_planning.protocol import MAX_ATTEMPTS
 from torc.vlm.answers import Useless
 from torc.vlm.prompt_files import fill_prompt
 from torc.vlm.protocol import Question, Reply, VlmClient
+from torc.vlm.replies import ask_client
 
 Answer = TypeVar("Answer")
 _SEEDS = 2**31
+_MAX_NAME = 60
 
 
 @dataclass(frozen=True)
@@ -26,11 +28,13 @@ class Consultation(Generic[Answer]):
 
     Attributes:
         answer: the first answer of use, or why the last one was of none.
+        model: who gave it.
         exchanges: every prompt and reply.
         evidence: plain data on the prompt, the picture and each try.
     """
 
     answer: Answer | Useless
+    model: str
     exchanges: tuple[Exchange, ...]
     evidence: Mapping[str, Any]
 
@@ -40,7 +44,7 @@ def checked_client(client: VlmClient | None, planner: str) -> VlmClient:
     if client is None:
         raise InputError(
             f"Task planner '{planner}' asks a VLM: say which with --vlm gemini:MODEL, anthropic:MODEL, openai:MODEL, "
-            "or openai:MODEL@URL for a server of your own."
+            "openai:MODEL@URL for a server of your own, or, in a simulated trial, simulated."
         )
     return client
 
@@ -64,21 +68,28 @@ def consult(
     exchanges: list[Exchange] = []
     tries: list[dict[str, Any]] = []
     answer: Answer | Useless = Useless("It was not asked.")
+    model = ""
     for _ in range(MAX_ATTEMPTS):
-        reply = client.ask(Question(prompt, (image,), schema, int(rng.integers(_SEEDS))))
-        answer = read(reply)
+        reply = ask_client(client, Question(prompt, (image,), schema, int(rng.integers(_SEEDS))))
+        answer, model = read(reply), _shown(reply.model_version)
         exchanges.append(Exchange(prompt, reply.text))
         tries.append(_try_facts(reply, answer))
         if not isinstance(answer, Useless):
             break
     digest = hashlib.sha256(image).hexdigest()
     evidence = {"vlm": {"prompt": prompt_name, "image_sha256": digest, "tries": tries}}
-    return Consultation(answer, tuple(exchanges), evidence)
+    return Consultation(answer, model, tuple(exchanges), evidence)
 
 
 def useless_reason(consultation: Consultation[Any], last: Useless) -> str:
     """Why a pick is lost."""
-    return f"The VLM gave no answer of use in {len(consultation.exchanges)} tries. {last.reason}"
+    tries = len(consultation.exchanges)
+    return f"The VLM {consultation.model} gave no answer of use in {tries} tries. {last.reason}"
+
+
+def _shown(model_version: str) -> str:
+    """A model's name as its server tells it, short and harmless in a sentence."""
+    return "".join(c for c in model_version if c.isprintable())[:_MAX_NAME]
 
 
 def filled_prompt(name: str, target_visible: bool, **values: object) -> str:

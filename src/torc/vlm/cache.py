@@ -16,8 +16,8 @@ from typing import Any
 from torc.errors import InputError
 from torc.records.files import write_json
 from torc.vlm.config import VlmConfig
-from torc.vlm.json_text import find_json
 from torc.vlm.protocol import Finish, Question, Reply, Tokens, VlmClient
+from torc.vlm.replies import ask_client, reply_of
 
 FORMAT = "torc-vlm-cache/1"
 _MAX_FILE_BYTES = 4_000_000
@@ -75,7 +75,7 @@ class CachedClient:
                 f"The VLM cache '{self.directory}' holds no reply to this question ({path.name}). It was recorded with "
                 "another model, prompt, problem, seed or version; use record mode to ask the model."
             )
-        reply = self._client.ask(question)
+        reply = ask_client(self._client, question)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             write_json(path, {"format": FORMAT, "request": request, "reply": _reply_facts(reply)})
@@ -153,4 +153,4 @@ def _reply(facts: Mapping[str, Any]) -> Reply:
     if not all(v is None or (isinstance(v, int) and v >= 0) for v in tokens.values()):
         raise ValueError("a number of tokens is none")
     finish = Finish(facts["finish"])
-    return Reply(text, find_json(text), finish, version, Tokens(**tokens), float(latency_s))
+    return reply_of(text, version, finish, Tokens(**tokens), float(latency_s))

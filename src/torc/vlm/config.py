@@ -1,20 +1,39 @@
 """Which model is asked, and how."""
 
+import difflib
+import importlib.util
 import math
 from dataclasses import dataclass
+from types import MappingProxyType
 from urllib.parse import urlsplit
 
 from torc.errors import InputError, UnknownNameError
+from torc.plugins import PartKind, part_paths
 
 PROVIDERS = {
     "gemini": "https://generativelanguage.googleapis.com",
     "openai": "https://api.openai.com/v1",
     "anthropic": "https://api.anthropic.com",
 }
-"""Provider -> address of its own service."""
+"""Vendor -> address of its own service."""
+SIMULATED = "simulated"
+"""The provider of the simulated VLM, which answers from a simulator's truth: no participant in any comparison."""
+DEFAULT_PROFILE = "paper"
+"""What `--vlm simulated` alone stands for."""
+CLIENTS = PartKind(
+    "VLM client",
+    "torc.vlm_clients",
+    "ask(question)",
+    MappingProxyType(
+        dict.fromkeys(PROVIDERS, "torc.vlm.clients.opening:open_api_client")
+        | {SIMULATED: "torc.vlm.simulated.client:open_simulated"}
+    ),
+)
+"""Who can be asked; other packages add providers by an entry point of the group, or are named "module:Class"."""
 LEVELS = ("off", "minimal", "low", "medium", "high")
 """Amounts of thinking in words."""
 _MAX_NAME = 200
+_NEAR = 0.82
 
 
 @dataclass(frozen=True)
@@ -22,8 +41,10 @@ class VlmConfig:
     """A model and how it is asked. Holds no key: keys come from the environment alone (`torc.vlm.keys`).
 
     Attributes:
-        provider: "gemini", "openai" (OpenAI and every server that speaks its protocol) or "anthropic".
-        model: the model's name at that provider.
+        provider: "gemini", "openai" (OpenAI and every server that speaks its protocol) or "anthropic"; "simulated";
+            or a third party's client: a name that its package registered, or "module:Class".
+        model: the model's name at that provider; the profile of the simulated VLM; a third party's client may do
+            without one.
         base_url: address of the server; None for the provider's own.
         temperature: None for the model's own.
         thinking: "off", "minimal", "low", "medium", "high" or a whole number of tokens; None for the model's own.
@@ -49,12 +70,11 @@ class VlmConfig:
     retry_wait_s: float = 1.0
 
     def __post_init__(self) -> None:
-        if self.provider not in PROVIDERS:
-            raise UnknownNameError("VLM provider", self.provider, list(PROVIDERS))
-        if not self.model or len(self.model) > _MAX_NAME or not self.model.isprintable() or " " in self.model:
-            raise InputError(
-                f"'{self.model[:_MAX_NAME]}' is no model name: write gemini:MODEL or openai:MODEL@URL."
-            )
+        if self.provider not in CLIENTS.built_in and ":" not in self.provider:
+            known = part_paths(CLIENTS)
+            if self.provider not in known:
+                raise UnknownNameError("VLM provider", self.provider, list(known))
+        _check_model(self.model, may_lack=self.third_party)
         if self.base_url is not None:
             _check_url(self.base_url)
         _check_thinking(self.provider, self.thinking)
@@ -68,35 +88,85 @@ class VlmConfig:
             raise InputError("VLM retries must be 0 to 100, and the wait before one 0 to 3600 s.")
 
     @property
+    def simulated(self) -> bool:
+        """Whether no model is asked, but the simulator's truth."""
+        return self.provider == SIMULATED
+
+    @property
+    def third_party(self) -> bool:
+        """Whether the client is somebody else's code."""
+        return self.provider not in CLIENTS.built_in
+
+    @property
     def url(self) -> str:
-        """Address of the server."""
-        return self.base_url or PROVIDERS[self.provider]
+        """Address of the server; empty for a client that knows its own."""
+        return self.base_url or PROVIDERS.get(self.provider, "")
 
     @property
     def text(self) -> str:
         """As it is written on the command line."""
-        return f"{self.provider}:{self.model}" + (f"@{self.base_url}" if self.base_url else "")
+        model = f":{self.model}" if self.model else ""
+        return f"{self.provider}{model}" + (f"@{self.base_url}" if self.base_url else "")
+
+    @property
+    def short_name(self) -> str:
+        """For names of directories: a vendor's model alone; else the provider, too."""
+        if self.provider in PROVIDERS:
+            return self.model
+        return "-".join(part for part in (self.provider.replace(":", "."), self.model) if part)
 
 
 def parse_vlm(text: str) -> tuple[str, str, str | None]:
-    """Provider, model and base URL of "provider:MODEL" or "provider:MODEL@URL". Raises InputError."""
-    provider, colon, rest = text.partition(":")
-    if not colon or not rest:
-        raise InputError(
-            f"'{text}' names no VLM. Write gemini:MODEL, anthropic:MODEL, openai:MODEL, or, for a server of your "
-            "own, openai:MODEL@URL, e.g. openai:qwen2.5-vl@http://localhost:8000/v1."
-        )
+    """Provider, model and base URL of "provider:MODEL" or "provider:MODEL@URL".
+
+    "simulated" alone stands for its default profile. What is no provider's name is taken as "module:Class", with a
+    model and a URL behind it as behind any provider's name. Raises InputError.
+    """
     # Model names may hold "@" (a version), so the URL is what follows the last one before a scheme.
+    base_url = None
     for scheme in ("@http://", "@https://"):
-        model, at, address = rest.partition(scheme)
+        rest, at, address = text.partition(scheme)
         if at:
-            return provider, model, scheme[1:] + address
-    return provider, rest, None
+            text, base_url = rest, scheme[1:] + address
+            break
+    provider, colon, model = text.partition(":")
+    if provider == SIMULATED and not colon:
+        return SIMULATED, DEFAULT_PROFILE, base_url
+    if provider in part_paths(CLIENTS):
+        if model or (provider not in CLIENTS.built_in and not colon):
+            return provider, model, base_url
+    elif provider and model and not _misspelt(provider):
+        name, _, model = model.partition(":")
+        return f"{provider}:{name}", model, base_url
+    elif provider and model:
+        return provider, model, base_url  # refused by VlmConfig, which tells the nearest name
+    raise InputError(
+        f"'{text}' names no VLM. Write gemini:MODEL, anthropic:MODEL, openai:MODEL, or, for a server of your own, "
+        "openai:MODEL@URL, e.g. openai:qwen2.5-vl@http://localhost:8000/v1; simulated, or simulated:PROFILE, in "
+        "simulated trials; module:Class for a client of your own."
+    )
+
+
+def _misspelt(provider: str) -> bool:
+    """Whether this is no module, but nearly the name of a provider."""
+    if not difflib.get_close_matches(provider, list(part_paths(CLIENTS)), cutoff=_NEAR):
+        return False
+    try:
+        return importlib.util.find_spec(provider) is None
+    except Exception:  # looking for a.b imports a, which may fail in any way; the import itself will tell
+        return False
 
 
 def parse_thinking(text: str | None) -> str | int | None:
     """ "512" -> 512, anything else as it is."""
     return int(text) if text is not None and text.isascii() and text.isdigit() else text
+
+
+def _check_model(model: str, may_lack: bool) -> None:
+    if may_lack and not model:
+        return
+    if not model or len(model) > _MAX_NAME or not model.isprintable() or " " in model:
+        raise InputError(f"'{model[:_MAX_NAME]}' is no model name: write gemini:MODEL or openai:MODEL@URL.")
 
 
 def _check_url(url: str) -> None:

@@ -57,7 +57,7 @@ class VlmFixesDgPlanner:
         corrections = {"changes": list(answer.changes), "refused": list(answer.refused)}
         return replace(
             decision,
-            reason=f"{decision.reason} {_in_words(answer, len(candidates))}",
+            reason=f"{decision.reason} {_in_words(asked.model, answer, len(candidates))}",
             attempts=tries,
             exchanges=asked.exchanges,
             evidence={**decision.evidence, **asked.evidence, "corrections": corrections},
@@ -79,6 +79,6 @@ def _as_json(relations: Sequence[Relation]) -> str:
     return "[\n  " + ",\n  ".join(lines) + "\n]"
 
 
-def _in_words(corrected: Corrected, asked: int) -> str:
+def _in_words(model: str, corrected: Corrected, asked: int) -> str:
     refused = f", {len(corrected.refused)} of its corrections refused" if corrected.refused else ""
-    return f"The VLM changed {len(corrected.changes)} of {asked} relations{refused}."
+    return f"The VLM {model} changed {len(corrected.changes)} of {asked} relations{refused}."

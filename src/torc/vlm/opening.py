@@ -1,24 +1,56 @@
 """From a configuration to a client that is ready to be asked."""
 
+from collections.abc import Callable
+
+from torc.errors import InputError
+from torc.plugins import make_part, takes
 from torc.vlm.cache import CacheConfig, CachedClient, CacheMode
-from torc.vlm.clients.opening import open_api_client
-from torc.vlm.config import VlmConfig
+from torc.vlm.config import CLIENTS, VlmConfig
 from torc.vlm.protocol import VlmClient
+from torc.vlm.simulated.situation import Situation
+
+Truth = Callable[[], Situation]
+"""Tells what is true now, in a simulated trial."""
 
 
-def planner_options(config: VlmConfig | None, cache: CacheConfig | None) -> dict[str, VlmClient]:
+def planner_options(
+    config: VlmConfig | None, cache: CacheConfig | None, truth: Truth | None = None
+) -> dict[str, VlmClient]:
     """The options of a planner that asks this model; none without a model. Raises as `open_client`."""
-    return {} if config is None else {"client": open_client(config, cache)}
+    return {} if config is None else {"client": open_client(config, cache, truth)}
 
 
-def open_client(config: VlmConfig, cache: CacheConfig | None = None) -> VlmClient:
+def open_client(config: VlmConfig, cache: CacheConfig | None = None, truth: Truth | None = None) -> VlmClient:
     """A client of the model, with its cache if there is one.
 
-    Replaying needs neither key nor library. Raises InputError without a key or a cache to replay, and
-    MissingDependencyError without the vendor's library.
+    Replaying needs neither key nor library nor somebody else's client.
+
+    Args:
+        config: which model, and how it is asked.
+        cache: where replies are kept.
+        truth: for the simulated VLM, and for nobody else.
+
+    Raises InputError without a key or a cache to replay, for the simulated VLM without a truth to tell, and for a
+    client that cannot be made; MissingDependencyError without the vendor's library.
     """
+    if config.simulated and truth is None:
+        raise InputError(
+            "The simulated VLM answers from the simulator's truth, and here is no simulation. Use it in simulated "
+            "trials (torc run --planner vlm-select --vlm simulated), or name a model, e.g. --vlm gemini:MODEL."
+        )
     if cache is None or cache.mode is CacheMode.OFF:
-        return open_api_client(config)
+        return _open(config, truth)
     if cache.mode is CacheMode.REPLAY:
         return CachedClient(config, cache.directory)
-    return CachedClient(config, cache.directory, open_api_client(config))
+    return CachedClient(config, cache.directory, _open(config, truth))
+
+
+def _open(config: VlmConfig, truth: Truth | None) -> VlmClient:
+    offered = {"config": config} | ({"truth": truth} if config.simulated else {})
+    plain = config.third_party and config == VlmConfig(config.provider, "")
+    if not plain and not takes(CLIENTS, config.provider, "config"):
+        raise InputError(
+            f"The VLM client '{config.provider}' takes no `config`, so it can be told no model, URL or option."
+        )
+    client: VlmClient = make_part(CLIENTS, config.provider, {}, offered)
+    return client

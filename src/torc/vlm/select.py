@@ -45,7 +45,7 @@ class VlmSelectPlanner:
             chosen, reason = None, useless_reason(asked, asked.answer)
         else:
             chosen = asked.answer
-            reason = f"Pick {chosen}: the VLM's plan begins with it (answer {tries} of at most 3)."
+            reason = f"Pick {chosen}: the plan of the VLM {asked.model} begins with it (answer {tries} of at most 3)."
         return Decision(chosen, reason, tries, exchanges=asked.exchanges, evidence=asked.evidence)
 
     def facts(self, context: PlanningContext) -> Mapping[str, str]:

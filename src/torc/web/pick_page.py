@@ -29,7 +29,7 @@ def trial_page(trial: RecordedTrial) -> dict[str, Any]:
     started = trial.started
     return {
         "problem": started.problem if started else trial.spec.problem,
-        "planner": trial.spec.planner,
+        "planner": trial.spec.who,
         "expert": trial.spec.expert,
         "seed": trial.spec.seed,
         "target": started.target_description if started else "",

@@ -7,9 +7,9 @@ from torc.vlm.clients.wire import Wire, WireReply
 from torc.vlm.config import VlmConfig
 from torc.vlm.deadline import DeadlineError, within
 from torc.vlm.failures import RETRYABLE, FailureKind, SendFailure, VlmError
-from torc.vlm.json_text import find_json
 from torc.vlm.keys import scrubbed
 from torc.vlm.protocol import Question, Reply
+from torc.vlm.replies import reply_of
 
 MAX_WAIT_S = 60.0
 """A server that asks for a longer wait (a day's quota) is given up at once; own waits grow no longer."""
@@ -81,4 +81,4 @@ class ApiClient:
     def _reply(self, reply: WireReply, latency_s: float) -> Reply:
         text = scrubbed(reply.text, self._key)
         version = scrubbed(reply.model_version, self._key)[:_MAX_DETAIL]
-        return Reply(text, find_json(text), reply.finish, version, reply.tokens, latency_s)
+        return reply_of(text, version, reply.finish, reply.tokens, latency_s)

@@ -1,0 +1,202 @@
+"""How good must a VLM be before it pays? The VLM planners with simulated VLMs of rising accuracy, beside the others.
+
+    python benchmarks/vlm_break_even.py --out runs/vlm_break_even --problems validation --seeds 5 --workers 2
+
+No model is asked: the simulated VLM answers from the simulator's truth, and each fact that it makes out is right with
+the accuracy on the x axis (1/2 is knowing nothing; docs/vlm.md). Trials already in --out are not played again, so that
+a stopped study goes on where it was. Left in --out: break_even.svg, break_even.png and table.md. 95 % intervals are
+bootstraps over the problems (trials of one problem are not independent).
+"""
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from break_even_figure import Line, Panel, draw
+from intervals import LOST, RETRIEVED, WITH_NO_DROP, Bounds, Statistic, bounds, interval, mean
+from processes import run_jobs
+from retrieval import play
+
+VLM_PLANNERS = ("vlm-select", "vlm-grasps", "vlm-fixes-dg")
+BASELINES = ("dg-select", "random", "oracle")
+PANELS = {
+    "retrieved": (RETRIEVED, 1.03),
+    "retrieved, nothing dropped": (WITH_NO_DROP, 1.03),
+    "picks, mean": (mean("picks"), None),
+}
+"""Title -> what is drawn, and where its axis ends."""
+
+
+@dataclass(frozen=True)
+class Args:
+    """Play what is missing, then draw the figure and write the table."""
+
+    out: Path = Path("runs/vlm_break_even")
+    """Directory of the trials, the figure and the table."""
+    problems: str = "validation"
+    """A set, problems or a directory of them, with commas between. Not what results are reported on."""
+    seeds: int = 5
+    """Seeds 0..N-1."""
+    accuracies: tuple[float, ...] = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+    """Of the simulated VLM."""
+    profiles: tuple[str, ...] = ("paper",)
+    """Profiles beside them, drawn at the left."""
+    planners: tuple[str, ...] = VLM_PLANNERS
+    """Planners that ask it."""
+    baselines: tuple[str, ...] = BASELINES
+    """Planners to compare with, drawn as horizontal lines; differences are taken to the first."""
+    workers: int = 2
+    """Processes."""
+    table_only: bool = False
+    """Only draw and write what the trials that are there tell."""
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A planner, and the profile or accuracy of the simulated VLM that it asks, if it asks one."""
+
+    planner: str
+    quality: str = ""
+
+    @property
+    def vlm(self) -> str | None:
+        """As for --vlm."""
+        return f"simulated:{self.quality}" if self.quality else None
+
+    @property
+    def key(self) -> str:
+        """Part of a trial's name."""
+        return f"{self.planner}-simulated-{self.quality}" if self.quality else self.planner
+
+
+def contenders(args: Args) -> tuple[Contender, ...]:
+    """All that play: the baselines, then each planner by falling ignorance."""
+    qualities = [*args.profiles, *(f"{accuracy:g}" for accuracy in args.accuracies)]
+    asking = [Contender(planner, quality) for planner in args.planners for quality in qualities]
+    return (*map(Contender, args.baselines), *asking)
+
+
+def trials(args: Args) -> Iterator[tuple[str, Contender, int, Path]]:
+    """All trials that the arguments ask for; each seed is complete before the next begins."""
+    from torc.scenes.problem_sets import select_problems
+
+    for seed in range(args.seeds):
+        for problem in select_problems(args.problems):
+            for contender in contenders(args):
+                yield problem, contender, seed, args.out / f"{Path(problem).stem}-{contender.key}-{seed}"
+
+
+def load(args: Args) -> list[dict]:
+    """Results of all completed and errored trials that are there."""
+    rows = []
+    for problem, contender, seed, path in trials(args):
+        if (path / "result.json").exists():
+            result = json.loads((path / "result.json").read_text())
+            rows.append({"problem": problem, "contender": contender, "seed": seed, **result})
+    return rows
+
+
+def table(rows: list[dict], args: Args) -> str:
+    """A row per contender."""
+    base = Contender(args.baselines[0])
+    lines = [
+        "| planner | VLM | trials | errored | retrieved | with no drop | mean picks | mean drops "
+        f"| picks lost as no valid choice | retrieved, less {base.planner}'s |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for contender in contenders(args):
+        mine = [r for r in rows if r["contender"] == contender]
+        done = _completed(mine)
+        if not done:
+            continue
+        cells = [interval(done, s) for s in (RETRIEVED, WITH_NO_DROP)]
+        cells += [
+            interval(done, mean("picks"), digits=1),
+            interval(done, mean("drops")),
+            interval(done, LOST),
+        ]
+        both = [*done, *_completed(r for r in rows if r["contender"] == base)]
+        cells.append("" if contender == base else interval(both, _difference(contender, base)))
+        counts = f"{len(mine)} | {len(mine) - len(done)}"
+        lines.append(f"| {contender.planner} | {contender.vlm or ''} | {counts} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def panels(rows: list[dict], args: Args) -> list[Panel]:
+    """What is drawn: per statistic a line per planner over the accuracies, and the baselines."""
+    found = []
+    for title, (statistic, top) in PANELS.items():
+        lines = tuple(
+            Line(
+                planner,
+                tuple(_points(rows, args, planner, statistic)),
+                tuple(_profiles(rows, args, planner, statistic)),
+            )
+            for planner in args.planners
+        )
+        levels = {b: _bounds(rows, Contender(b), statistic) for b in args.baselines}
+        found.append(Panel(title, lines, {b: level for b, level in levels.items() if level is not None}, top))
+    return found
+
+
+def _points(
+    rows: list[dict], args: Args, planner: str, statistic: Statistic
+) -> Iterator[tuple[float, Bounds]]:
+    for accuracy in args.accuracies:
+        level = _bounds(rows, Contender(planner, f"{accuracy:g}"), statistic)
+        if level is not None:
+            yield accuracy, level
+
+
+def _profiles(
+    rows: list[dict], args: Args, planner: str, statistic: Statistic
+) -> Iterator[tuple[str, Bounds]]:
+    for profile in args.profiles:
+        level = _bounds(rows, Contender(planner, profile), statistic)
+        if level is not None:
+            yield profile, level
+
+
+def _bounds(rows: list[dict], contender: Contender, statistic: Statistic) -> Bounds | None:
+    done = _completed(r for r in rows if r["contender"] == contender)
+    return bounds(done, statistic) if done else None
+
+
+def _completed(rows) -> list[dict]:
+    return [r for r in rows if r["status"] == "completed"]
+
+
+def _difference(contender: Contender, base: Contender) -> Statistic:
+    """Success of one less that of the other, on the same problems."""
+
+    def statistic(rows: list[dict]) -> float:
+        sides: Sequence[list[dict]] = [[r for r in rows if r["contender"] == c] for c in (contender, base)]
+        return RETRIEVED(sides[0]) - RETRIEVED(sides[1]) if all(sides) else float("nan")
+
+    return statistic
+
+
+def main() -> None:
+    """Play, draw, write."""
+    args = tyro.cli(Args)
+    args.out.mkdir(parents=True, exist_ok=True)
+    if not args.table_only:
+        todo = [
+            (problem, contender.planner, seed, path, contender.vlm)
+            for problem, contender, seed, path in trials(args)
+            if not (path / "result.json").exists()
+        ]
+        run_jobs(play, todo, args.workers)
+    rows, wanted = load(args), len(list(trials(args)))
+    note = "" if len(rows) == wanted else f"Incomplete: {len(rows)} of {wanted} trials."
+    text = "\n\n".join(filter(None, [note, table(rows, args)]))
+    print(text)
+    (args.out / "table.md").write_text(text + "\n")
+    draw(panels(rows, args), [args.out / f"break_even.{kind}" for kind in ("svg", "png")], note)
+
+
+if __name__ == "__main__":
+    main()

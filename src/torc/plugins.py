@@ -1,0 +1,162 @@
+"""Parts that anybody can bring, task planners, VLM clients and grasp planners: from a name to the part.
+
+A name is one that torc ships, one that an installed package registered as an entry point, or "module:Class". Shipped
+names are lazy ("module:Class"), so that asking for one part never imports another's dependencies. A stranger's code may
+fail in any way: what comes out is an InputError where the part is made, and the part's own error where it is used.
+"""
+
+import inspect
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any
+
+from torc.errors import InputError, TorcError, UnknownNameError
+
+
+@dataclass(frozen=True)
+class PartKind:
+    """A kind of part that can be exchanged.
+
+    Attributes:
+        what: in messages, e.g. "task planner".
+        group: of the entry points by which packages register theirs.
+        call: the method that every part of this kind has, with its arguments.
+        built_in: name -> "module:Class", or "module:function" that makes one.
+    """
+
+    what: str
+    group: str
+    call: str
+    built_in: Mapping[str, str]
+
+    @property
+    def title(self) -> str:
+        """Beginning of a sentence."""
+        return self.what[0].upper() + self.what[1:]
+
+    @property
+    def method(self) -> str:
+        """Name of the method."""
+        return self.call.partition("(")[0]
+
+
+def part_paths(kind: PartKind) -> dict[str, str]:
+    """All known names with their "module:Class": the shipped ones and those of installed packages."""
+    installed = {point.name: point.value for point in entry_points(group=kind.group)}
+    return installed | dict(kind.built_in)
+
+
+def make_part(
+    kind: PartKind, name: str, options: Mapping[str, Any], offered: Mapping[str, Any] | None = None
+) -> Any:
+    """The part of that name, or the class at "module:Class", made with these arguments.
+
+    Args:
+        kind: what is wanted.
+        name: which.
+        options: arguments that it must take.
+        offered: arguments that are passed only where the class names them.
+
+    Raises UnknownNameError for a name nobody registered, and InputError where the class cannot be imported, does not
+    take the options, or makes no such part; the cause is in the text.
+    """
+    path = _path(kind, name)
+    factory = _load(kind, name, path)
+    arguments = {k: v for k, v in (offered or {}).items() if k in parameters(factory)} | dict(options)
+    part = _construct(factory, f"{kind.title} '{name}' ({path})", arguments)
+    if not callable(getattr(part, kind.method, None)):
+        raise InputError(
+            f"{kind.title} '{name}' ({path}) needs a method `{kind.call}`; {type(part).__name__} has none."
+        )
+    return part
+
+
+def takes(kind: PartKind, name: str, argument: str) -> bool:
+    """Whether the class of that name takes an argument. Raises as `make_part`."""
+    return argument in parameters(_load(kind, name, _path(kind, name)))
+
+
+@contextmanager
+def blamed(what: str, error_class: type[TorcError], remedy: str) -> Iterator[None]:
+    """Turns whatever a part raises within into error_class, naming the part, the fault and its line.
+
+    A TorcError of the part's own passes as it is.
+    """
+    try:
+        yield
+    except TorcError:
+        raise
+    except (Exception, SystemExit) as error:  # somebody's code: anything may come
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        raise error_class(
+            f"{what} failed with {type(error).__name__}: {error} ({last.filename}, line {last.lineno}). {remedy}"
+        ) from error
+
+
+def kind_of_value(value: Any) -> str:
+    """What a value is, for messages."""
+    return "None" if value is None else f"a {type(value).__name__}"
+
+
+def _path(kind: PartKind, name: str) -> str:
+    known = part_paths(kind)
+    if name not in known and ":" not in name:
+        raise UnknownNameError(kind.what, name, list(known))
+    return known.get(name, name)
+
+
+def _load(kind: PartKind, name: str, path: str) -> Any:
+    what = f"{kind.title} '{name}'"
+    module_name, _, attribute = path.partition(":")
+    if not module_name or not attribute:
+        raise InputError(f"{what} must be written module:Class, e.g. my_package.my_module:MyClass.")
+    try:
+        found: Any = import_module(module_name)
+        for part in attribute.split("."):
+            found = getattr(found, part)
+    except TorcError:
+        raise
+    except AttributeError as error:
+        raise InputError(f"{what}: module {module_name} has no '{attribute}' ({error}).") from error
+    except (Exception, SystemExit) as error:  # a stranger's module may fail in any way while it is imported
+        raise InputError(
+            f"{what}: importing {module_name} failed with {type(error).__name__}: {error}. "
+            "Is it installed in this environment, or on PYTHONPATH?"
+        ) from error
+    if not callable(found):
+        raise InputError(f"{what}: {path} is a {type(found).__name__}, not a class.")
+    return found
+
+
+def _signature(factory: Any) -> inspect.Signature | None:
+    try:
+        return inspect.signature(factory)
+    except (TypeError, ValueError):  # compiled classes may tell no signature
+        return None
+
+
+def parameters(factory: Any) -> frozenset[str]:
+    """Names of the arguments that something takes, as far as it tells."""
+    signature = _signature(factory)
+    return frozenset() if signature is None else frozenset(signature.parameters)
+
+
+def _construct(factory: Any, what: str, arguments: dict[str, Any]) -> Any:
+    signature = _signature(factory)
+    try:
+        if signature is not None:
+            signature.bind(**arguments)
+    except TypeError as error:
+        raise InputError(
+            f"{what} does not take the options {sorted(arguments)}: {error}. It takes {signature}."
+        ) from error
+    try:
+        return factory(**arguments)
+    except TorcError:
+        raise
+    except (Exception, SystemExit) as error:  # as above
+        raise InputError(f"{what} could not be made: {type(error).__name__}: {error}.") from error

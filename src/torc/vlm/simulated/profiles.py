@@ -1,0 +1,104 @@
+"""How good a simulated VLM is: profiles by name, or an accuracy.
+
+`paper` is calibrated to the paper's VLM (Gemini Robotics-ER 1.5) by `benchmarks/vlm_calibration.py`, on 155 situations
+of 24 generated problems, none of them a shipped one. Known of that VLM are the picks that were lost because three
+answers in a row named nothing graspable: 1557 of 3480 with VLM-SELECT (.447), 194 of 2288 with VLM+GRASPS (.085). Two
+numbers follow, if it errs by taking what is blocked for free: `blocked`, with which VLM-SELECT loses .45 of its picks
+in these situations, and `heeds_facts`, with which VLM+GRASPS loses .09. (Were all situations and tries alike, one
+answer would name a graspable object with probability 1 - .447^(1/3) = .24 from the image alone, and .56 when told what
+is graspable. Here they are not: most lost picks are lost again and again in a few situations.) `front` and `below` are
+how often DG-SELECT's geometric rules are right on these relations, since the paper could not tell VLM-FIXES-DG from
+DG-SELECT. The rest is assumed: it sees whether the target is in sight, as the prompt says it; it takes nothing that is
+free for blocked; a fiftieth of its ids is made up, and of its replies malformed.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from torc.errors import InputError, UnknownNameError
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Probabilities, 0..1.
+
+    Attributes:
+        name: how it is asked for.
+        sees_target: that it is right on whether the target is in sight.
+        front: on whether of two objects that meet in the image one stands in front of the other; and, for a hidden
+            target, on whether an object hides it.
+        below: on whether one of two objects lies on the other, and which.
+        free: on an object that the robot can grasp, and on a neighbour that is not in the way.
+        blocked: on an object that it cannot grasp, and on a neighbour that is in the way.
+        heeds_facts: that it goes by what the prompt says on an object's grasps, where it says something.
+        made_up: that it names an object that is not there.
+        malformed: that its reply cannot be read: cut short, refused, empty, not in the form that was asked for.
+
+    Half right is knowing nothing: each such fact is a yes or a no.
+    """
+
+    name: str
+    sees_target: float
+    front: float
+    below: float
+    free: float
+    blocked: float
+    heeds_facts: float
+    made_up: float
+    malformed: float
+
+
+def profile_of_accuracy(accuracy: float, name: str) -> Profile:
+    """All facts right with that probability; a fifth of the rest, each, is made up and malformed."""
+    slips = (1.0 - accuracy) / 5.0
+    return Profile(
+        name,
+        sees_target=accuracy,
+        front=accuracy,
+        below=accuracy,
+        free=accuracy,
+        blocked=accuracy,
+        heeds_facts=accuracy,
+        made_up=slips,
+        malformed=slips,
+    )
+
+
+PROFILES: Mapping[str, Profile] = MappingProxyType(
+    {
+        "hopeless": profile_of_accuracy(0.5, "hopeless"),
+        "poor": profile_of_accuracy(0.7, "poor"),
+        "paper": Profile(
+            "paper",
+            sees_target=1.0,
+            front=0.86,
+            below=0.89,
+            free=1.0,
+            blocked=0.09,
+            heeds_facts=0.39,
+            made_up=0.02,
+            malformed=0.02,
+        ),
+        "good": profile_of_accuracy(0.9, "good"),
+        "perfect": profile_of_accuracy(1.0, "perfect"),
+    }
+)
+"""From knowing nothing to knowing everything; an accuracy, e.g. "0.8", makes further ones."""
+
+
+def find_profile(text: str) -> Profile:
+    """The profile of that name, or of an accuracy from 0 to 1. Raises InputError."""
+    if text in PROFILES:
+        return PROFILES[text]
+    try:
+        accuracy = float(text)
+    except ValueError:
+        raise UnknownNameError("profile of the simulated VLM", text, [*PROFILES, "0.5", "0.8"]) from None
+    if not (math.isfinite(accuracy) and 0.0 <= accuracy <= 1.0):
+        raise InputError(
+            f"'{text}' is no accuracy of the simulated VLM: write simulated:0.8 (0 to 1), or one of "
+            f"{', '.join(f'simulated:{name}' for name in PROFILES)}."
+        )
+    return profile_of_accuracy(accuracy, f"{accuracy:g}")

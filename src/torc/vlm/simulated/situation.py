@@ -1,0 +1,88 @@
+"""What there is to know of a scene, as it is or as a model takes it to be, and which object follows from it."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from torc.records import TARGET_ID
+
+Pair = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Situation:
+    """Facts about the objects of a scene; ids are the numbers in the marked image.
+
+    Attributes:
+        in_sight: the objects that carry a number in the image -> their visible pixels.
+        graspable: objects in sight that have a valid grasp.
+        lies_on: (upper, lower).
+        hides: (front, back) -> how many pixels of the back object the front one hides.
+        blocks: (blocker, blocked): the blocker is in the way of grasps of the other.
+        near: pairs (lower id first) that meet in the image: of these one can be wrong.
+    """
+
+    in_sight: Mapping[int, int]
+    graspable: frozenset[int]
+    lies_on: frozenset[Pair]
+    hides: Mapping[Pair, int]
+    blocks: frozenset[Pair]
+    near: frozenset[Pair]
+
+    @property
+    def target_seen(self) -> bool:
+        """Whether the target is in sight."""
+        return TARGET_ID in self.in_sight
+
+    def waits_for(self, k: int) -> tuple[int, ...]:
+        """What has to go before an object, the most urgent first; empty for one that can be picked.
+
+        First what lies on it; then, if it cannot be grasped, what blocks its grasps and what hides it, the largest
+        hidden part first.
+        """
+        on_top = sorted(upper for upper, lower in self.lies_on if lower == k)
+        if on_top or k in self.graspable:
+            return tuple(on_top)
+        in_front = [front for (front, back), _ in self._by_extent() if back == k]
+        blockers = sorted(a for a, b in self.blocks if b == k)
+        # Of what blocks it, first what also stands in front of it.
+        order = [f for f in in_front if f in blockers] + [b for b in blockers if b not in in_front] + in_front
+        return tuple(dict.fromkeys(order))
+
+    def removal_order(self, target: int = TARGET_ID) -> tuple[int, ...]:
+        """A sequence of objects to pick that ends with the target, by these facts alone; the first is to be picked now.
+
+        What an object waits for is followed until something can be picked. Where that leads nowhere, it begins with
+        the graspable object that hides the most, if possible one that nothing lies on. Empty if nothing is in sight.
+        """
+        found = self._way_to(target, set())
+        if found:
+            return found
+        covered = {lower for _, lower in self.lies_on}
+        free = sorted(self.graspable - covered) or sorted(self.graspable) or sorted(self.in_sight)
+        if not free:
+            return ()
+        extent = self._extents()
+        first = max(free, key=lambda k: (extent.get(k, 0), self.in_sight.get(k, 0), -k))
+        return (first,) if first == target else (first, target)
+
+    def _way_to(self, k: int, tried: set[int]) -> tuple[int, ...]:
+        """From something that can be picked to k; empty if there is no way that was not tried yet."""
+        tried.add(k)
+        waits_for = self.waits_for(k)
+        if not waits_for:
+            return (k,) if k in self.graspable else ()
+        for first in waits_for:
+            way = self._way_to(first, tried) if first not in tried else ()
+            if way:
+                return (*way, k)
+        return ()
+
+    def _by_extent(self) -> Iterable[tuple[Pair, int]]:
+        return sorted(self.hides.items(), key=lambda item: (-item[1], item[0]))
+
+    def _extents(self) -> dict[int, int]:
+        """Pixels that each object hides in all."""
+        extent: dict[int, int] = {}
+        for (front, _), pixels in self.hides.items():
+            extent[front] = extent.get(front, 0) + pixels
+        return extent

@@ -1,0 +1,107 @@
+"""The break-even study plays what is missing, and tells what the trials on disk tell. The trials here are made up."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+PROBLEMS = ("structured-04", "unstructured-02")
+OPTIONS = (
+    "--problems",
+    ",".join(PROBLEMS),
+    "--seeds",
+    "2",
+    "--accuracies",
+    "0.5",
+    "1",
+    "--profiles",
+    "paper",
+)
+
+
+@pytest.fixture
+def study(monkeypatch, tmp_path):
+    """The script with a `play` that makes trials up: all succeed but those of a VLM that knows nothing."""
+    before = set(sys.modules)
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    import intervals
+    import vlm_break_even
+
+    monkeypatch.setattr(intervals, "DRAWS", 20)
+
+    def play(problem, planner, seed, out, vlm):
+        good, lost = vlm not in ("simulated:0.5", "simulated:paper"), 2 if vlm else 0
+        outcomes = ["no valid choice"] * lost + ["removed", "retrieved" if good else "missed"]
+        result = {
+            "status": "completed",
+            "retrieved": good,
+            "drops": seed,
+            "outcomes": outcomes,
+            "picks": len(outcomes),
+        }
+        if (problem, planner, seed) == (PROBLEMS[1], "random", 1):
+            result = {"status": "errored"}
+        out.mkdir()
+        (out / "result.json").write_text(json.dumps(result))
+        return out.name
+
+    def run_here(work, jobs, workers):
+        vlm_break_even.played = [work(*job) for job in jobs]
+
+    monkeypatch.setattr(vlm_break_even, "play", play)
+    monkeypatch.setattr(vlm_break_even, "run_jobs", run_here)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["study", "--out", str(tmp_path), *OPTIONS, *arguments])
+        vlm_break_even.main()
+        return vlm_break_even.played, (tmp_path / "table.md").read_text()
+
+    yield run
+    for name in set(sys.modules) - before:
+        if str(BENCHMARKS) in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
+
+
+def _row(text, *first):
+    rows = [[c.strip() for c in line[1:-1].split("|")] for line in text.splitlines() if line[:1] == "|"]
+    (row,) = [r for r in rows if r[: len(first)] == list(first)]
+    return row
+
+
+def test_the_table_and_the_figure_of_made_up_trials(study, tmp_path, capsys):
+    played, text = study()
+    assert len(played) == len(set(played)) == 2 * 2 * (3 + 3 * 3)
+    assert "structured-04-vlm-select-simulated-0.5-1" in played
+    assert text.strip() == capsys.readouterr().out.strip()
+    assert "Incomplete" not in text
+
+    def starts(*first):
+        return [cell.split(" [")[0] for cell in _row(text, *first)[2:]]
+
+    assert starts("random") == ["4", "1", "1.00", "0.67", "2.0", "0.33", "0.00", "0.00"]
+    assert starts("vlm-select", "simulated:1") == ["4", "0", "1.00", "0.50", "4.0", "0.50", "0.50", "0.00"]
+    assert starts("vlm-grasps", "simulated:0.5") == ["4", "0", "0.00", "0.00", "4.0", "0.50", "0.50", "-1.00"]
+    assert _row(text, "dg-select")[-1] == ""
+    drawing = (tmp_path / "break_even.svg").read_text()
+    assert "<svg" in drawing
+    assert (tmp_path / "break_even.png").read_bytes().startswith(b"\x89PNG")
+
+    # Nothing is played twice, and the same trials give the same files.
+    played, again = study()
+    assert played == []
+    assert again == text
+    assert (tmp_path / "break_even.svg").read_text() == drawing
+
+
+def test_what_is_not_there_is_played_and_said(study, tmp_path, monkeypatch):
+    monkeypatch.setattr("vlm_break_even.draw", lambda *arguments: None)
+    study()
+    (tmp_path / "structured-04-oracle-0" / "result.json").unlink()
+    (tmp_path / "structured-04-oracle-0").rmdir()
+    _, text = study("--table-only")
+    assert "Incomplete: 47 of 48 trials." in text
+    played, text = study()
+    assert played == ["structured-04-oracle-0"]
+    assert "Incomplete" not in text

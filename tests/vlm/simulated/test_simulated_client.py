@@ -1,0 +1,202 @@
+"""The simulated VLM passes through the prompts and parsers of the real ones, and says what it is."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from situations import HIDDEN, random_situation
+
+from torc.errors import InputError, UnknownNameError
+from torc.task_planning.relations import Relation, RelationKind, behind_candidates, find_adjacencies
+from torc.testing import contexts
+from torc.testing.fake_vlm import ScriptedVlm
+from torc.testing.planner_conformance import CASES, check_case
+from torc.testing.vlm_client_conformance import check_client
+from torc.vlm.answers import (
+    PLAN_SCHEMA,
+    RELATIONS_SCHEMA,
+    Corrected,
+    Useless,
+    read_corrections,
+    read_first_pick,
+)
+from torc.vlm.cache import CacheConfig, CacheMode
+from torc.vlm.config import VlmConfig
+from torc.vlm.fixes_dg import VlmFixesDgPlanner
+from torc.vlm.opening import open_client
+from torc.vlm.prompt_files import fill_prompt
+from torc.vlm.protocol import Finish, Question
+from torc.vlm.select import VlmGraspsPlanner, VlmSelectPlanner, grasp_facts
+from torc.vlm.simulated.answers import candidate_pairs, told_facts
+from torc.vlm.simulated.client import SimulatedVlm
+from torc.vlm.simulated.profiles import PROFILES, find_profile, profile_of_accuracy
+
+PAIRS = ((0, 1), (3, 4), (1, 2), (3, 1))
+
+
+def simulated(profile, situation=HIDDEN):
+    return SimulatedVlm(find_profile(profile) if isinstance(profile, str) else profile, lambda: situation)
+
+
+def plan_question(repeat=0, facts=""):
+    prompt = fill_prompt("vlm-grasps-1" if facts else "vlm-select-1", target=0, target_state="", facts=facts)
+    return Question(prompt, (), PLAN_SCHEMA, repeat)
+
+
+def relations_question(repeat=0):
+    lines = [f'{{"source": {s}, "relation": "behind", "target": {t}}}' for s, t in PAIRS]
+    prompt = fill_prompt("vlm-fixes-dg-1", target=0, target_state="", relations=",\n".join(lines))
+    return Question(prompt, (), RELATIONS_SCHEMA, repeat)
+
+
+def test_the_perfect_one_names_what_follows_from_the_truth(rng):
+    for _ in range(100):
+        situation = random_situation(rng)
+        order = situation.removal_order()
+        if set(order) <= situation.in_sight.keys() and order:
+            reply = simulated("perfect", situation).ask(plan_question(int(rng.integers(2**31))))
+            picked = read_first_pick(reply, situation.in_sight)
+            seen = {*situation.in_sight}
+            if all({*p} <= {*seen, 0} for p in (*situation.lies_on, *situation.hides, *situation.blocks)):
+                assert picked == order[0]
+
+
+def test_the_perfect_one_corrects_each_pair_as_it_is():
+    candidates = [Relation(s, t, RelationKind.BEHIND) for s, t in PAIRS]
+    corrected = read_corrections(simulated("perfect").ask(relations_question()), candidates)
+    assert [(r.source, r.kind.value, r.target) for r in corrected.relations] == [
+        (0, "behind", 1),  # 1 hides 0
+        (3, "behind", 4),  # 4 hides 3
+        (1, "below", 2),  # 2 lies on 1
+        (3, "behind", 1),  # 1 blocks grasps of 3
+    ]
+    free = replace(HIDDEN, hides={}, blocks=frozenset(), lies_on=frozenset({(1, 2)}))
+    corrected = read_corrections(simulated("perfect", free).ask(relations_question()), candidates)
+    assert [(r.source, r.kind.value, r.target) for r in corrected.relations] == [(2, "below", 1)]
+    assert corrected.refused == ()
+
+
+@pytest.mark.parametrize("question", [plan_question(7), relations_question(7)])
+def test_a_question_decides_its_answer_and_another_repetition_asks_anew(question):
+    texts = {simulated("hopeless").ask(question).text for _ in range(3)}
+    assert len(texts) == 1
+    others = {simulated("hopeless").ask(replace(question, repeat=r)).text for r in range(12)}
+    assert len(others) > 8
+
+
+def test_replies_and_their_author_say_that_they_are_simulated():
+    for profile in PROFILES:
+        for r in range(20):
+            reply = simulated(profile).ask(plan_question(r))
+            assert reply.model_version == f"simulated:{profile}"
+            assert reply.finish is Finish.EMPTY or "Simulated VLM" in reply.text
+
+
+def test_malformed_replies_are_of_no_use_and_come_in_all_forms():
+    spoiling = replace(PROFILES["perfect"], malformed=1.0)
+    replies = [simulated(spoiling).ask(plan_question(r)) for r in range(60)]
+    assert {reply.finish for reply in replies} == set(Finish)
+    assert all(isinstance(read_first_pick(reply, HIDDEN.in_sight), Useless) for reply in replies)
+    some = [simulated(replace(spoiling, malformed=0.3)).ask(plan_question(r)) for r in range(300)]
+    useless = [isinstance(read_first_pick(reply, HIDDEN.in_sight), Useless) for reply in some]
+    assert abs(np.mean(useless) - 0.3) < 4 * np.sqrt(0.21 / 300)
+
+
+def test_made_up_ids_are_not_in_sight_and_pass_nowhere():
+    inventive = replace(PROFILES["perfect"], made_up=1.0)
+    for r in range(20):
+        answer = read_first_pick(simulated(inventive).ask(plan_question(r)), HIDDEN.in_sight)
+        assert isinstance(answer, Useless)
+        assert "not in sight" in answer.reason
+        candidates = [Relation(s, t, RelationKind.BEHIND) for s, t in PAIRS]
+        corrected = read_corrections(simulated(inventive).ask(relations_question(r)), candidates)
+        assert isinstance(corrected, Corrected)
+        assert len(corrected.refused) == 1
+
+
+def test_a_better_one_names_the_right_object_more_often(rng):
+    situations = [s for s in (random_situation(rng) for _ in range(60)) if s.removal_order()]
+
+    def right(accuracy):
+        profile = profile_of_accuracy(accuracy, "some")
+        picks = [
+            read_first_pick(simulated(profile, s).ask(plan_question(r)), s.in_sight) == s.removal_order()[0]
+            for r, s in enumerate(situations)
+        ]
+        return np.mean(picks)
+
+    shares = [right(a) for a in (0.5, 0.75, 1.0)]
+    assert shares[0] < shares[1] < shares[2]
+
+
+def test_it_reads_in_a_prompt_what_the_planners_write_there():
+    context = contexts.cluttered_context(10, seed=5)
+    vlm = ScriptedVlm(["?"])
+    for planner in (VlmGraspsPlanner(vlm), VlmFixesDgPlanner(vlm), VlmSelectPlanner(vlm)):
+        planner.decide(context, np.random.default_rng(0))
+    of_grasps, of_relations, of_plan = (q.prompt for q in vlm.questions[::3])
+    told = told_facts(of_grasps)
+    lines = [f"Object {k} is graspable." for k in told.graspable]
+    lines += [f"Object {b} is blocked by object {a}." for a, b in told.blocks]
+    assert sorted(lines) == sorted(grasp_facts(context))
+    assert told_facts(of_plan) is None
+    pairs = [(r.source, r.target) for r in behind_candidates(find_adjacencies(context.scene))]
+    assert list(candidate_pairs(of_relations)) == pairs
+    assert candidate_pairs(of_plan) == ()
+
+
+def test_it_does_what_every_client_must():
+    check_client(lambda: simulated("paper"))
+
+
+@pytest.mark.parametrize("name", ["vlm-select", "vlm-grasps", "vlm-fixes-dg"])
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_planners_that_ask_it_conform(name, case):
+    from torc.task_planning.registry import make_planner
+
+    check_case(lambda: make_planner(name, client=simulated("poor")), case)
+
+
+def test_a_prompt_of_somebody_elses_is_refused():
+    with pytest.raises(InputError, match="prompts of vlm-select"):
+        simulated("perfect").ask(Question("How many cans?", (), None))
+
+
+def test_profiles_are_named_or_an_accuracy():
+    assert find_profile("0.80") == profile_of_accuracy(0.8, "0.8")
+    assert find_profile("paper") is PROFILES["paper"]
+    with pytest.raises(UnknownNameError, match="Did you mean 'perfect'"):
+        find_profile("perfct")
+    for text in ("1.2", "-0.1", "nan"):
+        with pytest.raises(InputError, match=r"0 to 1"):
+            find_profile(text)
+
+
+def test_the_profiles_get_better_one_after_the_other():
+    ranked = [PROFILES[name] for name in ("hopeless", "poor", "good", "perfect")]
+    for worse, better in pairwise(ranked):
+        for name in ("sees_target", "front", "below", "free", "blocked", "heeds_facts"):
+            assert getattr(worse, name) < getattr(better, name)
+        assert better.made_up < worse.made_up
+        assert better.malformed < worse.malformed
+
+
+def test_it_takes_a_profile_alone_and_needs_a_truth():
+    truth = lambda: HIDDEN  # noqa: E731
+    assert open_client(VlmConfig("simulated", "good"), truth=truth).name == "simulated:good"
+    for options in ({"temperature": 0.5}, {"base_url": "http://host/v1"}):
+        with pytest.raises(InputError, match="profile alone"):
+            open_client(VlmConfig("simulated", "good", **options), truth=truth)
+    with pytest.raises(InputError, match="torc run"):
+        open_client(VlmConfig("simulated", "good"))
+
+
+def test_its_replies_are_cached_as_any_others(tmp_path):
+    def asked(mode, situation):
+        client = open_client(VlmConfig("simulated", "poor"), CacheConfig(tmp_path, mode), lambda: situation)
+        reply = client.ask(plan_question(3))
+        return reply.text, reply.answer, reply.model_version
+
+    first = asked(CacheMode.RECORD, HIDDEN)
+    assert asked(CacheMode.REPLAY, None) == first
