@@ -28,6 +28,7 @@ ORDER = [
     "brain",
     "episode",
     "generation",
+    "benchmark",
     "web",
     "cli",
 ]

@@ -136,6 +136,7 @@ def _extras() -> list[Check]:
         "openai": ("openai", "asking OpenAI's models, and local servers that speak its protocol"),
         "anthropic": ("anthropic", "asking Claude models"),
         "web": ("starlette", "the page of torc human and torc view"),
+        "report": ("matplotlib", "the figures of torc report"),
         "train": ("sklearn", "training the grasp model"),
         "toppra": ("toppra", "timing motions by the reference library"),
         "dev": ("pytest", "running the tests"),

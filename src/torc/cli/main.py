@@ -10,6 +10,7 @@ from typing import Annotated
 
 import tyro
 
+from torc.cli.bench import BenchCommand
 from torc.cli.decide import DecideCommand
 from torc.cli.doctor import DoctorCommand
 from torc.cli.human import HumanCommand
@@ -22,6 +23,7 @@ from torc.errors import InputError, TorcError
 
 Command = (
     Annotated[RunCommand, tyro.conf.subcommand("run")]
+    | Annotated[BenchCommand, tyro.conf.subcommand("bench")]
     | Annotated[HumanCommand, tyro.conf.subcommand("human")]
     | Annotated[ViewCommand, tyro.conf.subcommand("view")]
     | Annotated[DecideCommand, tyro.conf.subcommand("decide")]
@@ -34,6 +36,7 @@ DESCRIPTION = """Find and retrieve one object from clutter, one pick after anoth
 
 First steps:
   torc run                      one retrieval in simulation, with pictures
+  torc bench --out DIR          task planners against each other on many problems; goes on where it was
   torc view DIR                 look at recorded trials, pick by pick, in a browser
   torc human structured-03      choose the objects yourself, in a browser
   torc problems list            the problems that come with torc

@@ -45,10 +45,7 @@ def make_planner(name: str, **options: Any) -> TaskPlanner:
     Raises UnknownNameError for a name nobody registered, and InputError where the class cannot be imported, does
     not take the options, or does not build a planner; the cause is in the text.
     """
-    known = planner_paths()
-    if name not in known and ":" not in name:
-        raise UnknownNameError("task planner", name, list(known))
-    path = known.get(name, name)
+    path = _path(name)
     planner = _construct(_load_class(name, path), name, path, options)
     if not callable(getattr(planner, "decide", None)) or not isinstance(getattr(planner, "name", None), str):
         raise InputError(
@@ -56,6 +53,18 @@ def make_planner(name: str, **options: Any) -> TaskPlanner:
             f"{type(planner).__name__} lacks one of them."
         )
     return planner
+
+
+def load_planner_class(name: str) -> Any:
+    """What makes the planner of that name, imported but not called. Raises as `make_planner`."""
+    return _load_class(name, _path(name))
+
+
+def _path(name: str) -> str:
+    known = planner_paths()
+    if name not in known and ":" not in name:
+        raise UnknownNameError("task planner", name, list(known))
+    return known.get(name, name)
 
 
 def _load_class(name: str, path: str) -> Any:
