@@ -17,6 +17,7 @@ from torc.cli.human import HumanCommand
 from torc.cli.objects import ObjectsCommand
 from torc.cli.printing import printable
 from torc.cli.problems import ProblemsCommand
+from torc.cli.report import ReportCommand
 from torc.cli.run import RunCommand
 from torc.cli.view import ViewCommand
 from torc.errors import InputError, TorcError
@@ -24,6 +25,7 @@ from torc.errors import InputError, TorcError
 Command = (
     Annotated[RunCommand, tyro.conf.subcommand("run")]
     | Annotated[BenchCommand, tyro.conf.subcommand("bench")]
+    | Annotated[ReportCommand, tyro.conf.subcommand("report")]
     | Annotated[HumanCommand, tyro.conf.subcommand("human")]
     | Annotated[ViewCommand, tyro.conf.subcommand("view")]
     | Annotated[DecideCommand, tyro.conf.subcommand("decide")]
@@ -37,6 +39,7 @@ DESCRIPTION = """Find and retrieve one object from clutter, one pick after anoth
 First steps:
   torc run                      one retrieval in simulation, with pictures
   torc bench --out DIR          task planners against each other on many problems; goes on where it was
+  torc report DIR               which of them is best, with intervals, as a page and a table
   torc view DIR                 look at recorded trials, pick by pick, in a browser
   torc human structured-03      choose the objects yourself, in a browser
   torc problems list            the problems that come with torc

@@ -1,0 +1,365 @@
+"""What the report says, as plain text and tables, before anybody makes HTML or Markdown of it."""
+
+import shlex
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from torc.benchmark.comparison import Comparison, compare_all, holm
+from torc.benchmark.intervals import Estimate
+from torc.benchmark.measures import (
+    DECISION_S,
+    DROP_FREE,
+    GRASPS,
+    MEASURES,
+    SUCCESS,
+    attempts,
+    ends,
+)
+from torc.benchmark.paper import paper_method
+from torc.benchmark.ranking import Standing
+from torc.benchmark.rows import PickRow, Table, TrialRow
+
+FEW_PROBLEMS = 10
+CATEGORIES = ("structured", "unstructured")
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table of text. `note` says how to read it."""
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The answer to "which planner should I use?".
+
+    Attributes:
+        planner: its label; None where no trial was completed.
+        answer: a sentence.
+        reasons: sentences with the numbers behind it.
+        warnings: what stands in the way of believing it.
+    """
+
+    planner: str | None
+    answer: str
+    reasons: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
+    """By the primary objective, and by the secondary one where the first cannot tell."""
+    leader = next((s for s in standings if s.is_leader), None)
+    warnings = tuple(_warnings(table, standings))
+    if leader is None:
+        return Verdict(None, "No planner has completed a trial yet.", (), warnings)
+    ties = [s for s in standings if s.ties and not s.reference]
+    cleaner = [s for s in ties if s.behind is not None and s.behind.drops.high < 0]
+    best = min(cleaner, key=lambda s: s.drops.value) if cleaner else leader
+    reasons = [_numbers(table, best)]
+    others = [s for s in (leader, *ties) if s is not best]
+    if cleaner:
+        reasons.append(
+            f"By picks these trials cannot tell it from {leader.planner}, and it drops fewer objects."
+        )
+    if others:
+        told = "; ".join(_gap(s, leader) for s in others)
+        reasons.append(f"These trials cannot tell it from: {told}. More problems would.")
+        answer = f"Use {best.planner}, or any of {', '.join(s.planner for s in others)}: they cannot be told apart."
+    elif sum(not s.reference and s.completed > 0 for s in standings) > 1:
+        answer = f"Use {best.planner}: it needs fewer picks than every other planner here."
+    else:
+        answer = f"There is only {best.planner} to judge: add planners to compare it with."
+    return Verdict(best.planner, answer, tuple(reasons), warnings)
+
+
+def ranking_table(standings: Sequence[Standing], table: Table) -> TextTable:
+    """The first table: one row per planner, best first."""
+    rows = []
+    for place, s in enumerate(standings, start=1):
+        done = table.completed(s.planner)
+        rank = "reference" if s.reference else "-" if not done else f"{place}"
+        gap = "" if s.behind is None else _signed(s.behind.cost, 1)
+        rows.append(
+            (
+                rank,
+                s.planner,
+                s.cost.text(1),
+                gap + (" (a tie)" if s.ties and not s.reference else ""),
+                s.success.text(),
+                DROP_FREE.of(done).text(),
+                s.drops.text(),
+                _seconds(DECISION_S.of(done)),
+                f"{s.completed} of {s.planned}",
+                f"{100 * s.errored:.0f} %",
+            )
+        )
+    header = (
+        *(
+            "rank",
+            "planner",
+            "picks to retrieval",
+            "more than the best",
+            "retrieved",
+            "with no drop",
+            "drops",
+        ),
+        *("decision, s", "trials", "errored"),
+    )
+    note = (
+        "Picks to retrieval: mean, a trial that never got the target counting as its whole budget (the paper's primary "
+        "objective); drops: mean (the secondary one); more than the best: on the same problems and seeds; decision: "
+        "median. Brackets: 95 % intervals over problems. References know the simulation, or are people."
+    )
+    return TextTable("Ranking", header, tuple(rows), note)
+
+
+def measures_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """Every measure, structured and unstructured scenes apart."""
+    rows = []
+    for planner in planners:
+        for category in (None, *CATEGORIES):
+            done = table.completed(planner, category)
+            if done:
+                numbers = [m.of(done).text(m.digits) for m in MEASURES]
+                rows.append((planner, category or "all", str(len(done)), *numbers))
+    header = ("planner", "scenes", "trials", *(m.name for m in MEASURES))
+    note = "; ".join(f"{m.name}: {m.help}" for m in MEASURES)
+    return TextTable("All measures", header, tuple(rows), f"{note}. Brackets: 95 % intervals over problems.")
+
+
+def paper_table(planners: Sequence[str], table: Table) -> TextTable:
+    """Ours beside the paper's, for the methods that it has."""
+    rows = []
+    for planner in planners:
+        method, done = paper_method(planner), table.completed(planner)
+        if method is None or not done:
+            continue
+        low, high = method.success_95
+        successes = [r.picks for r in done if r.retrieved]
+        rows.append(
+            (
+                planner,
+                SUCCESS.of(done).text(),
+                f"{method.success:.2f} [{low:.2f}, {high:.2f}]",
+                DROP_FREE.of(done).text(),
+                f"{method.drop_free:.2f}",
+                f"{_median(successes)} / {_median([r.picks for r in done])}",
+                f"{method.picks_success:g} / {method.picks:g}",
+                _median([r.drops for r in done]),
+                f"{method.drops:g}",
+                GRASPS.of(done).text(),
+                f"{method.grasps_held:.2f}",
+            )
+        )
+    pairs = ("retrieved", "with no drop", "median picks, successes / all", "median drops", "grasps held")
+    header = ("planner", *(f"{name}, {whose}" for name in pairs for whose in ("here", "the paper")))
+    note = "Other problems, another grasp planner and another simulation: the paper's values are no target."
+    return TextTable("Beside the paper", header, tuple(rows), note)
+
+
+def comparison_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """Every pair of planners on the same problems and seeds."""
+    found = [c for c in compare_all(table, [p for p in planners if table.completed(p)]) if c.pairs]
+    corrected = holm([c.p_cost for c in found])
+    rows = [
+        (
+            f"{c.first} - {c.second}",
+            str(c.pairs),
+            _signed(c.cost, 1),
+            f"{p:.3f}",
+            _signed(c.success, 2),
+            _signed(c.drops, 2),
+            _told(c),
+        )
+        for c, p in zip(found, corrected)
+    ]
+    header = ("pair", "trials of both", "picks to retrieval", "p", "retrieved", "drops", "by picks")
+    note = (
+        "Differences on the same problem and seed with 95 % intervals over problems; p: permutation test over "
+        "problems, corrected for the number of pairs (Holm)."
+    )
+    return TextTable("Planner against planner", header, tuple(rows), note)
+
+
+def causes_tables(table: Table, planners: Sequence[str]) -> list[TextTable]:
+    """How attempts and trials ended."""
+    tables = []
+    for title, count in (("How trials ended", ends), ("How attempts ended", attempts)):
+        counts = {p: count(table.completed(p)) for p in planners}
+        names = [name for name, _ in sum(counts.values(), Counter()).most_common()]
+        rows = [
+            (p, *(f"{c[n]} ({100 * c[n] / c.total():.0f} %)" if c[n] else "" for n in names))
+            for p, c in counts.items()
+            if c.total()
+        ]
+        tables.append(TextTable(title, ("planner", *names), tuple(rows)))
+    return tables
+
+
+def times_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """Wall seconds by step."""
+    steps = (
+        ("image to grasps", lambda p: p.grasps_s),
+        ("decision", lambda p: p.decision_s),
+        ("motion plans", lambda p: p.motions_s),
+        ("robot's own time", lambda p: p.robot_s),
+    )
+    rows = []
+    for planner in planners:
+        picks = [p for r in table.completed(planner) for p in r.picked]
+        for name, of in steps:
+            values = [of(p) for p in picks if of(p) > 0]
+            if values:
+                median, high = np.median(values), np.percentile(values, 95)
+                rows.append((planner, name, str(len(values)), f"{median:.3f}", f"{high:.3f}"))
+    header = ("planner", "step", "picks", "median, s", "95th percentile, s")
+    return TextTable("Time of a pick by step", header, tuple(rows))
+
+
+def problems_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """A row per problem: what each planner did on it."""
+    shown = [p for p in planners if table.completed(p)]
+    rows = []
+    for problem in table.problems:
+        here = [r for r in table.rows if r.problem == problem]
+        cells = [problem, here[0].category]
+        for planner in shown:
+            done = [r for r in here if r.planner == planner and r.completed]
+            cells.append(_problem_cell(done))
+        rows.append(tuple(cells))
+    note = "Retrieved of completed trials; median picks with their range; mean drops."
+    return TextTable("Every problem", ("problem", "scenes", *shown), tuple(rows), note)
+
+
+def errors_table(table: Table) -> TextTable:
+    """The errored trials: never scored."""
+    bad = [r for r in table.rows if r.status not in ("completed", "missing")]
+    rows = tuple(
+        (r.planner, r.problem, str(r.seed), r.cause, _first_line(r.error), view_command(r)) for r in bad
+    )
+    header = ("planner", "problem", "seed", "cause", "what was said", "look at it")
+    return TextTable("Errored trials, which are not scored", header, rows)
+
+
+def trials_table(table: Table) -> TextTable:
+    """Every trial with the command that shows it."""
+    rows = tuple(
+        (r.planner, r.problem, str(r.seed), _outcome(r), *_counts(r), view_command(r))
+        for r in table.rows
+        if r.status != "missing"
+    )
+    header = ("planner", "problem", "seed", "outcome", "picks", "drops", "look at it")
+    return TextTable("Every trial", header, rows)
+
+
+def view_command(row: TrialRow) -> str:
+    """What shows a trial in a browser."""
+    return f"torc view {shlex.quote(str(row.directory))}"
+
+
+def failed_pick(row: TrialRow) -> PickRow | None:
+    """The attempt to look at in a trial that was not retrieved: the last one that went wrong; None without attempts."""
+    wrong = [p for p in row.picked if p.result not in ("removed", "retrieved")] or row.picked
+    return wrong[-1] if wrong else None
+
+
+def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
+    found = []
+    missing = Counter(r.planner for r in table.rows if r.status == "missing")
+    if missing:
+        told = ", ".join(f"{planner} {n}" for planner, n in missing.items())
+        found.append(
+            f"{missing.total()} planned trials have not been played yet ({told}): `torc bench` goes on."
+        )
+    for s in standings:
+        if s.errored > 0:
+            found.append(
+                f"{s.planner}: {s.played - s.completed} of {s.played} trials errored and are not scored; if these were "
+                "the hard ones, it looks better than it is."
+            )
+    problems = len({r.problem for r in table.rows if r.completed})
+    if 0 < problems < FEW_PROBLEMS:
+        found.append(
+            f"Only {problems} problems: intervals are wide, and another choice of problems may say otherwise."
+        )
+    budgets = {r.max_picks for r in table.rows if r.completed}
+    if len(budgets) > 1:
+        found.append(f"Trials have different budgets of picks ({', '.join(map(str, sorted(budgets)))}).")
+    versions = {r.version for r in table.rows if r.completed}
+    if len(versions) > 1:
+        found.append(f"Trials come from several versions of torc ({', '.join(sorted(versions))}).")
+    if table.left_out:
+        found.append(f"{len(table.left_out)} directories of trials are left out (see the end of this page).")
+    return found
+
+
+def _numbers(table: Table, s: Standing) -> str:
+    done = table.completed(s.planner)
+    return (
+        f"It needs {s.cost.text(1)} picks to retrieve the target, gets it in {100 * s.success.value:.0f} % of the "
+        f"trials, drops {s.drops.text()} objects a trial and takes {_seconds(DECISION_S.of(done))} s for a decision "
+        f"({s.completed} trials of {s.cost.problems} problems)."
+    )
+
+
+def _gap(s: Standing, leader: Standing) -> str:
+    if s.behind is None:
+        return s.planner
+    return f"{s.planner} ({_signed(s.behind.cost, 1)} picks against {leader.planner})"
+
+
+def _told(c: Comparison) -> str:
+    if c.cost.low > 0:
+        return f"{c.second} is better"
+    return f"{c.first} is better" if c.cost.high < 0 else "cannot be told"
+
+
+def _signed(found: Estimate, digits: int) -> str:
+    if not np.isfinite(found.value):
+        return ""
+    low, high = (f"{v:+.{digits}f}" if np.isfinite(v) else "?" for v in (found.low, found.high))
+    return f"{found.value:+.{digits}f} [{low}, {high}]"
+
+
+def _seconds(found: Estimate) -> str:
+    value = found.value
+    if not np.isfinite(value):
+        return ""
+    return f"{value:.3f}" if value < 0.1 else f"{value:.3g}"
+
+
+def _median(values: Sequence[float]) -> str:
+    return f"{np.median(values):g}" if len(values) else "-"
+
+
+def _problem_cell(done: Sequence[TrialRow]) -> str:
+    if not done:
+        return ""
+    picks = [r.picks for r in done]
+    spread = f" ({min(picks)}-{max(picks)})" if min(picks) < max(picks) else ""
+    drops = np.mean([r.drops for r in done])
+    return (
+        f"{sum(r.retrieved for r in done)}/{len(done)}, {np.median(picks):g}{spread} picks, {drops:.2g} drops"
+    )
+
+
+def _outcome(row: TrialRow) -> str:
+    if not row.completed:
+        return row.status
+    return "retrieved" if row.retrieved else f"not retrieved: {row.end}"
+
+
+def _counts(row: TrialRow) -> tuple[str, str]:
+    return (str(row.picks), str(row.drops)) if row.completed else ("", "")
+
+
+def _first_line(text: str) -> str:
+    line = next((x for x in text.splitlines() if x.strip()), "")
+    return line if len(line) <= 200 else f"{line[:197]}..."
