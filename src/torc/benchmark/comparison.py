@@ -9,6 +9,8 @@ import numpy as np
 from torc.benchmark.intervals import Estimate, Sums, by_problem, difference
 from torc.benchmark.rows import Table, TrialRow
 
+ALPHA = 0.05
+"""A corrected p below it is called a difference."""
 _EXACT_UP_TO = 14
 """Problems for which all 2^n assignments of signs are gone through."""
 _DRAWS = 20_000

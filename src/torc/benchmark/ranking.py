@@ -7,7 +7,7 @@ would need more picks than that: it counts as the whole budget, so that giving u
 
 from dataclasses import dataclass, replace
 
-from torc.benchmark.comparison import Comparison, compare
+from torc.benchmark.comparison import ALPHA, Comparison, compare, holm
 from torc.benchmark.intervals import Estimate
 from torc.benchmark.measures import COST, DROPS, SUCCESS
 from torc.benchmark.rows import Table
@@ -24,6 +24,8 @@ class Standing:
         completed, played, planned: trials.
         reference: not a planner to use: it knows the simulation, or is a person.
         behind: against the leader; None for the leader itself, and where they share no trial.
+        p: of no difference in cost from the leader, corrected for the number of planners; None as `behind`, and for
+            references.
     """
 
     planner: str
@@ -35,11 +37,12 @@ class Standing:
     planned: int
     reference: bool
     behind: Comparison | None = None
+    p: float | None = None
 
     @property
     def ties(self) -> bool:
         """The trials cannot tell it from the leader by the primary objective."""
-        return self.behind is not None and not self.behind.cost.low > 0
+        return self.p is not None and not self.p < ALPHA
 
     @property
     def is_leader(self) -> bool:
@@ -59,7 +62,11 @@ def rank(table: Table) -> list[Standing]:
     leader = next((s for s in ordered if not s.reference and s.completed), None)
     if leader is None:
         return ordered
-    return [s if s is leader else _against(table, s, leader) for s in ordered]
+    found = [s if s is leader else _against(table, s, leader) for s in ordered]
+    compared = [s for s in found if s.behind is not None and not s.reference]
+    corrected = holm([s.behind.p_cost for s in compared if s.behind is not None])
+    p_of = {s.planner: p for s, p in zip(compared, corrected)}
+    return [replace(s, p=p_of.get(s.planner)) for s in found]
 
 
 def is_reference(planner: str) -> bool:

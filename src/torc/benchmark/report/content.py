@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torc.benchmark.comparison import Comparison, compare_all, holm
+from torc.benchmark.comparison import ALPHA, Comparison, compare_all, holm
 from torc.benchmark.intervals import Estimate
 from torc.benchmark.measures import (
     DECISION_S,
@@ -65,13 +65,13 @@ def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
     reasons = [_numbers(table, best)]
     others = [s for s in (leader, *ties) if s is not best]
     if cleaner:
-        reasons.append(
-            f"By picks these trials cannot tell it from {leader.planner}, and it drops fewer objects."
-        )
+        reasons.append(f"It is chosen for the objects that it does not drop: {leader.planner} drops more.")
     if others:
         told = "; ".join(_gap(s, leader) for s in others)
-        reasons.append(f"These trials cannot tell it from: {told}. More problems would.")
-        answer = f"Use {best.planner}, or any of {', '.join(s.planner for s in others)}: they cannot be told apart."
+        reasons.append(f"By picks it may be no better than: {told}. Trials of more problems would tell.")
+        answer = (
+            f"Use {best.planner}; these trials cannot tell it from {_listed([s.planner for s in others])}."
+        )
     elif sum(not s.reference and s.completed > 0 for s in standings) > 1:
         answer = f"Use {best.planner}: it needs fewer picks than every other planner here."
     else:
@@ -86,6 +86,7 @@ def ranking_table(standings: Sequence[Standing], table: Table) -> TextTable:
         done = table.completed(s.planner)
         rank = "reference" if s.reference else "-" if not done else f"{place}"
         gap = "" if s.behind is None else _signed(s.behind.cost, 1)
+        gap += "" if s.p is None else f", p {s.p:.2g}"
         rows.append(
             (
                 rank,
@@ -114,8 +115,9 @@ def ranking_table(standings: Sequence[Standing], table: Table) -> TextTable:
     )
     note = (
         "Picks to retrieval: mean, a trial that never got the target counting as its whole budget (the paper's primary "
-        "objective); drops: mean (the secondary one); more than the best: on the same problems and seeds; decision: "
-        "median. Brackets: 95 % intervals over problems. References know the simulation, or are people."
+        "objective); more than the best: on the same problems and seeds, a tie where p is .05 or more; drops: mean "
+        "(the secondary one); decision: median. Brackets: 95 % intervals over problems. References know the "
+        "simulation, or are people."
     )
     return TextTable("Ranking", header, tuple(rows), note)
 
@@ -176,7 +178,7 @@ def comparison_table(table: Table, planners: Sequence[str]) -> TextTable:
             f"{p:.3f}",
             _signed(c.success, 2),
             _signed(c.drops, 2),
-            _told(c),
+            _told(c, p),
         )
         for c, p in zip(found, corrected)
     ]
@@ -276,7 +278,7 @@ def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
     if missing:
         told = ", ".join(f"{planner} {n}" for planner, n in missing.items())
         found.append(
-            f"{missing.total()} planned trials have not been played yet ({told}): `torc bench` goes on."
+            f"{missing.total()} planned trials have not been played yet ({told}): torc bench goes on."
         )
     for s in standings:
         if s.errored > 0:
@@ -309,16 +311,20 @@ def _numbers(table: Table, s: Standing) -> str:
     )
 
 
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+
+
 def _gap(s: Standing, leader: Standing) -> str:
     if s.behind is None:
         return s.planner
     return f"{s.planner} ({_signed(s.behind.cost, 1)} picks against {leader.planner})"
 
 
-def _told(c: Comparison) -> str:
-    if c.cost.low > 0:
-        return f"{c.second} is better"
-    return f"{c.first} is better" if c.cost.high < 0 else "cannot be told"
+def _told(c: Comparison, p: float) -> str:
+    if not p < ALPHA:
+        return "cannot be told"
+    return f"{c.second} is better" if c.cost.value > 0 else f"{c.first} is better"
 
 
 def _signed(found: Estimate, digits: int) -> str:
@@ -332,7 +338,7 @@ def _seconds(found: Estimate) -> str:
     value = found.value
     if not np.isfinite(value):
         return ""
-    return f"{value:.3f}" if value < 0.1 else f"{value:.3g}"
+    return f"{value:.2g}" if value < 100 else f"{value:.0f}"
 
 
 def _median(values: Sequence[float]) -> str:

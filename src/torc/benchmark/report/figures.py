@@ -95,11 +95,11 @@ def _drawn(
         "font.size": 10,
         "axes.spines.top": False,
         "axes.spines.right": False,
-        "figure.constrained_layout.use": True,
         "hatch.linewidth": 0.6,
     }
     with matplotlib.rc_context(settings):
         figure = draw(table, planners)
+        figure.tight_layout()
         svg, png = io.BytesIO(), io.BytesIO()
         figure.savefig(svg, format="svg", metadata={"Date": None})
         figure.savefig(png, format="png", dpi=150)
@@ -131,7 +131,7 @@ def _name_planners(axes: Axes, planners: list[str]) -> None:
 
 
 def _success(table: Table, planners: list[str]) -> Figure:
-    figure, (axes,) = _figure(1.8 + 1.1 * len(planners), 3.8)
+    figure, (axes,) = _figure(1.8 + 0.85 * len(planners), 3.8)
     for i, planner in enumerate(planners):
         done = table.completed(planner)
         success, clean = SUCCESS.of(done), DROP_FREE.of(done)
@@ -210,7 +210,7 @@ def _boxes(
     papers: Callable[[PaperMethod], list[float]],
     label: str,
 ) -> Figure:
-    figure, (axes,) = _figure(1.8 + 1.1 * len(planners), 3.8)
+    figure, (axes,) = _figure(1.8 + 0.85 * len(planners), 3.8)
     rng = np.random.default_rng(0)
     for i, planner in enumerate(planners):
         numbers = np.array([v for row in table.completed(planner) for v in values(row)], dtype=float)
