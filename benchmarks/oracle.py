@@ -31,11 +31,13 @@ class Args:
     """Seeds 0..N-1."""
     budget: float = 24.0
     """Of each search, in simulated picks."""
+    likely: bool = False
+    """End each search with an order that is likely the best, as the planner does, without trying to prove it."""
     workers: int = 2
     """Processes."""
 
 
-def solve(problem_name: str, seed: int, budget: float) -> dict:
+def solve(problem_name: str, seed: int, budget: float, likely: bool) -> dict:
     """The answer, and when it came."""
     from torc.episode.oracle.answer import answer_from
     from torc.episode.oracle.branches import Branches
@@ -59,16 +61,21 @@ def solve(problem_name: str, seed: int, budget: float) -> dict:
 
     with open_sandbox(problem, robot, pipeline, motion, config) as sandbox:
         found = search(
-            Branches(sandbox), sandbox.begin(), max_picks=config.max_picks, budget=budget, tell=tell
+            Branches(sandbox),
+            sandbox.begin(),
+            max_picks=config.max_picks,
+            budget=budget,
+            likely_suffices=likely,
+            tell=tell,
         )
     answer = answer_from(found, problem, seed, budget)
     times = {"first_s": first[0] if first else None, "all_s": time.process_time() - start}
     return {**answer.to_dict(), **times, "objects": len(problem.objects), "category": problem.category}
 
 
-def solve_into(path: Path, problem_name: str, seed: int, budget: float) -> str:
+def solve_into(path: Path, problem_name: str, seed: int, budget: float, likely: bool) -> str:
     """Keep the answer, complete or not at all; returns a line that says what it is."""
-    row = solve(problem_name, seed, budget)
+    row = solve(problem_name, seed, budget, likely)
     aside = path.with_suffix(".partial")
     aside.write_text(json.dumps(row))
     aside.replace(path)
@@ -76,13 +83,13 @@ def solve_into(path: Path, problem_name: str, seed: int, budget: float) -> str:
     return f"{path.stem}: {verdict if row['solved'] else 'no order found'}, {row['all_s']:.0f} s"
 
 
-def answers(args: Args) -> Iterable[tuple[Path, str, int, float]]:
+def answers(args: Args) -> Iterable[tuple[Path, str, int, float, bool]]:
     """Where each answer goes, and what is asked."""
     from torc.scenes.problem_sets import select_problems
 
     for seed in range(args.seeds):
         for problem in select_problems(args.problems):
-            yield args.out / f"{Path(problem).stem}-{seed}.json", problem, seed, args.budget
+            yield args.out / f"{Path(problem).stem}-{seed}.json", problem, seed, args.budget, args.likely
 
 
 def table(rows: list[dict]) -> str:

@@ -1,6 +1,5 @@
 """`torc human` and `torc view` as a user meets them."""
 
-import os
 import re
 import signal
 import subprocess
@@ -44,54 +43,58 @@ def test_wrong_arguments_get_one_clear_line(arguments, told, capsys, tmp_path, m
     assert "Traceback" not in err
 
 
-def _until_served(process):
-    for line in process.stdout:
-        if found := re.search(r"http://\S+", line):
-            return found.group()
-    raise AssertionError("it did not start")
+class _Served:
+    """A `torc` command that serves a page, in a process of its own."""
+
+    def __init__(self, *arguments):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "torc.cli.main", *map(str, arguments), "--port", "0"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            # Whoever runs the tests in the background may have told all children to ignore Ctrl-C.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.process.kill()
+        self.process.communicate()
+
+    def address(self):
+        for line in self.process.stdout:
+            if found := re.search(r"http://\S+", line):
+                return found.group()
+        raise AssertionError("it did not start")
+
+    def interrupted(self):
+        """Ctrl-C: its exit code, and what it says in the end."""
+        self.process.send_signal(signal.SIGINT)
+        rest, _ = self.process.communicate(timeout=60)
+        return self.process.returncode, rest
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
 def test_view_serves_until_ctrl_c_and_asks_for_a_token_where_others_reach_it(tmp_path, host):
     play_fake_trial(TrialSpec("boxes", "random"), tmp_path / "boxes", make_planner("random"))
-    command = [sys.executable, "-m", "torc.cli.main", "view", str(tmp_path), "--port", "0", "--host", host]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
-        try:
-            where = _until_served(process)
-            assert ("token=" in where) == (host != "127.0.0.1")
-            here = re.sub(r"//[^:]+:", "//127.0.0.1:", where)
-            with urllib.request.build_opener(urllib.request.HTTPCookieProcessor()).open(
-                here, timeout=60
-            ) as page:
-                assert b"<title>torc</title>" in page.read()
-            os.kill(process.pid, signal.SIGINT)
-            rest = process.stdout.read()
-            assert process.wait(60) == 0
-            assert "Traceback" not in rest
-            assert where.partition("token=")[2] not in rest or host == "127.0.0.1"
-        finally:
-            process.kill()
+    with _Served("view", tmp_path, "--host", host) as served:
+        where = served.address()
+        assert ("token=" in where) == (host != "127.0.0.1")
+        here = re.sub(r"//[^:]+:", "//127.0.0.1:", where)
+        with urllib.request.build_opener(urllib.request.HTTPCookieProcessor()).open(here, timeout=60) as page:
+            assert b"<title>torc</title>" in page.read()
+        code, rest = served.interrupted()
+    assert code == 0
+    assert "Traceback" not in rest
+    assert where.partition("token=")[2] not in rest or host == "127.0.0.1"
 
 
 def test_human_says_what_is_left_after_ctrl_c(tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "torc.cli.main",
-        "human",
-        "structured-01",
-        "structured-02",
-        "--port",
-        "0",
-    ]
-    command += ["--out", str(tmp_path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
-        try:
-            _until_served(process)
-            os.kill(process.pid, signal.SIGINT)
-            rest = process.stdout.read()
-            assert process.wait(60) == 130
-            assert "2 of 2 trials are left" in rest
-            assert "Traceback" not in rest
-        finally:
-            process.kill()
+    with _Served("human", "structured-01", "structured-02", "--out", tmp_path) as served:
+        served.address()
+        code, rest = served.interrupted()
+    assert code == 130
+    assert "2 of 2 trials are left" in rest
+    assert "Traceback" not in rest

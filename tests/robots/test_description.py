@@ -138,3 +138,9 @@ class TestAnotherRobot:
     def test_unknown_name(self) -> None:
         with pytest.raises(UnknownNameError, match="sda10f_2f85"):
             load_robot("sda10f_2f58")
+
+
+def test_nobody_can_change_the_shipped_robot_of_others():
+    spoiled = load_robot()
+    spoiled.arm.rest_qpos[:] = 9.0
+    assert (load_robot().arm.rest_qpos < 9.0).all()

@@ -1,5 +1,6 @@
 """Scores of candidates: probability that the object is held after the lift."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -70,4 +71,10 @@ class TreeScore:
 
 def default_scorer() -> GraspScorer:
     """The shipped model if there is one, else the hand-written score."""
-    return TreeScore.load() if MODEL_PATH.is_file() else HandScore()
+    return _loaded(MODEL_PATH) if MODEL_PATH.is_file() else HandScore()
+
+
+@cache
+def _loaded(path: Path) -> TreeScore:
+    """A model, read and prepared once per process."""
+    return TreeScore.load(path)

@@ -1,7 +1,8 @@
 """What the rest of the system knows about a robot: numbers only, derived from an MJCF file and a YAML beside it."""
 
+from copy import deepcopy
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -153,4 +154,12 @@ def load_robot(name_or_path: str | Path = "sda10f_2f85") -> RobotDescription:
         return parse_robot(path)
     if str(name_or_path) not in robot_names():
         raise UnknownNameError("robot (nor a YAML file)", str(name_or_path), list(robot_names()))
-    return parse_robot(DATA / path.name / f"{path.name}.yaml")
+    return deepcopy(_shipped(path.name))  # its arrays can be written to: everyone gets his own
+
+
+@cache
+def _shipped(name: str) -> RobotDescription:
+    """A shipped robot, parsed once per process."""
+    from torc.robots.parsing import parse_robot
+
+    return parse_robot(DATA / name / f"{name}.yaml")

@@ -12,8 +12,8 @@ MAX_PICKS = 5
 PLENTY = 1e6
 
 
-def solve(space, budget=PLENTY, max_picks=MAX_PICKS, tell=None):
-    return search(space, (), max_picks=max_picks, budget=budget, tell=tell)
+def solve(space, budget=PLENTY, max_picks=MAX_PICKS, tell=None, likely_suffices=False):
+    return search(space, (), max_picks=max_picks, budget=budget, likely_suffices=likely_suffices, tell=tell)
 
 
 @pytest.mark.parametrize(
@@ -35,6 +35,20 @@ def test_with_enough_budget_it_is_as_good_as_trying_everything(options):
         assert (found.best and found.best.cost) == best == found.bound, space
         solvable += best is not None
     assert solvable > 60  # there is something to find
+
+
+@pytest.mark.parametrize("lying", [0, 30])
+def test_who_is_content_with_a_likely_answer_gets_one_for_less(lying):
+    saved = 0
+    for space in toy_spaces(100, lying=lying):
+        proved, likely = solve(space), solve(space, likely_suffices=True)
+        assert likely.proved or likely.likely
+        if likely.likely and not lying:  # rough plans tell the truth of picks that do nothing else
+            assert likely.best.cost.drops == 0
+            assert likely.best.cost.picks >= proved.best.cost.picks
+        saved += proved.spent.picks - likely.spent.picks
+        assert likely.spent.picks <= proved.spent.picks
+    assert saved > 0
 
 
 def test_the_sequence_found_leads_to_the_target_at_that_cost():

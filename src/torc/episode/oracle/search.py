@@ -81,6 +81,11 @@ class Found(Generic[State]):
         """Nothing is left to find out: `best` is the best there is, or there is none."""
         return self.bound is None or (self.best is not None and self.best.cost <= self.bound)
 
+    @property
+    def likely(self) -> bool:
+        """The best has no drops, and no more picks than are needed if picks moved nothing else."""
+        return self.best is not None and self.best.cost <= Cost(self.rough_bound, 0)
+
 
 def search(
     space: Space[State],
@@ -88,6 +93,7 @@ def search(
     *,
     max_picks: int,
     budget: float,
+    likely_suffices: bool = False,
     tell: Callable[[Found[State]], None] | None = None,
 ) -> Found[State]:
     """The sequence of at most max_picks picks that costs least, or the best that the budget finds.
@@ -97,9 +103,10 @@ def search(
         start: where from.
         max_picks: longer sequences do not count.
         budget: in picks; a look counts LOOK_COST. It is never exceeded.
+        likely_suffices: end as soon as the best sequence is likely the best there is (`Found.likely`), unproved.
         tell: called after every pick and look with the answer so far.
     """
-    run = _Search(space, start, max_picks, budget, tell or (lambda found: None))
+    run = _Search(space, start, max_picks, budget, likely_suffices, tell or (lambda found: None))
     run.run()
     return run.found()
 
@@ -149,9 +156,11 @@ class _Search(Generic[State]):
         start: State,
         max_picks: int,
         budget: float,
+        likely_suffices: bool,
         tell: Callable[[Found[State]], None],
     ) -> None:
         self.space, self.max_picks, self.budget, self.tell = space, max_picks, budget, tell
+        self.likely_suffices = likely_suffices
         self.root = _Node(start)
         self.best: _Node[State] | None = None
         self.leader, self.leader_outlook = self.root, -math.inf
@@ -168,6 +177,8 @@ class _Search(Generic[State]):
         self.looked = True
         self.pursue_rough_plans()
         while (trial := self.next()) is not None and self.affords(picks=1, looks=1):
+            if self.likely_suffices and self.found().likely:
+                return
             child = self.attempt(trial)
             if child is not None and self.best is None:
                 self.pursue(child)

@@ -24,6 +24,7 @@ def solve_problem(
     budget: float = DEFAULT_BUDGET,
     *,
     max_picks: int = 15,
+    likely_suffices: bool = False,
     say: Callable[[str], None] = lambda text: None,
 ) -> OracleAnswer:
     """The order of picks that retrieves the target with the fewest picks, then the fewest drops.
@@ -35,6 +36,7 @@ def solve_problem(
         seed: of the trial; grasps and motions depend on it.
         budget: how much to try, in simulated picks (a look counts as a quarter of one).
         max_picks: longer orders do not count.
+        likely_suffices: end with an order that is likely the best, without trying to prove it.
         say: told about progress.
 
     Raises:
@@ -45,12 +47,25 @@ def solve_problem(
     config = EpisodeConfig(max_picks, seed)
     pipeline, motion = default_pipeline(robot, workspace), OmplMotionPlanner(robot, workspace)
     with open_sandbox(problem, robot, pipeline, motion, config) as sandbox:
-        found = best_order(sandbox, sandbox.begin(), max_picks, budget, say)
+        found = best_order(sandbox, sandbox.begin(), max_picks, budget, say, likely_suffices=likely_suffices)
     return answer_from(found, problem, seed, budget)
 
 
 def best_order(
-    sandbox: Sandbox, start: Moment, max_picks: int, budget: float, say: Callable[[str], None]
+    sandbox: Sandbox,
+    start: Moment,
+    max_picks: int,
+    budget: float,
+    say: Callable[[str], None],
+    *,
+    likely_suffices: bool,
 ) -> Found[Moment]:
     """The best order of at most max_picks picks from some moment on."""
-    return search(Branches(sandbox), start, max_picks=max_picks, budget=budget, tell=Narration(say, budget))
+    return search(
+        Branches(sandbox),
+        start,
+        max_picks=max_picks,
+        budget=budget,
+        likely_suffices=likely_suffices,
+        tell=Narration(say, budget),
+    )
