@@ -3,16 +3,17 @@
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from torc.benchmark.playing import trial_spec
 from torc.benchmark.spec import BenchPlanner
-from torc.benchmark.store import TRIALS, WORK, Store
+from torc.benchmark.store import PROBLEMS, TRIALS, WORK, Store
 from torc.episode.trial import TrialSpec
 from torc.errors import InputError
+from torc.generation.difficulty import Difficulty, stated_difficulty
 from torc.records import PickResult
 from torc.scenes.library import object_facts
 from torc.scenes.problem import Problem, load_problem
@@ -124,11 +125,13 @@ class Table:
         root: the directory.
         rows: sorted by planner, problem and seed; no two in one cell.
         left_out: directories of trials that do not count, with why.
+        difficulties: of the problems whose files say how hard they are, by name.
     """
 
     root: Path
     rows: tuple[TrialRow, ...]
     left_out: tuple[tuple[Path, str], ...] = ()
+    difficulties: Mapping[str, Difficulty] = field(default_factory=dict)
 
     @property
     def planners(self) -> tuple[str, ...]:
@@ -179,7 +182,18 @@ def read_table(root: Path) -> Table:
             left_out.append((directory, f"it cannot be read: {error}"))
     if not rows:
         raise InputError(f"There is no finished trial in '{root}'. `torc bench` and `torc run` make them.")
-    return Table(root, *_one_per_cell(rows, left_out))
+    return Table(root, *_one_per_cell(rows, left_out), _difficulties(rows, store))
+
+
+def _difficulties(rows: Iterable[TrialRow], store: Store) -> dict[str, Difficulty]:
+    found = {}
+    for name in sorted({r.problem for r in rows}):
+        copy = store.root / PROBLEMS / f"{name}.yaml"
+        problem = _problem(str(copy)) if copy.is_file() else _problem(name)
+        stated = stated_difficulty(problem) if problem is not None else None
+        if stated is not None:
+            found[name] = stated
+    return found
 
 
 def _one_per_cell(

@@ -24,6 +24,7 @@ from torc.benchmark.rows import PickRow, Table, TrialRow
 
 FEW_PROBLEMS = 10
 CATEGORIES = ("structured", "unstructured")
+_HIDDENNESS = ("visible", "partly", "hidden")
 
 
 @dataclass(frozen=True)
@@ -231,13 +232,39 @@ def problems_table(table: Table, planners: Sequence[str]) -> TextTable:
     rows = []
     for problem in table.problems:
         here = [r for r in table.rows if r.problem == problem]
-        cells = [problem, here[0].category]
+        cells = [problem, here[0].category, *_difficulty(table, problem)]
         for planner in shown:
             done = [r for r in here if r.planner == planner and r.completed]
             cells.append(_problem_cell(done))
         rows.append(tuple(cells))
+    header = ("problem", "scenes", "objects", "target", "% in sight", *shown)
     note = "Retrieved of completed trials; median picks with their range; mean drops."
-    return TextTable("Every problem", ("problem", "scenes", *shown), tuple(rows), note)
+    return TextTable("Every problem", header, tuple(rows), note)
+
+
+def difficulty_table(table: Table) -> TextTable:
+    """What the problems are like, as their files say: medians with the range in brackets."""
+    category = {r.problem: r.category for r in table.rows}
+    rows = []
+    for group in ("all", *CATEGORIES):
+        mine = [d for name, d in table.difficulties.items() if group in ("all", category[name])]
+        if not mine:
+            continue
+        hidden = " / ".join(str(sum(d.hiddenness.value == h for d in mine)) for h in _HIDDENNESS)
+        columns = (
+            [d.objects for d in mine],
+            [100 * d.visible_fraction for d in mine],
+            [d.in_front for d in mine],
+            [d.beside for d in mine],
+            [d.taller for d in mine],
+        )
+        objects, *others = (f"{np.median(c):.3g} ({min(c):.0f}-{max(c):.0f})" for c in columns)
+        rows.append((group, str(len(mine)), objects, hidden, *others))
+    header = (
+        *("scenes", "problems", "objects", f"targets {' / '.join(_HIDDENNESS)}", "% in sight"),
+        *("in front", "beside", "taller"),
+    )
+    return TextTable("The problems", header, tuple(rows), "Medians with their range.")
 
 
 def errors_table(table: Table) -> TextTable:
@@ -343,6 +370,13 @@ def _seconds(found: Estimate) -> str:
 
 def _median(values: Sequence[float]) -> str:
     return f"{np.median(values):g}" if len(values) else "-"
+
+
+def _difficulty(table: Table, problem: str) -> tuple[str, str, str]:
+    found = table.difficulties.get(problem)
+    if found is None:
+        return "", "", ""
+    return str(found.objects), found.hiddenness.value, f"{100 * found.visible_fraction:.0f}"
 
 
 def _problem_cell(done: Sequence[TrialRow]) -> str:

@@ -94,6 +94,7 @@ def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
             content.paper_table(planners, table),
             *content.causes_tables(table, planners),
             content.times_table(table, planners),
+            content.difficulty_table(table),
             content.errors_table(table),
         ],
         details=[content.problems_table(table, planners), content.trials_table(table)],
