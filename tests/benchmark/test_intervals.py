@@ -71,6 +71,8 @@ def test_never_a_width_of_zero_where_something_may_have_been_missed():
     none = mean(np.zeros(20), totals)
     assert none.low == 0.0
     assert 0.1 < none.high < 0.3
+    alike = mean(np.full(20, 15.0), totals, largest=15.0)
+    assert 2.0 < alike.low < 3.0 == alike.value < 3.5 < alike.high < 6.0
     same = difference(np.zeros(20), totals, largest=1.0)
     assert same.low < -0.1 < 0.1 < same.high
     assert difference(np.zeros(20), totals).high == np.inf

@@ -82,6 +82,7 @@ def test_no_completed_trial_is_no_answer():
     found = _answer(Table(Path("x"), (bad,)))
     assert found.planner is None
     assert "No planner has completed" in found.answer
+    assert "mine: all 1 played trials errored; it is not ranked." in found.warnings
 
 
 def test_few_problems_are_a_warning(made_up):

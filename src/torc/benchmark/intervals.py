@@ -1,7 +1,7 @@
 """95 % intervals for trials that come in problems: trials of one problem are alike, and problems are the sample.
 
 All are built on the linearised variance of a ratio of sums over problems, with Student's t for the number of problems.
-The percentile bootstrap over problems, which is usual here, contains the truth in 86-95 % of the cases with 10 to 40
+The percentile bootstrap over problems, which is usual here, contains the truth in 86-94 % of the cases with 10 to 40
 problems, and in fewer for shares near 1; these contain it in 93-97 % (tests/benchmark/test_coverage.py,
 docs/benchmarking.md).
 """
@@ -84,11 +84,16 @@ def share(hits: Sums, totals: Sums) -> Estimate:
     return Estimate(p, min(low, p), max(high, p), int(trials), len(totals))
 
 
-def mean(sums: Sums, totals: Sums) -> Estimate:
+def mean(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
     """A mean of numbers that are not negative and may be skewed, as drops and picks are.
 
     Student's t after the transformation that takes out the skewness (P. Hall, On the removal of skewness by
-    transformation, 1992).
+    transformation, 1992). Where all problems are the same, those that were not played may still differ: as many as
+    may have been missed by chance.
+
+    Args:
+        sums, totals: what is counted, by problem, and how many trials it is of.
+        largest: what a trial can have at most.
     """
     sums, totals = _counted(sums, totals)
     if not len(totals):
@@ -96,12 +101,15 @@ def mean(sums: Sums, totals: Sums) -> Estimate:
     value, se = ratio(sums, totals)
     count, n = int(totals.sum()), len(totals)
     if n < 2:
-        return Estimate(value, 0.0, np.inf, count, n)
+        return Estimate(value, 0.0, largest, count, n)
     if value <= 0:  # nothing happened in any problem: the bound for a Poisson count, each problem one look
-        return Estimate(0.0, 0.0, -log((1 - LEVEL) / 2) / n, count, n)
+        return Estimate(0.0, 0.0, min(-log((1 - LEVEL) / 2) / n, largest), count, n)
+    if se <= 0:
+        missed = _missed(n)
+        return Estimate(value, value * (1 - missed), value + (largest - value) * missed, count, n)
     skewed, q = _skewness(sums - value * totals), _quantile(n)
     low, high = (value - _unskewed(t, skewed, n) * se for t in (q, -q))
-    return Estimate(value, max(0.0, low), high, count, n)
+    return Estimate(value, max(0.0, low), min(high, largest), count, n)
 
 
 def difference(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
@@ -120,7 +128,7 @@ def difference(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
     value, se = ratio(sums, totals)
     half = _quantile(len(totals)) * se if len(totals) > 1 else np.inf
     if not sums.any():
-        half = largest * (1 - ((1 - LEVEL) / 2) ** (1 / len(totals)))
+        half = largest * _missed(len(totals))
     return Estimate(value, value - half, value + half, int(totals.sum()), len(totals))
 
 
@@ -147,6 +155,11 @@ def ratio(sums: Sums, totals: Sums) -> tuple[float, float]:
         return value, np.inf
     residuals = (sums - value * totals) / totals.mean()
     return value, float(sqrt((residuals**2).sum() / (n * (n - 1))))
+
+
+def _missed(problems: int) -> float:
+    """The largest share of problems that differ from all the others without one of them having been met by chance."""
+    return float(1 - ((1 - LEVEL) / 2) ** (1 / problems))
 
 
 def _skewness(residuals: Sums) -> float:

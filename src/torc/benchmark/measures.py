@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 
 from torc.benchmark import intervals
@@ -45,8 +45,7 @@ def _mean_of_trials(
 
     def of(rows: Rows) -> Estimate:
         sums = by_problem([r.problem for r in rows], [value(r) for r in rows], [1] * len(rows))
-        found = intervals.mean(*sums)
-        return replace(found, high=min(found.high, max((most(r) for r in rows), default=inf)))
+        return intervals.mean(*sums, max((most(r) for r in rows), default=inf))
 
     return of
 

@@ -308,7 +308,9 @@ def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
             f"{missing.total()} planned trials have not been played yet ({told}): torc bench goes on."
         )
     for s in standings:
-        if s.errored > 0:
+        if s.played and not s.completed:
+            found.append(f"{s.planner}: all {s.played} played trials errored; it is not ranked.")
+        elif s.errored > 0:
             found.append(
                 f"{s.planner}: {s.played - s.completed} of {s.played} trials errored and are not scored; if these were "
                 "the hard ones, it looks better than it is."

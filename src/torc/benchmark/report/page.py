@@ -149,6 +149,4 @@ def _gallery(failures: Sequence[Failure], failed: int) -> str:
 def _failure_image(failure: Failure) -> str:
     if failure.jpeg is None:
         return ""
-    return (
-        f'<img loading="lazy" alt="{escape(failure.title)}: the pick that failed" src="{failure.data_uri}">'
-    )
+    return f'<img alt="{escape(failure.title)}: the pick that failed" src="{failure.data_uri}">'

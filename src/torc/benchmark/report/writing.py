@@ -25,7 +25,7 @@ _INTERVALS = (
     "Intervals: trials of one problem are alike, so that problems are the sample. Shares have Wilson's interval for "
     "the effective number of trials, means Student's t corrected for skewness (Hall), differences Student's t, medians "
     "Woodruff's interval; each with the number of problems less one as degrees of freedom. In simulations with 10 to "
-    "40 problems they contain the truth in 93 to 97 % of the cases; the usual bootstrap over problems in 86 to 95 %."
+    "40 problems they contain the truth in 93 to 97 % of the cases; the usual bootstrap over problems in 86 to 94 %."
 )
 _OBJECTIVE = (
     "Ranking: the paper's primary objective is the number of picks until the target is retrieved, its secondary one "
