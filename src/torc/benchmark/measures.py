@@ -44,8 +44,8 @@ def _mean_of_trials(
     """most: the value cannot be larger."""
 
     def of(rows: Rows) -> Estimate:
-        sums = by_problem([r.problem for r in rows], [value(r) for r in rows], [1] * len(rows))
-        return intervals.mean(*sums, max((most(r) for r in rows), default=inf))
+        sums, totals = by_problem([r.problem for r in rows], [value(r) for r in rows], [1] * len(rows))
+        return intervals.mean(sums, totals, max((most(r) for r in rows), default=inf))
 
     return of
 

@@ -131,7 +131,7 @@ def _name_planners(axes: Axes, planners: list[str]) -> None:
 
 
 def _success(table: Table, planners: list[str]) -> Figure:
-    figure, (axes,) = _figure(1.8 + 0.85 * len(planners), 3.8)
+    figure, (axes,) = _figure(max(5.4, 1.8 + 0.85 * len(planners)), 3.8)
     for i, planner in enumerate(planners):
         done = table.completed(planner)
         success, clean = SUCCESS.of(done), DROP_FREE.of(done)
@@ -210,7 +210,7 @@ def _boxes(
     papers: Callable[[PaperMethod], list[float]],
     label: str,
 ) -> Figure:
-    figure, (axes,) = _figure(1.8 + 0.85 * len(planners), 3.8)
+    figure, (axes,) = _figure(max(5.4, 1.8 + 0.85 * len(planners)), 3.8)
     rng = np.random.default_rng(0)
     for i, planner in enumerate(planners):
         numbers = np.array([v for row in table.completed(planner) for v in values(row)], dtype=float)
@@ -238,7 +238,7 @@ def _boxes(
 
 
 def _categories(table: Table, planners: list[str]) -> Figure:
-    figure, all_axes = _figure(3.0 + 1.7 * len(planners), 3.8, 2)
+    figure, all_axes = _figure(max(8.4, 3.0 + 1.7 * len(planners)), 3.8, 2)
     for axes, measure in zip(all_axes, (SUCCESS, COST)):
         for k, (category, marker) in enumerate(zip(_CATEGORIES, ("s", "o"))):
             for i, planner in enumerate(planners):
@@ -265,7 +265,7 @@ def _categories_text() -> str:
 
 def _problems(table: Table, planners: list[str]) -> Figure:
     problems = table.problems
-    figure, all_axes = _figure(3.4 + 1.5 * len(planners), 1.8 + 0.27 * len(problems), 2)
+    figure, all_axes = _figure(max(7.0, 3.4 + 1.5 * len(planners)), 1.8 + 0.27 * len(problems), 2)
     success, cost = (np.full((len(problems), len(planners)), np.nan) for _ in range(2))
     words = [["" for _ in planners] for _ in problems]
     for j, planner in enumerate(planners):
