@@ -48,6 +48,11 @@ def test_the_sign_flip_test_is_that_of_scipy(rng):
     assert sign_flip_p(many) == pytest.approx(large.pvalue, abs=0.015)
 
 
+def test_without_any_difference_there_is_nothing_to_find():
+    assert sign_flip_p(np.zeros(5)) == 1.0
+    assert np.isnan(sign_flip_p(np.zeros(0)))
+
+
 def test_holm_corrects_for_the_number_of_tests():
     # By hand: 3 x .01, 2 x .02, 1 x .03 never below the one before.
     assert holm([0.02, 0.01, 0.03]) == pytest.approx([0.04, 0.03, 0.04])
