@@ -9,7 +9,7 @@ from torc.benchmark.comparison import compare
 from torc.benchmark.measures import COST, DROP_FREE, MEDIAN_PICKS, SUCCESS, attempts, ends
 from torc.benchmark.paper import METHODS, paper_method, paper_result
 from torc.benchmark.ranking import is_reference, rank
-from torc.benchmark.report.content import verdict
+from torc.benchmark.report.verdict import verdict
 from torc.benchmark.rows import Table, TrialRow
 
 GOOD = [[3, 4], [2, 3], [4, 4], [3, 2], [5, 4], [2, 2], [3, 3], [4, 5], [3, 3], [2, 4]]

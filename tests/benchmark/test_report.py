@@ -8,9 +8,9 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
+from torc.benchmark.reading import read_table
 from torc.benchmark.report.content import trials_table
 from torc.benchmark.report.writing import write_report
-from torc.benchmark.rows import read_table
 from torc.errors import InputError, MissingDependencyError
 
 pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")

@@ -14,7 +14,7 @@ import pytest
 from torc.benchmark import store as store_module
 from torc.benchmark.dispatch import Failure, FailureKind
 from torc.benchmark.local_pool import LocalPool, PoolConfig
-from torc.benchmark.rows import read_table
+from torc.benchmark.reading import read_table
 from torc.benchmark.runner import run_missing
 from torc.benchmark.store import WORK, Store
 from torc.benchmark.table_files import trial_records

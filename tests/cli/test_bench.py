@@ -12,7 +12,7 @@ import pytest
 
 from torc.benchmark.dispatch import Failure, FailureKind
 from torc.benchmark.playing import play
-from torc.benchmark.rows import read_table
+from torc.benchmark.reading import read_table
 from torc.benchmark.table_files import trial_records
 from torc.cli.main import main
 from torc.testing.fake_bench import InlineBackend, play_quickly

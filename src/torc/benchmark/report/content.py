@@ -1,6 +1,5 @@
-"""What the report says, as plain text and tables, before anybody makes HTML or Markdown of it."""
+"""The tables of the report as plain text, before anybody makes HTML or Markdown of them."""
 
-import shlex
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,9 +19,8 @@ from torc.benchmark.measures import (
 )
 from torc.benchmark.paper import paper_method
 from torc.benchmark.ranking import Standing
-from torc.benchmark.rows import PickRow, Table, TrialRow
+from torc.benchmark.rows import Table, TrialRow
 
-FEW_PROBLEMS = 10
 CATEGORIES = ("structured", "unstructured")
 _HIDDENNESS = ("visible", "partly", "hidden")
 
@@ -37,56 +35,13 @@ class TextTable:
     note: str = ""
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """The answer to "which planner should I use?".
-
-    Attributes:
-        planner: its label; None where no trial was completed.
-        answer: a sentence.
-        reasons: sentences with the numbers behind it.
-        warnings: what stands in the way of believing it.
-    """
-
-    planner: str | None
-    answer: str
-    reasons: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-
-
-def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
-    """By the primary objective, and by the secondary one where the first cannot tell."""
-    leader = next((s for s in standings if s.is_leader), None)
-    warnings = tuple(_warnings(table, standings))
-    if leader is None:
-        return Verdict(None, "No planner has completed a trial yet.", (), warnings)
-    ties = [s for s in standings if s.ties and not s.reference]
-    cleaner = [s for s in ties if s.behind is not None and s.behind.drops.high < 0]
-    best = min(cleaner, key=lambda s: s.drops.value) if cleaner else leader
-    reasons = [_numbers(table, best)]
-    others = [s for s in (leader, *ties) if s is not best]
-    if cleaner:
-        reasons.append(f"It is chosen for the objects that it does not drop: {leader.planner} drops more.")
-    if others:
-        told = "; ".join(_gap(s, leader) for s in others)
-        reasons.append(f"By picks it may be no better than: {told}. Trials of more problems would tell.")
-        answer = (
-            f"Use {best.planner}; these trials cannot tell it from {_listed([s.planner for s in others])}."
-        )
-    elif sum(not s.reference and s.completed > 0 for s in standings) > 1:
-        answer = f"Use {best.planner}: it needs fewer picks than every other planner here."
-    else:
-        answer = f"There is only {best.planner} to judge: add planners to compare it with."
-    return Verdict(best.planner, answer, tuple(reasons), warnings)
-
-
 def ranking_table(standings: Sequence[Standing], table: Table) -> TextTable:
     """The first table: one row per planner, best first."""
     rows = []
     for place, s in enumerate(standings, start=1):
         done = table.completed(s.planner)
         rank = "reference" if s.reference else "-" if not done else f"{place}"
-        gap = "" if s.behind is None else _signed(s.behind.cost, 1)
+        gap = "" if s.behind is None else signed_text(s.behind.cost, 1)
         gap += "" if s.p is None else f", p {s.p:.2g}"
         rows.append(
             (
@@ -97,7 +52,7 @@ def ranking_table(standings: Sequence[Standing], table: Table) -> TextTable:
                 s.success.text(),
                 DROP_FREE.of(done).text(),
                 s.drops.text(),
-                _seconds(DECISION_S.of(done)),
+                seconds_text(DECISION_S.of(done)),
                 f"{s.completed} of {s.planned}",
                 f"{100 * s.errored:.0f} %",
             )
@@ -175,10 +130,10 @@ def comparison_table(table: Table, planners: Sequence[str]) -> TextTable:
         (
             f"{c.first} - {c.second}",
             str(c.pairs),
-            _signed(c.cost, 1),
+            signed_text(c.cost, 1),
             f"{p:.3f}",
-            _signed(c.success, 2),
-            _signed(c.drops, 2),
+            signed_text(c.success, 2),
+            signed_text(c.drops, 2),
             _told(c, p),
         )
         for c, p in zip(found, corrected)
@@ -271,7 +226,7 @@ def errors_table(table: Table) -> TextTable:
     """The errored trials: never scored."""
     bad = [r for r in table.rows if r.status not in ("completed", "missing")]
     rows = tuple(
-        (r.planner, r.problem, str(r.seed), r.cause, _first_line(r.error), view_command(r)) for r in bad
+        (r.planner, r.problem, str(r.seed), r.cause, _first_line(r.error), r.view_command) for r in bad
     )
     header = ("planner", "problem", "seed", "cause", "what was said", "look at it")
     return TextTable("Errored trials, which are not scored", header, rows)
@@ -280,74 +235,12 @@ def errors_table(table: Table) -> TextTable:
 def trials_table(table: Table) -> TextTable:
     """Every trial with the command that shows it."""
     rows = tuple(
-        (r.planner, r.problem, str(r.seed), _outcome(r), *_counts(r), view_command(r))
+        (r.planner, r.problem, str(r.seed), _outcome(r), *_counts(r), r.view_command)
         for r in table.rows
         if r.status != "missing"
     )
     header = ("planner", "problem", "seed", "outcome", "picks", "drops", "look at it")
     return TextTable("Every trial", header, rows)
-
-
-def view_command(row: TrialRow) -> str:
-    """What shows a trial in a browser."""
-    return f"torc view {shlex.quote(str(row.directory))}"
-
-
-def failed_pick(row: TrialRow) -> PickRow | None:
-    """The attempt to look at in a trial that was not retrieved: the last one that went wrong; None without attempts."""
-    wrong = [p for p in row.picked if p.result not in ("removed", "retrieved")] or row.picked
-    return wrong[-1] if wrong else None
-
-
-def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
-    found = []
-    missing = Counter(r.planner for r in table.rows if r.status == "missing")
-    if missing:
-        told = ", ".join(f"{planner} {n}" for planner, n in missing.items())
-        found.append(
-            f"{missing.total()} planned trials have not been played yet ({told}): torc bench goes on."
-        )
-    for s in standings:
-        if s.played and not s.completed:
-            found.append(f"{s.planner}: all {s.played} played trials errored; it is not ranked.")
-        elif s.errored > 0:
-            found.append(
-                f"{s.planner}: {s.played - s.completed} of {s.played} trials errored and are not scored; if these were "
-                "the hard ones, it looks better than it is."
-            )
-    problems = len({r.problem for r in table.rows if r.completed})
-    if 0 < problems < FEW_PROBLEMS:
-        found.append(
-            f"Only {problems} problems: intervals are wide, and another choice of problems may say otherwise."
-        )
-    budgets = {r.max_picks for r in table.rows if r.completed}
-    if len(budgets) > 1:
-        found.append(f"Trials have different budgets of picks ({', '.join(map(str, sorted(budgets)))}).")
-    versions = {r.version for r in table.rows if r.completed}
-    if len(versions) > 1:
-        found.append(f"Trials come from several versions of torc ({', '.join(sorted(versions))}).")
-    if table.left_out:
-        found.append(f"{len(table.left_out)} directories of trials are left out (see the end of this page).")
-    return found
-
-
-def _numbers(table: Table, s: Standing) -> str:
-    done = table.completed(s.planner)
-    return (
-        f"It needs {s.cost.text(1)} picks to retrieve the target, gets it in {100 * s.success.value:.0f} % of the "
-        f"trials, drops {s.drops.text()} objects a trial and takes {_seconds(DECISION_S.of(done))} s for a decision "
-        f"({s.completed} trials of {s.cost.problems} problems)."
-    )
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
-
-
-def _gap(s: Standing, leader: Standing) -> str:
-    if s.behind is None:
-        return s.planner
-    return f"{s.planner} ({_signed(s.behind.cost, 1)} picks against {leader.planner})"
 
 
 def _told(c: Comparison, p: float) -> str:
@@ -356,14 +249,16 @@ def _told(c: Comparison, p: float) -> str:
     return f"{c.second} is better" if c.cost.value > 0 else f"{c.first} is better"
 
 
-def _signed(found: Estimate, digits: int) -> str:
+def signed_text(found: Estimate, digits: int) -> str:
+    """A difference with its interval, signs and all; empty where there is none."""
     if not np.isfinite(found.value):
         return ""
     low, high = (f"{v:+.{digits}f}" if np.isfinite(v) else "?" for v in (found.low, found.high))
     return f"{found.value:+.{digits}f} [{low}, {high}]"
 
 
-def _seconds(found: Estimate) -> str:
+def seconds_text(found: Estimate) -> str:
+    """The value alone, in two significant digits."""
     value = found.value
     if not np.isfinite(value):
         return ""

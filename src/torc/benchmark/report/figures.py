@@ -1,7 +1,6 @@
 """The figures: the paper's 9 and 10 from our trials, with the paper's own values beside them, and three more.
 
-matplotlib is imported when the first figure is drawn. Colours are those of M. Okabe and K. Ito, which people of every
-colour vision can tell apart; hatches and markers say the same again.
+matplotlib is imported when the first figure is drawn.
 """
 
 from __future__ import annotations
@@ -10,32 +9,31 @@ import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torc.benchmark.intervals import Estimate
 from torc.benchmark.measures import COST, DROP_FREE, SUCCESS
-from torc.benchmark.paper import PaperMethod, paper_method, paper_result
-from torc.benchmark.rows import Table, TrialRow
-from torc.errors import MissingDependencyError, extra_remedy
+from torc.benchmark.paper import paper_result
+from torc.benchmark.report.drawing import (
+    GREY,
+    INK,
+    boxes,
+    colour,
+    heat_map,
+    legend,
+    load_matplotlib,
+    name_planners,
+    new_figure,
+    paper_marks,
+    whisker,
+)
+from torc.benchmark.rows import Table
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#666666")
-_GREY, _INK = "#C8C8C8", "#1E1E1E"
-_PAPER_MARK: dict[str, Any] = {
-    "marker": "D",
-    "s": 46,
-    "facecolor": "white",
-    "edgecolor": _INK,
-    "linewidth": 1.3,
-    "zorder": 5,
-}
 _CATEGORIES = ("structured", "unstructured")
-_MAX_POINTS = 400
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,7 @@ def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
 def _drawn(
     name: str, draw: Callable[[Table, list[str]], Figure], table: Table, planners: list[str]
 ) -> tuple[bytes, bytes]:
-    matplotlib = _matplotlib()
+    matplotlib = load_matplotlib()
     settings = {
         "svg.fonttype": "none",
         "svg.hashsalt": name,
@@ -106,52 +104,28 @@ def _drawn(
     return svg.getvalue(), png.getvalue()
 
 
-def _matplotlib() -> Any:
-    try:
-        import matplotlib
-    except ImportError:
-        raise MissingDependencyError("matplotlib, which draws the figures,", extra_remedy("report")) from None
-    return matplotlib
-
-
-def _figure(width: float, height: float, columns: int = 1) -> tuple[Figure, Any]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height))
-    return figure, figure.subplots(1, columns, squeeze=False)[0]
-
-
-def _colour(index: int) -> str:
-    return _COLOURS[index % len(_COLOURS)]
-
-
-def _name_planners(axes: Axes, planners: list[str]) -> None:
-    axes.set_xticks(range(len(planners)), [p.replace("[", "\n[") for p in planners], rotation=20, ha="right")
-    axes.set_xlim(-0.6, len(planners) - 0.4)
-
-
 def _success(table: Table, planners: list[str]) -> Figure:
-    figure, (axes,) = _figure(max(5.4, 1.8 + 0.85 * len(planners)), 3.8)
+    figure, (axes,) = new_figure(max(5.4, 1.8 + 0.85 * len(planners)), 3.8)
     for i, planner in enumerate(planners):
         done = table.completed(planner)
         success, clean = SUCCESS.of(done), DROP_FREE.of(done)
-        axes.bar(i, clean.value, 0.62, color=_colour(i), label="with no drop" if i == 0 else None)
+        axes.bar(i, clean.value, 0.62, color=colour(i), label="with no drop" if i == 0 else None)
         axes.bar(
             i,
             success.value - clean.value,
             0.62,
             clean.value,
-            color=_GREY,
+            color=GREY,
             hatch="///",
             edgecolor="white",
             label="with drops" if i == 0 else None,
         )
-        _whisker(axes, i, success)
-        _paper_marks(axes, i, planner, lambda m: [m.success, m.drop_free], first=i == 0)
+        whisker(axes, i, success)
+        paper_marks(axes, i, planner, lambda m: [m.success, m.drop_free], first=i == 0)
     axes.set_ylim(0, 1.04)
     axes.set_ylabel("share of trials")
-    _name_planners(axes, planners)
-    _legend(axes)
+    name_planners(axes, planners)
+    legend(axes)
     return figure
 
 
@@ -163,7 +137,7 @@ def _success_text() -> str:
 
 
 def _picks(table: Table, planners: list[str]) -> Figure:
-    return _boxes(table, planners, lambda r: [r.picks], lambda m: [m.picks], "picks per trial")
+    return boxes(table, planners, lambda r: [r.picks], lambda m: [m.picks], "picks per trial")
 
 
 def _picks_text() -> str:
@@ -174,7 +148,7 @@ def _picks_text() -> str:
 
 
 def _drops(table: Table, planners: list[str]) -> Figure:
-    return _boxes(table, planners, lambda r: [r.drops], lambda m: [m.drops], "objects dropped per trial")
+    return boxes(table, planners, lambda r: [r.drops], lambda m: [m.drops], "objects dropped per trial")
 
 
 def _drops_text() -> str:
@@ -185,7 +159,7 @@ def _drops_text() -> str:
 
 
 def _decision_time(table: Table, planners: list[str]) -> Figure:
-    figure = _boxes(
+    figure = boxes(
         table,
         planners,
         lambda r: [max(p.decision_s, 1e-4) for p in r.picked],
@@ -203,56 +177,20 @@ def _time_text() -> str:
     )
 
 
-def _boxes(
-    table: Table,
-    planners: list[str],
-    values: Callable[[TrialRow], list[float]],
-    papers: Callable[[PaperMethod], list[float]],
-    label: str,
-) -> Figure:
-    figure, (axes,) = _figure(max(5.4, 1.8 + 0.85 * len(planners)), 3.8)
-    rng = np.random.default_rng(0)
-    for i, planner in enumerate(planners):
-        numbers = np.array([v for row in table.completed(planner) for v in values(row)], dtype=float)
-        if len(numbers):
-            axes.boxplot(
-                numbers,
-                positions=[i],
-                widths=0.5,
-                showfliers=False,
-                patch_artist=True,
-                boxprops={"facecolor": _colour(i), "alpha": 0.35, "edgecolor": _INK},
-                medianprops={"color": _INK, "linewidth": 2.2},
-            )
-            points = (
-                numbers if len(numbers) <= _MAX_POINTS else rng.choice(numbers, _MAX_POINTS, replace=False)
-            )
-            axes.scatter(
-                i + rng.uniform(-0.2, 0.2, len(points)), points, 7, color=_colour(i), alpha=0.6, zorder=3
-            )
-        _paper_marks(axes, i, planner, papers, first=i == 0)
-    axes.set_ylabel(label)
-    _name_planners(axes, planners)
-    _legend(axes)
-    return figure
-
-
 def _categories(table: Table, planners: list[str]) -> Figure:
-    figure, all_axes = _figure(max(8.4, 3.0 + 1.7 * len(planners)), 3.8, 2)
+    figure, all_axes = new_figure(max(8.4, 3.0 + 1.7 * len(planners)), 3.8, 2)
     for axes, measure in zip(all_axes, (SUCCESS, COST)):
         for k, (category, marker) in enumerate(zip(_CATEGORIES, ("s", "o"))):
             for i, planner in enumerate(planners):
                 found = measure.of(table.completed(planner, category))
                 if found.count:
                     x = i + 0.24 * k - 0.12
-                    _whisker(axes, x, found)
-                    axes.scatter(
-                        x, found.value, 52, marker=marker, color=_colour(i), edgecolor=_INK, zorder=4
-                    )
-            axes.scatter([], [], 52, marker=marker, color="white", edgecolor=_INK, label=category)
+                    whisker(axes, x, found)
+                    axes.scatter(x, found.value, 52, marker=marker, color=colour(i), edgecolor=INK, zorder=4)
+            axes.scatter([], [], 52, marker=marker, color="white", edgecolor=INK, label=category)
         axes.set_ylabel("share retrieved" if measure is SUCCESS else measure.name)
-        _name_planners(axes, planners)
-        _legend(axes)
+        name_planners(axes, planners)
+        legend(axes)
     all_axes[0].set_ylim(0, 1.04)
     return figure
 
@@ -265,7 +203,7 @@ def _categories_text() -> str:
 
 def _problems(table: Table, planners: list[str]) -> Figure:
     problems = table.problems
-    figure, all_axes = _figure(max(7.0, 3.4 + 1.5 * len(planners)), 1.8 + 0.27 * len(problems), 2)
+    figure, all_axes = new_figure(max(7.0, 3.4 + 1.5 * len(planners)), 1.8 + 0.27 * len(problems), 2)
     success, cost = (np.full((len(problems), len(planners)), np.nan) for _ in range(2))
     words = [["" for _ in planners] for _ in problems]
     for j, planner in enumerate(planners):
@@ -278,8 +216,8 @@ def _problems(table: Table, planners: list[str]) -> Figure:
                 published = paper_result(problem, planner)
                 words[i][j] = f" ({published.success:.2f})" if published else ""
     budget = max(r.max_picks for r in table.rows)
-    _heat(all_axes[0], success, planners, "share retrieved", "cividis", (0, 1), 2, words)
-    _heat(all_axes[1], cost, planners, "picks to retrieval", "cividis_r", (1, budget), 1)
+    heat_map(all_axes[0], success, planners, "share retrieved", "cividis", (0, 1), 2, words)
+    heat_map(all_axes[1], cost, planners, "picks to retrieval", "cividis_r", (1, budget), 1)
     all_axes[0].set_yticks(range(len(problems)), problems)
     all_axes[1].set_yticks([])
     return figure
@@ -290,48 +228,3 @@ def _problems_text() -> str:
         "A row per problem. Left: share of trials with the target retrieved (in brackets the paper's, for its own "
         "problems). Right: mean picks to retrieval. Yellow is good, dark blue is bad."
     )
-
-
-def _heat(
-    axes: Axes,
-    values: np.ndarray,
-    planners: list[str],
-    title: str,
-    colours: str,
-    limits: tuple[float, float],
-    digits: int,
-    words: list[list[str]] | None = None,
-) -> None:
-    low, high = limits
-    axes.imshow(values, cmap=colours, vmin=low, vmax=high, aspect="auto")
-    for (i, j), value in np.ndenumerate(values):
-        if np.isfinite(value):
-            good = (value - low) / (high - low) if colours == "cividis" else (high - value) / (high - low)
-            ink = "black" if good > 0.5 else "white"
-            text = f"{value:.{digits}f}" + (words[i][j] if words else "")
-            axes.text(j, i, text, ha="center", va="center", color=ink, fontsize=8)
-    axes.set_title(title, fontsize=10)
-    axes.spines[:].set_visible(False)
-    _name_planners(axes, planners)
-    axes.set_xlim(-0.5, len(planners) - 0.5)
-
-
-def _whisker(axes: Axes, x: float, found: Estimate) -> None:
-    if np.isfinite(found.high):
-        below, above = max(found.value - found.low, 0.0), max(found.high - found.value, 0.0)
-        axes.errorbar(x, found.value, [[below], [above]], color=_INK, capsize=4, linewidth=1.3, zorder=3)
-
-
-def _paper_marks(
-    axes: Axes, i: int, planner: str, values: Callable[[PaperMethod], list[float]], *, first: bool
-) -> None:
-    method = paper_method(planner)
-    marks = values(method) if method else []
-    if marks:
-        axes.scatter([i + 0.36] * len(marks), marks, **_PAPER_MARK)
-    if first:
-        axes.scatter([], [], **_PAPER_MARK, label="the paper")
-
-
-def _legend(axes: Axes) -> None:
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.16), ncols=3, frameon=False, fontsize=9)

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from PIL import Image, UnidentifiedImageError
 
-from torc.benchmark.report.content import failed_pick, view_command
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.episode.pictures import COLUMNS, PANEL_WIDTH
 
@@ -57,13 +56,13 @@ def failures(table: Table, planners: Sequence[str], most: int) -> tuple[list[Fai
 
 
 def _failure(row: TrialRow) -> Failure:
-    pick = failed_pick(row)
+    pick = row.failed_pick
     text = f"{row.end} after {row.picks} picks"
     if pick is not None:
         said = f": {pick.detail}" if pick.detail else ""
         text += f". Pick {pick.pick + 1}, object {pick.object_id}: {pick.result}{said}"
     title = f"{row.planner} on {row.problem}, seed {row.seed}"
-    return Failure(title, text, view_command(row), _picture(row.directory, pick) if pick else None)
+    return Failure(title, text, row.view_command, _picture(row.directory, pick) if pick else None)
 
 
 def _picture(directory: Path, pick: PickRow) -> bytes | None:

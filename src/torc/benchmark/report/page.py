@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from torc.benchmark.report.content import TextTable, Verdict
+from torc.benchmark.report.content import TextTable
 from torc.benchmark.report.figures import Picture
 from torc.benchmark.report.gallery import Failure
+from torc.benchmark.report.verdict import Verdict
 
 _STYLE = """
 :root { color-scheme: light; --ink: #1e1e1e; --soft: #5b5b5b; --line: #dcdcdc; --mark: #0072b2; --warn: #8a4b00; }

@@ -8,12 +8,14 @@ from torc.benchmark import intervals
 from torc.benchmark.measures import MEASURES
 from torc.benchmark.paper import CITATION
 from torc.benchmark.ranking import Standing, rank
+from torc.benchmark.reading import read_table
 from torc.benchmark.report import content
 from torc.benchmark.report.figures import draw_all
 from torc.benchmark.report.gallery import failures
 from torc.benchmark.report.markdown import markdown_page
 from torc.benchmark.report.page import Content, html_page
-from torc.benchmark.rows import Table, read_table
+from torc.benchmark.report.verdict import verdict
+from torc.benchmark.rows import Table
 from torc.benchmark.store import Store
 from torc.benchmark.table_files import write_tables
 from torc.errors import InputError
@@ -84,7 +86,7 @@ def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
     trials = sum(r.completed for r in table.rows)
     return Content(
         title=f"{table.root.resolve().name}: {trials} trials, {len(table.problems)} problems, {len(planners)} planners",
-        verdict=content.verdict(table, standings),
+        verdict=verdict(table, standings),
         ranking=content.ranking_table(standings, table),
         paper_figures=pictures[:_PAPER_FIGURES],
         figures=pictures[_PAPER_FIGURES:],
