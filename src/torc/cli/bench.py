@@ -119,6 +119,9 @@ class BenchCommand:
                     vlm_cache=self.vlm.cache(),
                     listener=listen,
                 )
+            except KeyboardInterrupt:
+                _say("Stopped. The same command goes on from here.")
+                raise
             finally:
                 store.end_call(ended_facts(played, errored, len(store.left(spec))))
         self._tell(store, spec, played, errored)
