@@ -93,7 +93,8 @@ class Staged:
     def __init__(self, monkeypatch, *results):
         self.searches, results = [], iter(results)
 
-        def best_order(sandbox, now, max_picks, budget, say):
+        def best_order(sandbox, now, max_picks, budget, say, *, likely_suffices):
+            assert likely_suffices
             self.searches.append((now, max_picks))
             return next(results)
 
