@@ -137,9 +137,10 @@ def test_bad_arguments_are_explained(bench, arguments, said):
 
 def test_what_cannot_be_compared_is_refused(bench):
     bench("--repeats", 1)
-    code, _, err = bench("--repeats", 1, "--noise")
-    assert code == 2
-    assert "noise False there, True now" in err
+    for more in ([], ["--dry-run"]):
+        code, _, err = bench("--repeats", 1, "--noise", *more)
+        assert code == 2
+        assert "noise False there, True now" in err
 
 
 def test_a_planner_that_was_changed_is_played_again(bench, tmp_path, monkeypatch):

@@ -53,13 +53,17 @@ class Store:
         path = self.root / SPEC
         return from_json(_read(path), str(path))
 
+    def extended(self, spec: BenchSpec) -> BenchSpec:
+        """The benchmark with these trials, not written yet. Raises InputError where they cannot be compared."""
+        return merged(self.spec(), spec) if self.is_there else spec
+
     def extend(self, spec: BenchSpec, problems: Mapping[str, Problem]) -> BenchSpec:
         """Add trials to the benchmark, and keep the problems as they are now; what the benchmark is then.
 
         Raises:
             InputError: they cannot be compared with those that are there, or the directory cannot be written.
         """
-        whole = merged(self.spec(), spec) if self.is_there else spec
+        whole = self.extended(spec)
         try:
             for name in (PROBLEMS, TRIALS):
                 (self.root / name).mkdir(parents=True, exist_ok=True)

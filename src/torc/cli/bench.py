@@ -129,6 +129,7 @@ class BenchCommand:
 
     def _foretell(self, store: Store, aside: Path) -> int:
         spec, _ = self._plan(aside)
+        store.extended(spec)
         left = store.left(spec)
         for trial in left[: self.limit]:
             _say(f"{trial.id[:10]}  {trial.planner.label} on {trial.problem.name}, seed {trial.seed}")
