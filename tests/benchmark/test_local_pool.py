@@ -13,7 +13,7 @@ from torc.benchmark.dispatch import FailureKind, Task
 from torc.benchmark.local_pool import LocalPool, PoolConfig
 from torc.errors import UnknownNameError
 
-LIMIT_S = 1.0
+LIMIT_S = 2.0
 
 
 def work(what: str) -> str:
@@ -65,7 +65,7 @@ def test_the_others_answer_with_one_thread_each(endings, kind):
     [
         ("segfaults", FailureKind.CRASHED, "SIGSEGV", "string_at"),
         ("aborts", FailureKind.CRASHED, "SIGABRT", "Aborted"),
-        ("hangs", FailureKind.HUNG, "1 s", "in work"),
+        ("hangs", FailureKind.HUNG, "2 s", "in work"),
         ("eats memory", FailureKind.MEMORY, "memory", "MemoryError"),
         ("raises", FailureKind.RAISED, "Unknown thing 'x'", "UnknownNameError"),
         ("exits", FailureKind.RAISED, "SystemExit: 3", "SystemExit"),

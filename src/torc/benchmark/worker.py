@@ -43,7 +43,7 @@ def carry_out(work: Work, argument: Any, log: Path, limit_s: float) -> Any:
     with _output_to(log):
         faulthandler.enable()
         # Shortly before the pool ends a process that hangs: the log tells where it hung.
-        faulthandler.dump_traceback_later(max(0.9 * limit_s, limit_s - 2.0))
+        faulthandler.dump_traceback_later(max(0.5 * limit_s, limit_s - 5.0))
         try:
             return work(argument)
         except (Exception, SystemExit) as error:  # somebody's code: anything may come
