@@ -4,7 +4,7 @@
 
 CPU seconds are of one process. Answers already in --out are not sought again. The table is printed and written to
 --out/table.md; the answers are what `torc problems gallery --answers` reads. How ORACLE compares with other planners:
-`benchmarks/retrieval.py --planners oracle dg-select random`.
+`torc bench --planners oracle,dg-select,random`.
 """
 
 import json

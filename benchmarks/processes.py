@@ -1,15 +1,31 @@
-"""Jobs over several processes of one thread each, for the benchmarks that play and solve."""
+"""Jobs over several processes of one thread each, for the benchmarks that solve."""
 
-import os
+import tempfile
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from pathlib import Path
+
+from torc.benchmark.dispatch import Task
+from torc.benchmark.local_pool import LocalPool, PoolConfig
+
+LIMIT_S = 24 * 3600.0
 
 
 def run_jobs(work: Callable[..., str], jobs: Sequence[tuple], workers: int) -> None:
-    """Calls `work(*job)` for each job and prints the line that it returns, as jobs end."""
-    os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", NUMBA_NUM_THREADS="1")
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(work, *job) for job in jobs]
-        for i, future in enumerate(as_completed(futures)):
-            print(f"[{i + 1}/{len(jobs)}] {future.result()}", flush=True)
+    """Calls `work(*job)` for each job and prints the line that it returns, or why there is none, as jobs end."""
+    pool = LocalPool(PoolConfig(workers, LIMIT_S, None))
+    with tempfile.TemporaryDirectory() as logs:
+        tasks = [Task(str(i), (work, job), Path(logs) / f"{i}.txt") for i, job in enumerate(jobs)]
+        for done, ending in enumerate(pool.run(call, tasks), start=1):
+            failure = ending.failure
+            line = (
+                ending.outcome
+                if failure is None
+                else f"{jobs[int(ending.key)]}: {failure.kind}: {failure.text}"
+            )
+            print(f"[{done}/{len(jobs)}] {line}", flush=True)
+
+
+def call(order: tuple[Callable[..., str], tuple]) -> str:
+    """In a process of the pool."""
+    work, job = order
+    return work(*job)

@@ -18,7 +18,6 @@ import tyro
 from break_even_figure import Line, Panel, draw
 from intervals import LOST, RETRIEVED, WITH_NO_DROP, Bounds, Statistic, bounds, interval, mean
 from processes import run_jobs
-from retrieval import play
 
 VLM_PLANNERS = ("vlm-select", "vlm-grasps", "vlm-fixes-dg")
 BASELINES = ("dg-select", "random", "oracle")
@@ -177,6 +176,20 @@ def _difference(contender: Contender, base: Contender) -> Statistic:
         return RETRIEVED(sides[0]) - RETRIEVED(sides[1]) if all(sides) else float("nan")
 
     return statistic
+
+
+def play(problem: str, planner: str, seed: int, out: Path, vlm: str | None = None) -> str:
+    """Run one trial, with a planner that asks this VLM if one is named; returns a line that says how it went."""
+    from torc.episode.trial import TrialSpec, run_trial
+    from torc.vlm.config import VlmConfig, parse_vlm
+
+    config = None if vlm is None else VlmConfig(*parse_vlm(vlm))
+    trial = run_trial(TrialSpec(problem, planner, seed, vlm=config), out, say=lambda text: None)
+    result = trial.result
+    if result["status"] != "completed":
+        return f"{out.name}: {result['status']}: {result.get('error', '')}"
+    verdict = "retrieved" if result["retrieved"] else result["end"]
+    return f"{out.name}: {verdict}, {result['picks']} picks, {result['drops']} drops"
 
 
 def main() -> None:

@@ -64,8 +64,7 @@ def make_part(
     Raises UnknownNameError for a name nobody registered, and InputError where the class cannot be imported, does not
     take the options, or makes no such part; the cause is in the text.
     """
-    path = _path(kind, name)
-    factory = _load(kind, name, path)
+    path, factory = _path(kind, name), load_part(kind, name)
     arguments = {k: v for k, v in (offered or {}).items() if k in parameters(factory)} | dict(options)
     part = _construct(factory, f"{kind.title} '{name}' ({path})", arguments)
     if not callable(getattr(part, kind.method, None)):
@@ -75,9 +74,14 @@ def make_part(
     return part
 
 
+def load_part(kind: PartKind, name: str) -> Any:
+    """What makes the part of that name, imported but not called. Raises as `make_part`."""
+    return _load(kind, name, _path(kind, name))
+
+
 def takes(kind: PartKind, name: str, argument: str) -> bool:
     """Whether the class of that name takes an argument. Raises as `make_part`."""
-    return argument in parameters(_load(kind, name, _path(kind, name)))
+    return argument in parameters(load_part(kind, name))
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import tyro
 
+from torc.cli.bench import BenchCommand
 from torc.cli.decide import DecideCommand
 from torc.cli.doctor import DoctorCommand
 from torc.cli.export import ExportCommand
@@ -17,12 +18,15 @@ from torc.cli.human import HumanCommand
 from torc.cli.objects import ObjectsCommand
 from torc.cli.printing import printable
 from torc.cli.problems import ProblemsCommand
+from torc.cli.report import ReportCommand
 from torc.cli.run import RunCommand
 from torc.cli.view import ViewCommand
 from torc.errors import InputError, TorcError
 
 Command = (
     Annotated[RunCommand, tyro.conf.subcommand("run")]
+    | Annotated[BenchCommand, tyro.conf.subcommand("bench")]
+    | Annotated[ReportCommand, tyro.conf.subcommand("report")]
     | Annotated[HumanCommand, tyro.conf.subcommand("human")]
     | Annotated[ViewCommand, tyro.conf.subcommand("view")]
     | Annotated[ExportCommand, tyro.conf.subcommand("export")]
@@ -36,6 +40,8 @@ DESCRIPTION = """Find and retrieve one object from clutter, one pick after anoth
 
 First steps:
   torc run                      one retrieval in simulation, with pictures
+  torc bench --out DIR          task planners against each other on many problems; goes on where it was
+  torc report DIR               which of them is best, with intervals, as a page and a table
   torc view DIR                 look at recorded trials, pick by pick, in a browser
   torc human structured-03      choose the objects yourself, in a browser
   torc export DIR               recorded trials as data to train on

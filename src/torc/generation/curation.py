@@ -2,8 +2,8 @@
 
 python benchmarks/generation.py --count 200 --keep candidates
 python benchmarks/oracle.py --problems candidates --seeds 1 --budget 12 --likely --out answers
-python benchmarks/retrieval.py --problems candidates --planners random --seeds 3 --out trials
-python -m torc.generation.curation --candidates candidates --answers answers --trials trials --out chosen
+torc bench --problems candidates --planners random --repeats 3 --out measured
+python -m torc.generation.curation --candidates candidates --answers answers --trials measured/trials --out chosen
 """
 
 import json
@@ -150,7 +150,7 @@ def read_candidates(selection: str, answers: Path, trials: Path) -> list[Candida
     Args:
         selection: as `select_problems` takes it.
         answers: what `benchmarks/oracle.py` wrote; the answer for the first seed counts.
-        trials: what `benchmarks/retrieval.py` wrote; RANDOM's completed trials count.
+        trials: what `torc bench` wrote (DIR/trials); RANDOM's completed trials count.
 
     Raises:
         InputError: a problem cannot be read, or nothing was measured.
@@ -203,7 +203,7 @@ class _Args:
     answers: Path
     """Output of benchmarks/oracle.py for the candidates."""
     trials: Path
-    """Output of benchmarks/retrieval.py for the candidates, RANDOM among the planners."""
+    """DIR/trials of `torc bench --out DIR` for the candidates, RANDOM among the planners."""
     out: Path
     """Where the chosen problems are written."""
     keep: str = ""

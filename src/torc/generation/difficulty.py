@@ -62,7 +62,7 @@ def measure_difficulty(
 
 def difficulty_of(problem: Problem, inspector: Inspector) -> Difficulty:
     """The facts of a problem: as its file states them, or measured where it does not."""
-    stated = _stated(problem)
+    stated = stated_difficulty(problem)
     if stated is not None:
         return stated
     return measure_difficulty(
@@ -70,7 +70,7 @@ def difficulty_of(problem: Problem, inspector: Inspector) -> Difficulty:
     )
 
 
-def _stated(problem: Problem) -> Difficulty | None:
+def stated_difficulty(problem: Problem) -> Difficulty | None:
     """What `Difficulty.facts` wrote into the problem's origin; None if that is not there, or not all of it."""
     try:
         group, fraction, *counts = (

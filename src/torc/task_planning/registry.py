@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from torc.errors import InputError
-from torc.plugins import PartKind, make_part, part_paths
+from torc.plugins import PartKind, load_part, make_part, part_paths
 from torc.task_planning.protocol import TaskPlanner
 
 BUILT_IN: Mapping[str, str] = MappingProxyType(
@@ -47,3 +47,8 @@ def make_planner(name: str, **options: Any) -> TaskPlanner:
             f"{type(planner).__name__} has none."
         )
     return planner
+
+
+def load_planner_class(name: str) -> Any:
+    """What makes the planner of that name, imported but not called. Raises as `make_planner`."""
+    return load_part(PLANNERS, name)

@@ -1,0 +1,95 @@
+"""Planners against each other on the same problem and seed."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+
+from torc.benchmark.intervals import Estimate, Sums, by_problem, difference
+from torc.benchmark.rows import Table, TrialRow
+
+ALPHA = 0.05
+"""A corrected p below it is called a difference."""
+_EXACT_UP_TO = 14
+"""Problems for which all 2^n assignments of signs are gone through."""
+_DRAWS = 20_000
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two planners on the trials that both completed, `first` minus `second`.
+
+    Attributes:
+        first, second: labels.
+        pairs: how many problems and seeds they share.
+        success, cost, drops: differences with intervals.
+        p_cost: probability of a difference of cost as large as this one if the planners were the same.
+    """
+
+    first: str
+    second: str
+    pairs: int
+    success: Estimate
+    cost: Estimate
+    drops: Estimate
+    p_cost: float
+
+
+def compare(table: Table, first: str, second: str) -> Comparison:
+    """Two planners; nothing but NaN where they share no trial."""
+    ours = {(r.problem, r.seed): r for r in table.completed(first)}
+    theirs = {(r.problem, r.seed): r for r in table.completed(second)}
+    shared = sorted(ours.keys() & theirs.keys())
+    problems = [problem for problem, _ in shared]
+
+    def gap(value: Callable[[TrialRow], float]) -> tuple[Sums, Sums]:
+        differences = [float(value(ours[key])) - float(value(theirs[key])) for key in shared]
+        sums, totals = by_problem(problems, differences, [1] * len(shared))
+        return sums, totals
+
+    cost = gap(lambda r: r.cost)
+    return Comparison(
+        first,
+        second,
+        len(shared),
+        difference(*gap(lambda r: r.retrieved), largest=1.0),
+        difference(*cost),
+        difference(*gap(lambda r: r.drops)),
+        sign_flip_p(cost[0]),
+    )
+
+
+def compare_all(table: Table, planners: Sequence[str]) -> list[Comparison]:
+    """Every pair once, in the given order."""
+    return [compare(table, a, b) for a, b in combinations(planners, 2)]
+
+
+def sign_flip_p(sums: Sums) -> float:
+    """Two-sided permutation test: under no difference, each problem's sum could as well have the other sign.
+
+    Exact for few problems, else from a fixed set of random signs. NaN without problems.
+    """
+    values = np.asarray(sums, dtype=float)
+    values = values[values != 0]  # their sign changes nothing
+    if not len(sums):
+        return float("nan")
+    if not len(values):
+        return 1.0
+    if len(values) <= _EXACT_UP_TO:
+        signs = np.array(list(product((-1.0, 1.0), repeat=len(values))))
+        extra = 0
+    else:
+        signs, extra = np.random.default_rng(0).choice((-1.0, 1.0), (_DRAWS, len(values))), 1
+    as_large = np.abs(signs @ values) >= abs(values.sum()) - 1e-9
+    return float((as_large.sum() + extra) / (len(signs) + extra))
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """P-values corrected for their number (S. Holm, 1979); NaNs stay and do not count."""
+    known = [i for i, p in enumerate(p_values) if np.isfinite(p)]
+    corrected, largest = list(p_values), 0.0
+    for rank, i in enumerate(sorted(known, key=lambda i: p_values[i])):
+        largest = max(largest, min(1.0, (len(known) - rank) * p_values[i]))
+        corrected[i] = largest
+    return corrected

@@ -1,0 +1,191 @@
+"""95 % intervals for trials that come in problems: trials of one problem are alike, and problems are the sample.
+
+All are built on the linearised variance of a ratio of sums over problems, with Student's t for the number of problems.
+The percentile bootstrap over problems, which is usual here, contains the truth in 86-94 % of the cases with 10 to 40
+problems, and in fewer for shares near 1; these contain it in 93-97 % (tests/benchmark/test_coverage.py,
+docs/benchmarking.md).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import log, sqrt
+
+import numpy as np
+from jaxtyping import Float
+from scipy.stats import t as student
+
+LEVEL = 0.95
+_NORMAL = 1.959963984540054
+_MAX_CUTS = 400
+"""Distinct values at which a median is looked for."""
+
+Sums = Float[np.ndarray, "problems"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its 95 % interval.
+
+    Attributes:
+        value: NaN where there is nothing to count.
+        low, high: the interval; infinite or the whole range where too few problems tell nothing.
+        count: trials, picks or grasps behind it.
+        problems: how many they come from.
+    """
+
+    value: float
+    low: float
+    high: float
+    count: int
+    problems: int
+
+    def text(self, digits: int | None = 2) -> str:
+        """For tables: "0.83 [0.78, 0.87]"; empty where there is nothing. None for two significant digits."""
+        if not np.isfinite(self.value):
+            return ""
+        value, low, high = (_written(v, digits) for v in (self.value, self.low, self.high))
+        return f"{value} [{low}, {high}]"
+
+
+def _written(value: float, digits: int | None) -> str:
+    if not np.isfinite(value):
+        return "?"
+    if digits is not None:
+        return f"{value:.{digits}f}"
+    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
+
+
+NOTHING = Estimate(float("nan"), float("nan"), float("nan"), 0, 0)
+
+
+def by_problem(problems: Sequence[str], *columns: Sequence[float]) -> tuple[Sums, ...]:
+    """Sums of columns over the rows of each problem, problems in alphabetical order."""
+    names, index = np.unique(np.asarray(problems, dtype=object).astype(str), return_inverse=True)
+    return tuple(np.bincount(index, np.asarray(c, dtype=float), len(names)) for c in columns)
+
+
+def share(hits: Sums, totals: Sums) -> Estimate:
+    """A share: Wilson's interval for the effective number of trials, with Student's t for the problems.
+
+    (The modified Wilson interval for complex surveys of N. Dean and M. Pagano, Evaluating confidence interval methods
+    for binomial proportions in clustered surveys, 2015.) Where all trials went alike their likeness within problems is
+    unknown: then each problem counts as one trial.
+    """
+    hits, totals = _counted(hits, totals)
+    if not len(totals):
+        return NOTHING
+    p, se = ratio(hits, totals)
+    spread = p * (1 - p)
+    trials = float(totals.sum())
+    if 0 < se < np.inf and spread > 0:
+        low, high = wilson(p, min(spread / se**2, trials), _quantile(len(totals)))
+    else:
+        low, high = wilson(p, float(len(totals)), _NORMAL)
+    return Estimate(p, min(low, p), max(high, p), int(trials), len(totals))
+
+
+def mean(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
+    """A mean of numbers that are not negative and may be skewed, as drops and picks are.
+
+    Student's t after the transformation that takes out the skewness (P. Hall, On the removal of skewness by
+    transformation, 1992). Where all problems are the same, those that were not played may still differ: as many as
+    may have been missed by chance.
+
+    Args:
+        sums, totals: what is counted, by problem, and how many trials it is of.
+        largest: what a trial can have at most.
+    """
+    sums, totals = _counted(sums, totals)
+    if not len(totals):
+        return NOTHING
+    value, se = ratio(sums, totals)
+    count, n = int(totals.sum()), len(totals)
+    if n < 2:
+        return Estimate(value, 0.0, largest, count, n)
+    if value <= 0:  # nothing happened in any problem: the bound for a Poisson count, each problem one look
+        return Estimate(0.0, 0.0, min(-log((1 - LEVEL) / 2) / n, largest), count, n)
+    if se <= 0:
+        missed = _missed(n)
+        return Estimate(value, value * (1 - missed), value + (largest - value) * missed, count, n)
+    skewed, q = _skewness(sums - value * totals), _quantile(n)
+    low, high = (value - _unskewed(t, skewed, n) * se for t in (q, -q))
+    return Estimate(value, max(0.0, low), min(high, largest), count, n)
+
+
+def difference(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
+    """A mean of paired differences, of either sign: Student's t.
+
+    Where no problem shows any difference, there may be some in those that were not played: as many as may have been
+    missed by chance, each as large as a difference can be.
+
+    Args:
+        sums, totals: differences and pairs by problem.
+        largest: size of the largest possible difference.
+    """
+    sums, totals = _counted(sums, totals)
+    if not len(totals):
+        return NOTHING
+    value, se = ratio(sums, totals)
+    half = _quantile(len(totals)) * se if len(totals) > 1 else np.inf
+    if not sums.any():
+        half = largest * _missed(len(totals))
+    return Estimate(value, value - half, value + half, int(totals.sum()), len(totals))
+
+
+def median(problems: Sequence[str], values: Sequence[float]) -> Estimate:
+    """A median: the values for which the share of trials not above them may be a half (R. Woodruff, 1952)."""
+    if not len(values):
+        return NOTHING
+    numbers = np.asarray(values, dtype=float)
+    names, index = np.unique(np.asarray(problems, dtype=object).astype(str), return_inverse=True)
+    cuts = np.unique(numbers)
+    if len(cuts) > _MAX_CUTS:
+        cuts = np.unique(np.quantile(numbers, np.linspace(0, 1, _MAX_CUTS), method="lower"))
+    totals = np.bincount(index, minlength=len(names)).astype(float)
+    shares = [share(np.bincount(index, numbers <= cut, len(names)), totals) for cut in cuts]
+    low = next((cut for cut, s in zip(cuts, shares) if s.high >= 0.5), cuts[-1])
+    high = next((cut for cut, s in zip(cuts, shares) if s.low >= 0.5), np.inf if len(names) < 2 else cuts[-1])
+    return Estimate(float(np.median(numbers)), float(low), float(high), len(numbers), len(names))
+
+
+def ratio(sums: Sums, totals: Sums) -> tuple[float, float]:
+    """A ratio of sums over problems and its standard error, linearised; infinite for a single problem."""
+    value, n = float(sums.sum() / totals.sum()), len(totals)
+    if n < 2:
+        return value, np.inf
+    residuals = (sums - value * totals) / totals.mean()
+    return value, float(sqrt((residuals**2).sum() / (n * (n - 1))))
+
+
+def _missed(problems: int) -> float:
+    """The largest share of problems that differ from all the others without one of them having been met by chance."""
+    return float(1 - ((1 - LEVEL) / 2) ** (1 / problems))
+
+
+def _skewness(residuals: Sums) -> float:
+    spread = float((residuals**2).mean())
+    return float((residuals**3).mean()) / spread**1.5 if spread > 0 else 0.0
+
+
+def _unskewed(quantile: float, skewness: float, problems: int) -> float:
+    """Quantile of (estimate - truth) / error for data of that skewness: the inverse of Hall's cubic transformation."""
+    a, shifted = skewness / (3 * sqrt(problems)), quantile - skewness / (6 * sqrt(problems))
+    return float(np.cbrt(1 + 3 * a * shifted) - 1) / a if abs(a) > 1e-9 else shifted
+
+
+def wilson(p: float, trials: float, quantile: float) -> tuple[float, float]:
+    """Wilson's score interval of a share of independent trials, whose number need not be whole."""
+    z2 = quantile**2
+    middle = (p + z2 / (2 * trials)) / (1 + z2 / trials)
+    half = quantile / (1 + z2 / trials) * sqrt(p * (1 - p) / trials + z2 / (4 * trials**2))
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def _quantile(problems: int) -> float:
+    return float(student.ppf(0.5 + LEVEL / 2, problems - 1))
+
+
+def _counted(sums: Sums, totals: Sums) -> tuple[Sums, Sums]:
+    """Without the problems in which there was nothing to count."""
+    some = totals > 0
+    return sums[some], totals[some]

@@ -1,0 +1,131 @@
+"""Tasks over processes of this machine. A crash, a hang or too much memory ends one process, which is replaced."""
+
+import os
+import signal
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Any
+
+from pebble import ProcessExpired, ProcessPool
+
+from torc.benchmark.dispatch import Ending, Failure, FailureKind, Task, Work
+from torc.benchmark.worker import THREADS, carry_out, set_up
+from torc.errors import TorcError
+
+_TASKS_PER_PROCESS = 100
+"""A process is replaced after so many, so that what libraries leak does not add up."""
+_STARTS = 4
+"""How often the pool may break down without any task having ended in between."""
+
+
+@dataclass(frozen=True)
+class PoolConfig:
+    """How tasks are carried out.
+
+    Attributes:
+        workers: processes, of one thread each.
+        limit_s: a task that takes longer is ended.
+        memory_bytes: bound on the address space of a process, where the system has one; None for none.
+    """
+
+    workers: int = 1
+    limit_s: float = 1800.0
+    memory_bytes: int | None = 8 * 2**30
+
+
+class LocalPool:
+    """A `Backend` on this machine's cores."""
+
+    def __init__(self, config: PoolConfig) -> None:
+        self.config = config
+
+    def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
+        """An ending per task, as they end.
+
+        Raises:
+            TorcError: processes end as soon as they start.
+        """
+        left, starts = deque(tasks), 0
+        while left:
+            starts += 1
+            if starts > _STARTS:
+                raise TorcError("The worker processes end as soon as they start. `torc doctor` may tell why.")
+            for ending in self._one_pool(work, left):
+                starts = 0
+                yield ending
+
+    def _one_pool(self, work: Work, left: deque[Task]) -> Iterator[Ending]:
+        """Endings until no tasks are left, or the pool broke down: unfinished tasks are back in `left` then."""
+        config = self.config
+        with _one_thread_each():
+            pool = ProcessPool(
+                config.workers,
+                _TASKS_PER_PROCESS,
+                initializer=set_up,
+                initargs=(config.memory_bytes, os.getpid()),
+                context=get_context("spawn"),
+            )
+            running: dict[Future[Any], Task] = {}
+            try:
+                while left or running:
+                    # One task more than there are processes: none waits for work.
+                    while left and len(running) <= config.workers:
+                        task = left.popleft()
+                        running[self._schedule(pool, work, task)] = task
+                    done, _ = wait(running, return_when=FIRST_COMPLETED)
+                    for future in done:
+                        error = future.exception()
+                        if isinstance(error, BrokenProcessPool):
+                            return
+                        task = running.pop(future)
+                        yield Ending(task.key, future.result() if error is None else self._failure(error))
+            finally:
+                left.extendleft(running.values())
+                pool.stop()
+                pool.join()
+
+    def _schedule(self, pool: ProcessPool, work: Work, task: Task) -> Future[Any]:
+        arguments = (work, task.argument, task.log, self.config.limit_s)
+        try:
+            return pool.schedule(carry_out, args=arguments, timeout=self.config.limit_s)
+        except RuntimeError as error:  # the pool's word for "broken down"
+            future: Future[Any] = Future()
+            future.set_exception(BrokenProcessPool(str(error)))
+            return future
+
+    def _failure(self, error: BaseException) -> Failure:
+        if isinstance(error, TimeoutError):
+            text = f"It was ended after {self.config.limit_s:g} s without an answer."
+            return Failure(FailureKind.HUNG, text)
+        if isinstance(error, ProcessExpired):
+            return Failure(FailureKind.CRASHED, f"Its process {_death(error.exitcode)}.")
+        return Failure(FailureKind.RAISED, f"{type(error).__name__}: {error}")
+
+
+def _death(code: int) -> str:
+    if code < 0:
+        try:
+            return f"was ended by {signal.Signals(-code).name}"
+        except ValueError:
+            return f"was ended by signal {-code}"
+    return f"ended with code {code}"
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """The environment that child processes inherit: the libraries read it when they are loaded."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(THREADS)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -1,0 +1,113 @@
+"""Before the first trial: what can be found wrong at once is said at once, and stops nothing later.
+
+Planners are strangers' code, so they are looked at in a process of their own.
+"""
+
+import inspect
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from torc.benchmark.dispatch import Backend, FailureKind, Task
+from torc.benchmark.identity import file_fingerprint, problem_fingerprint
+from torc.benchmark.spec import BenchPlanner, BenchProblem
+from torc.episode.planners import PRIVILEGED, make_trial_planner
+from torc.errors import InputError
+from torc.plugins import parameters
+from torc.scenes.problem import Problem, load_problem
+from torc.scenes.problem_sets import select_problems, shipped_path
+from torc.task_planning.registry import BUILT_IN, load_planner_class
+from torc.vlm.cache import CacheConfig
+from torc.vlm.config import VlmConfig
+from torc.vlm.opening import planner_options
+from torc.vlm.simulated.situation import Situation
+
+
+@dataclass(frozen=True)
+class Question:
+    """Which planner is looked at, and how it would be made."""
+
+    name: str
+    vlm: VlmConfig | None
+    vlm_cache: CacheConfig | None
+
+
+def find_problems(selection: str) -> dict[BenchProblem, Problem]:
+    """The problems that a user means, in order. Raises InputError."""
+    found = {}
+    for name in select_problems(selection):
+        problem = load_problem(name)
+        shipped = shipped_path(name) is not None
+        digest = problem_fingerprint(problem)
+        found[BenchProblem(problem.name, problem.category, digest, shipped)] = problem
+    return found
+
+
+def find_planners(
+    names: Sequence[str],
+    vlm: VlmConfig | None,
+    vlm_cache: CacheConfig | None,
+    backend: Backend,
+    log_directory: Path,
+) -> tuple[BenchPlanner, ...]:
+    """The planners of these names, each made once to see whether that works.
+
+    One that crashes here is kept: its trials will be errored, with the cause.
+
+    Args:
+        names: in the registry, or module:Class.
+        vlm: given to the planners that take a `client`.
+        vlm_cache: where its replies are kept.
+        backend: where they are made.
+        log_directory: for what they print.
+
+    Raises:
+        InputError: a planner is unknown, or cannot be made (no key, missing options).
+    """
+    tasks = [
+        Task(name, Question(name, vlm, vlm_cache), log_directory / f"{i}.txt") for i, name in enumerate(names)
+    ]
+    found: dict[str, BenchPlanner] = {}
+    for ending in backend.run(look_at, tasks):
+        failure = ending.failure
+        if failure is not None and failure.kind is FailureKind.RAISED:
+            raise InputError(failure.text)
+        found[ending.key] = BenchPlanner(ending.key) if failure is not None else ending.outcome
+    return tuple(found[name] for name in names)
+
+
+def look_at(question: Question) -> BenchPlanner:
+    """What decides a planner's answers, in a worker. Raises InputError, MissingDependencyError."""
+    name = question.name
+    maker = None if name in PRIVILEGED else _planner_class(name)
+    vlm = question.vlm if maker is not None and "client" in parameters(maker) else None
+    if vlm is None and BUILT_IN.get(name, "").startswith("torc.vlm."):
+        raise InputError(f"The planner '{name}' asks a model: name it with --vlm, e.g. --vlm gemini:MODEL.")
+    truth = _not_asked if vlm is not None and vlm.simulated else None
+    make_trial_planner(name, **planner_options(vlm, question.vlm_cache if vlm else None, truth))
+    return BenchPlanner(name, vlm, "" if name in BUILT_IN or name in PRIVILEGED else _source(maker))
+
+
+def _not_asked() -> Situation:
+    """Stands in for a trial's truth while a simulated VLM is only made."""
+    raise InputError("There is no trial yet to tell the truth of.")
+
+
+def _planner_class(name: str) -> Any:
+    if name == "human":
+        make_trial_planner(name)  # says what to do instead
+    try:
+        return load_planner_class(name)
+    except InputError:
+        make_trial_planner(name)  # knows the privileged ones too when it lists what there is
+        raise
+
+
+def _source(maker: Any) -> str:
+    """Fingerprint of the file that defines a planner; "" where there is none, e.g. compiled ones."""
+    try:
+        path = inspect.getsourcefile(maker)
+        return file_fingerprint(Path(path)) if path else ""
+    except (TypeError, OSError):
+        return ""

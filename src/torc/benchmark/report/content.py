@@ -1,0 +1,302 @@
+"""The tables of the report as plain text, before anybody makes HTML or Markdown of them."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from torc.benchmark.comparison import ALPHA, Comparison, compare_all, holm
+from torc.benchmark.intervals import Estimate
+from torc.benchmark.measures import (
+    DECISION_S,
+    DROP_FREE,
+    GRASPS,
+    MEASURES,
+    SUCCESS,
+    attempts,
+    ends,
+)
+from torc.benchmark.paper import paper_method
+from torc.benchmark.ranking import Standing
+from torc.benchmark.rows import Table, TrialRow
+
+CATEGORIES = ("structured", "unstructured")
+_HIDDENNESS = ("visible", "partly", "hidden")
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table of text. `note` says how to read it."""
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+def ranking_table(standings: Sequence[Standing], table: Table) -> TextTable:
+    """The first table: one row per planner, best first."""
+    rows = []
+    for place, s in enumerate(standings, start=1):
+        done = table.completed(s.planner)
+        rank = "reference" if s.reference else "-" if not done else f"{place}"
+        gap = "" if s.behind is None else signed_text(s.behind.cost, 1)
+        gap += "" if s.p is None else f", p {s.p:.2g}"
+        rows.append(
+            (
+                rank,
+                s.planner,
+                s.cost.text(1),
+                gap + (" (a tie)" if s.ties and not s.reference else ""),
+                s.success.text(),
+                DROP_FREE.of(done).text(),
+                s.drops.text(),
+                seconds_text(DECISION_S.of(done)),
+                f"{s.completed} of {s.planned}",
+                f"{100 * s.errored:.0f} %",
+            )
+        )
+    header = (
+        *(
+            "rank",
+            "planner",
+            "picks to retrieval",
+            "more than the best",
+            "retrieved",
+            "with no drop",
+            "drops",
+        ),
+        *("decision, s", "trials", "errored"),
+    )
+    note = (
+        "Picks to retrieval: mean, a trial that never got the target counting as its whole budget (the paper's primary "
+        "objective); more than the best: on the same problems and seeds, a tie where p is .05 or more; drops: mean "
+        "(the secondary one); decision: median. Brackets: 95 % intervals over problems. References know the "
+        "simulation, or are people."
+    )
+    return TextTable("Ranking", header, tuple(rows), note)
+
+
+def measures_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """Every measure, structured and unstructured scenes apart."""
+    rows = []
+    for planner in planners:
+        for category in (None, *CATEGORIES):
+            done = table.completed(planner, category)
+            if done:
+                numbers = [m.of(done).text(m.digits) for m in MEASURES]
+                rows.append((planner, category or "all", str(len(done)), *numbers))
+    header = ("planner", "scenes", "trials", *(m.name for m in MEASURES))
+    note = "; ".join(f"{m.name}: {m.help}" for m in MEASURES)
+    return TextTable("All measures", header, tuple(rows), f"{note}. Brackets: 95 % intervals over problems.")
+
+
+def paper_table(planners: Sequence[str], table: Table) -> TextTable:
+    """Ours beside the paper's, for the methods that it has."""
+    rows = []
+    for planner in planners:
+        method, done = paper_method(planner), table.completed(planner)
+        if method is None or not done:
+            continue
+        low, high = method.success_95
+        successes = [r.picks for r in done if r.retrieved]
+        rows.append(
+            (
+                planner,
+                SUCCESS.of(done).text(),
+                f"{method.success:.2f} [{low:.2f}, {high:.2f}]",
+                DROP_FREE.of(done).text(),
+                f"{method.drop_free:.2f}",
+                f"{_median(successes)} / {_median([r.picks for r in done])}",
+                f"{method.picks_success:g} / {method.picks:g}",
+                _median([r.drops for r in done]),
+                f"{method.drops:g}",
+                GRASPS.of(done).text(),
+                f"{method.grasps_held:.2f}",
+            )
+        )
+    pairs = ("retrieved", "with no drop", "median picks, successes / all", "median drops", "grasps held")
+    header = ("planner", *(f"{name}, {whose}" for name in pairs for whose in ("here", "the paper")))
+    note = "Other problems, another grasp planner and another simulation: the paper's values are no target."
+    return TextTable("Beside the paper", header, tuple(rows), note)
+
+
+def comparison_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """Every pair of planners on the same problems and seeds."""
+    found = [c for c in compare_all(table, [p for p in planners if table.completed(p)]) if c.pairs]
+    corrected = holm([c.p_cost for c in found])
+    rows = [
+        (
+            f"{c.first} - {c.second}",
+            str(c.pairs),
+            signed_text(c.cost, 1),
+            f"{p:.3f}",
+            signed_text(c.success, 2),
+            signed_text(c.drops, 2),
+            _told(c, p),
+        )
+        for c, p in zip(found, corrected)
+    ]
+    header = ("pair", "trials of both", "picks to retrieval", "p", "retrieved", "drops", "by picks")
+    note = (
+        "Differences on the same problem and seed with 95 % intervals over problems; p: permutation test over "
+        "problems, corrected for the number of pairs (Holm)."
+    )
+    return TextTable("Planner against planner", header, tuple(rows), note)
+
+
+def causes_tables(table: Table, planners: Sequence[str]) -> list[TextTable]:
+    """How attempts and trials ended."""
+    tables = []
+    for title, count in (("How trials ended", ends), ("How attempts ended", attempts)):
+        counts = {p: count(table.completed(p)) for p in planners}
+        names = [name for name, _ in sum(counts.values(), Counter()).most_common()]
+        rows = [
+            (p, *(f"{c[n]} ({100 * c[n] / c.total():.0f} %)" if c[n] else "" for n in names))
+            for p, c in counts.items()
+            if c.total()
+        ]
+        tables.append(TextTable(title, ("planner", *names), tuple(rows)))
+    return tables
+
+
+def times_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """Wall seconds by step."""
+    steps = (
+        ("image to grasps", lambda p: p.grasps_s),
+        ("decision", lambda p: p.decision_s),
+        ("motion plans", lambda p: p.motions_s),
+        ("robot's own time", lambda p: p.robot_s),
+    )
+    rows = []
+    for planner in planners:
+        picks = [p for r in table.completed(planner) for p in r.picked]
+        for name, of in steps:
+            values = [of(p) for p in picks if of(p) > 0]
+            if values:
+                median, high = np.median(values), np.percentile(values, 95)
+                rows.append((planner, name, str(len(values)), f"{median:.3f}", f"{high:.3f}"))
+    header = ("planner", "step", "picks", "median, s", "95th percentile, s")
+    return TextTable("Time of a pick by step", header, tuple(rows))
+
+
+def problems_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """A row per problem: what each planner did on it."""
+    shown = [p for p in planners if table.completed(p)]
+    rows = []
+    for problem in table.problems:
+        here = [r for r in table.rows if r.problem == problem]
+        cells = [problem, here[0].category, *_difficulty(table, problem)]
+        for planner in shown:
+            done = [r for r in here if r.planner == planner and r.completed]
+            cells.append(_problem_cell(done))
+        rows.append(tuple(cells))
+    header = ("problem", "scenes", "objects", "target", "% in sight", *shown)
+    note = "Retrieved of completed trials; median picks with their range; mean drops."
+    return TextTable("Every problem", header, tuple(rows), note)
+
+
+def difficulty_table(table: Table) -> TextTable:
+    """What the problems are like, as their files say: medians with the range in brackets."""
+    category = {r.problem: r.category for r in table.rows}
+    rows = []
+    for group in ("all", *CATEGORIES):
+        mine = [d for name, d in table.difficulties.items() if group in ("all", category[name])]
+        if not mine:
+            continue
+        hidden = " / ".join(str(sum(d.hiddenness.value == h for d in mine)) for h in _HIDDENNESS)
+        columns = (
+            [d.objects for d in mine],
+            [100 * d.visible_fraction for d in mine],
+            [d.in_front for d in mine],
+            [d.beside for d in mine],
+            [d.taller for d in mine],
+        )
+        objects, *others = (f"{np.median(c):.3g} ({min(c):.0f}-{max(c):.0f})" for c in columns)
+        rows.append((group, str(len(mine)), objects, hidden, *others))
+    header = (
+        *("scenes", "problems", "objects", f"targets {' / '.join(_HIDDENNESS)}", "% in sight"),
+        *("in front", "beside", "taller"),
+    )
+    return TextTable("The problems", header, tuple(rows), "Medians with their range.")
+
+
+def errors_table(table: Table) -> TextTable:
+    """The errored trials: never scored."""
+    bad = [r for r in table.rows if r.status not in ("completed", "missing")]
+    rows = tuple(
+        (r.planner, r.problem, str(r.seed), r.cause, _first_line(r.error), r.view_command) for r in bad
+    )
+    header = ("planner", "problem", "seed", "cause", "what was said", "look at it")
+    return TextTable("Errored trials, which are not scored", header, rows)
+
+
+def trials_table(table: Table) -> TextTable:
+    """Every trial with the command that shows it."""
+    rows = tuple(
+        (r.planner, r.problem, str(r.seed), _outcome(r), *_counts(r), r.view_command)
+        for r in table.rows
+        if r.status != "missing"
+    )
+    header = ("planner", "problem", "seed", "outcome", "picks", "drops", "look at it")
+    return TextTable("Every trial", header, rows)
+
+
+def _told(c: Comparison, p: float) -> str:
+    if not p < ALPHA:
+        return "cannot be told"
+    return f"{c.second} is better" if c.cost.value > 0 else f"{c.first} is better"
+
+
+def signed_text(found: Estimate, digits: int) -> str:
+    """A difference with its interval, signs and all; empty where there is none."""
+    if not np.isfinite(found.value):
+        return ""
+    low, high = (f"{v:+.{digits}f}" if np.isfinite(v) else "?" for v in (found.low, found.high))
+    return f"{found.value:+.{digits}f} [{low}, {high}]"
+
+
+def seconds_text(found: Estimate) -> str:
+    """The value alone, in two significant digits."""
+    value = found.value
+    if not np.isfinite(value):
+        return ""
+    return f"{value:.2g}" if value < 100 else f"{value:.0f}"
+
+
+def _median(values: Sequence[float]) -> str:
+    return f"{np.median(values):g}" if len(values) else "-"
+
+
+def _difficulty(table: Table, problem: str) -> tuple[str, str, str]:
+    found = table.difficulties.get(problem)
+    if found is None:
+        return "", "", ""
+    return str(found.objects), found.hiddenness.value, f"{100 * found.visible_fraction:.0f}"
+
+
+def _problem_cell(done: Sequence[TrialRow]) -> str:
+    if not done:
+        return ""
+    picks = [r.picks for r in done]
+    spread = f" ({min(picks)}-{max(picks)})" if min(picks) < max(picks) else ""
+    drops = np.mean([r.drops for r in done])
+    return (
+        f"{sum(r.retrieved for r in done)}/{len(done)}, {np.median(picks):g}{spread} picks, {drops:.2g} drops"
+    )
+
+
+def _outcome(row: TrialRow) -> str:
+    if not row.completed:
+        return row.status
+    return "retrieved" if row.retrieved else f"not retrieved: {row.end}"
+
+
+def _counts(row: TrialRow) -> tuple[str, str]:
+    return (str(row.picks), str(row.drops)) if row.completed else ("", "")
+
+
+def _first_line(text: str) -> str:
+    line = next((x for x in text.splitlines() if x.strip()), "")
+    return line if len(line) <= 200 else f"{line[:197]}..."

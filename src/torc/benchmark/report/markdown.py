@@ -1,0 +1,64 @@
+"""The report as one Markdown page, its figures beside it."""
+
+import re
+from collections.abc import Iterator
+
+from torc.benchmark.report.content import TextTable
+from torc.benchmark.report.figures import Picture
+from torc.benchmark.report.page import Content
+
+_SPECIAL = re.compile(r"([\\`*_{}\[\]<>|#])")
+
+
+def markdown_page(content: Content, figures: str) -> str:
+    """The page; `figures` is the directory of the pictures, relative to it. Every trial is in trials.csv beside it."""
+    return "\n".join(_lines(content, figures))
+
+
+def _lines(content: Content, figures: str) -> Iterator[str]:
+    yield f"# Which planner should I use? {_plain(content.title)}\n"
+    yield f"**{_plain(content.verdict.answer)}**\n"
+    for reason in content.verdict.reasons:
+        yield f"{_plain(reason)}\n"
+    for warning in content.verdict.warnings:
+        yield f"> {_plain(warning)}\n"
+    yield from _table(content.ranking)
+    yield "## Figures\n"
+    for picture in (*content.paper_figures, *content.figures):
+        yield from _picture(picture, figures)
+    for table in content.tables:
+        if table.rows:
+            yield f"## {_plain(table.title)}\n"
+            yield from _table(table)
+    if content.failures:
+        yield f"## Failures\n\n{len(content.failures)} of {content.failed} failed trials.\n"
+        for failure in content.failures:
+            yield f"- {_plain(failure.title)}: {_plain(failure.text)}. `{failure.command}`"
+        yield ""
+    yield "## How this was made\n"
+    for paragraph in content.method:
+        yield f"{_plain(paragraph)}\n"
+
+
+def _table(table: TextTable) -> Iterator[str]:
+    yield f"| {' | '.join(map(_plain, table.header))} |"
+    yield "|---" * len(table.header) + "|"
+    for row in table.rows:
+        yield f"| {' | '.join(map(_cell, row))} |"
+    yield ""
+    if table.note:
+        yield f"{_plain(table.note)}\n"
+
+
+def _cell(text: str) -> str:
+    return f"`{text.replace('|', '')}`" if text.startswith("torc ") else _plain(text)
+
+
+def _picture(picture: Picture, figures: str) -> Iterator[str]:
+    yield f"![{_plain(picture.title)}]({figures}/{picture.name}.svg)\n"
+    yield f"*{_plain(picture.title)}.* {_plain(picture.text)}\n"
+
+
+def _plain(text: str) -> str:
+    """Text that Markdown shows as it is."""
+    return _SPECIAL.sub(r"\\\1", " ".join(text.split()))

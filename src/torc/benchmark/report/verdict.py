@@ -1,0 +1,106 @@
+"""The answer to "which planner should I use?", with what speaks for it and what stands in the way."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from torc.benchmark.measures import DECISION_S
+from torc.benchmark.ranking import Standing
+from torc.benchmark.report.content import seconds_text, signed_text
+from torc.benchmark.rows import Table
+
+FEW_PROBLEMS = 10
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The answer to "which planner should I use?".
+
+    Attributes:
+        planner: its label; None where no trial was completed.
+        answer: a sentence.
+        reasons: sentences with the numbers behind it.
+        warnings: what stands in the way of believing it.
+    """
+
+    planner: str | None
+    answer: str
+    reasons: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
+    """By the primary objective, and by the secondary one where the first cannot tell."""
+    leader = next((s for s in standings if s.is_leader), None)
+    warnings = tuple(_warnings(table, standings))
+    if leader is None:
+        return Verdict(None, "No planner has completed a trial yet.", (), warnings)
+    ties = [s for s in standings if s.ties and not s.reference]
+    cleaner = [s for s in ties if s.behind is not None and s.behind.drops.high < 0]
+    best = min(cleaner, key=lambda s: s.drops.value) if cleaner else leader
+    reasons = [_numbers(table, best)]
+    others = [s for s in (leader, *ties) if s is not best]
+    if cleaner:
+        reasons.append(f"It is chosen for the objects that it does not drop: {leader.planner} drops more.")
+    if others:
+        told = "; ".join(_gap(s, leader) for s in others)
+        reasons.append(f"By picks it may be no better than: {told}. Trials of more problems would tell.")
+        answer = (
+            f"Use {best.planner}; these trials cannot tell it from {_listed([s.planner for s in others])}."
+        )
+    elif sum(not s.reference and s.completed > 0 for s in standings) > 1:
+        answer = f"Use {best.planner}: it needs fewer picks than every other planner here."
+    else:
+        answer = f"There is only {best.planner} to judge: add planners to compare it with."
+    return Verdict(best.planner, answer, tuple(reasons), warnings)
+
+
+def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
+    found = []
+    missing = Counter(r.planner for r in table.rows if r.status == "missing")
+    if missing:
+        told = ", ".join(f"{planner} {n}" for planner, n in missing.items())
+        found.append(
+            f"{missing.total()} planned trials have not been played yet ({told}): torc bench goes on."
+        )
+    for s in standings:
+        if s.played and not s.completed:
+            found.append(f"{s.planner}: all {s.played} played trials errored; it is not ranked.")
+        elif s.errored > 0:
+            found.append(
+                f"{s.planner}: {s.played - s.completed} of {s.played} trials errored and are not scored; if these were "
+                "the hard ones, it looks better than it is."
+            )
+    problems = len({r.problem for r in table.rows if r.completed})
+    if 0 < problems < FEW_PROBLEMS:
+        found.append(
+            f"Only {problems} problems: intervals are wide, and another choice of problems may say otherwise."
+        )
+    budgets = {r.max_picks for r in table.rows if r.completed}
+    if len(budgets) > 1:
+        found.append(f"Trials have different budgets of picks ({', '.join(map(str, sorted(budgets)))}).")
+    versions = {r.version for r in table.rows if r.completed}
+    if len(versions) > 1:
+        found.append(f"Trials come from several versions of torc ({', '.join(sorted(versions))}).")
+    if table.left_out:
+        found.append(f"{len(table.left_out)} directories of trials are left out (see the end of this page).")
+    return found
+
+
+def _numbers(table: Table, s: Standing) -> str:
+    done = table.completed(s.planner)
+    return (
+        f"It needs {s.cost.text(1)} picks to retrieve the target, gets it in {100 * s.success.value:.0f} % of the "
+        f"trials, drops {s.drops.text()} objects a trial and takes {seconds_text(DECISION_S.of(done))} s "
+        f"for a decision ({s.completed} trials of {s.cost.problems} problems)."
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+
+
+def _gap(s: Standing, leader: Standing) -> str:
+    if s.behind is None:
+        return s.planner
+    return f"{s.planner} ({signed_text(s.behind.cost, 1)} picks against {leader.planner})"

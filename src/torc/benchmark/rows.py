@@ -1,0 +1,152 @@
+"""Trials as rows of a table, whatever played them (bench, run, human): a row per trial, picks in it."""
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from torc.generation.difficulty import Difficulty
+from torc.records import PickResult
+
+_WENT_WELL = (PickResult.RETRIEVED, PickResult.REMOVED)
+
+
+@dataclass(frozen=True)
+class PickRow:
+    """One attempt.
+
+    Attributes:
+        pick: counted from 0.
+        result: as `PickResult`.
+        object_id: what was to be picked; -1 for nothing.
+        attempts: how often the chooser was asked.
+        decision_s: wall time of the decision.
+        grasps_s: wall time from the image to the valid grasps.
+        motions_s: wall time of the motion plans.
+        robot_s: time on the robot's clock.
+        dropped: objects other than the target that fell.
+        held: the object was held after the lift.
+        unseen_kind: the grasp model was never trained on that kind of object; None where that is not known.
+        detail: a sentence for people.
+    """
+
+    pick: int
+    result: str
+    object_id: int
+    attempts: int
+    decision_s: float
+    grasps_s: float
+    motions_s: float
+    robot_s: float
+    dropped: int
+    held: bool
+    unseen_kind: bool | None
+    detail: str
+
+    @property
+    def planning_s(self) -> float:
+        """Planning time of the pick without the decision: grasps and motions."""
+        return self.grasps_s + self.motions_s
+
+    @property
+    def grasp_tried(self) -> bool:
+        """The robot went for the grasp."""
+        return PickResult(self.result).grasp_tried
+
+
+@dataclass(frozen=True)
+class TrialRow:
+    """One trial. What follows `error` says something only where the status is "completed".
+
+    Attributes:
+        id: of the plan, "" for trials that no `torc bench` played.
+        directory: where it is.
+        problem, category, planner, seed: what was played; the planner by its label, experts after it.
+        status: completed, errored, interrupted, or missing: planned, but not played yet.
+        cause, error: why it errored.
+        retrieved: the target was delivered; `held_target` is the paper's own rule.
+        end: why the episode ended.
+        picks, drops: as the authors count.
+        max_picks: the budget.
+        picked: the attempts.
+        version: torc's.
+    """
+
+    id: str
+    directory: Path
+    problem: str
+    category: str
+    planner: str
+    seed: int
+    status: str
+    cause: str = ""
+    error: str = ""
+    retrieved: bool = False
+    held_target: bool = False
+    end: str = ""
+    picks: int = 0
+    drops: int = 0
+    max_picks: int = 15
+    picked: tuple[PickRow, ...] = ()
+    version: str = ""
+
+    @property
+    def completed(self) -> bool:
+        """It is scored."""
+        return self.status == "completed"
+
+    @property
+    def cost(self) -> int:
+        """Picks until the target was retrieved; the whole budget where it never was."""
+        return self.picks if self.retrieved else self.max_picks
+
+    @property
+    def cell(self) -> tuple[str, str, int]:
+        """Its place in the table."""
+        return self.planner, self.problem, self.seed
+
+    @property
+    def failed_pick(self) -> PickRow | None:
+        """The attempt to look at in a trial that failed: the last that went wrong; None without attempts."""
+        wrong = [p for p in self.picked if p.result not in _WENT_WELL] or self.picked
+        return wrong[-1] if wrong else None
+
+    @property
+    def view_command(self) -> str:
+        """What shows the trial in a browser."""
+        return f"torc view {shlex.quote(str(self.directory))}"
+
+
+@dataclass(frozen=True)
+class Table:
+    """All trials of a directory.
+
+    Attributes:
+        root: the directory.
+        rows: sorted by planner, problem and seed; no two in one cell.
+        left_out: directories of trials that do not count, with why.
+        difficulties: of the problems whose files say how hard they are, by name.
+    """
+
+    root: Path
+    rows: tuple[TrialRow, ...]
+    left_out: tuple[tuple[Path, str], ...] = ()
+    difficulties: Mapping[str, Difficulty] = field(default_factory=dict)
+
+    @property
+    def planners(self) -> tuple[str, ...]:
+        """Labels, in alphabetical order."""
+        return tuple(dict.fromkeys(r.planner for r in self.rows))
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """Names, in alphabetical order."""
+        return tuple(sorted({r.problem for r in self.rows}))
+
+    def of(self, planner: str, category: str | None = None) -> list[TrialRow]:
+        """The trials of a planner, completed or not."""
+        return [r for r in self.rows if r.planner == planner and category in (None, r.category)]
+
+    def completed(self, planner: str, category: str | None = None) -> list[TrialRow]:
+        """The scored trials of a planner."""
+        return [r for r in self.of(planner, category) if r.completed]

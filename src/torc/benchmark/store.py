@@ -1,0 +1,208 @@
+"""A benchmark on disk. A trial's directory is there whole or not at all, whenever the runner was killed.
+
+DIR/spec.json           the trials that belong to the benchmark (`torc-bench/1`)
+DIR/manifest.json       one entry per call of `torc bench`: versions, commit, machine
+DIR/problems/NAME.yaml  the problems as they were played
+DIR/trials/NAME-ID/     a trial (`torc view` shows it); errored ones say why in result.json and error.txt
+DIR/.work/              what is being played; a new runner empties it
+"""
+
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from torc.benchmark.dispatch import Failure
+from torc.benchmark.manifest import MANIFEST_FORMAT
+from torc.benchmark.playing import OUTPUT, TRIAL, trial_spec
+from torc.benchmark.spec import BenchProblem, BenchSpec, PlannedTrial, from_json, merged, to_json
+from torc.episode.trial import RESULT_FORMAT, versions
+from torc.errors import InputError
+from torc.records.files import write_json
+from torc.scenes.problem import Problem, save_problem
+
+SPEC, MANIFEST, TRIALS, PROBLEMS, WORK, LOCK = (
+    "spec.json",
+    "manifest.json",
+    "trials",
+    "problems",
+    ".work",
+    ".lock",
+)
+_MAX_SAID = 20_000
+"""Characters of a broken trial's output that are kept."""
+
+
+@dataclass(frozen=True)
+class Store:
+    """The directory of a benchmark."""
+
+    root: Path
+
+    @property
+    def is_there(self) -> bool:
+        """Whether a benchmark was begun here."""
+        return (self.root / SPEC).is_file()
+
+    def spec(self) -> BenchSpec:
+        """The trials that belong to the benchmark. Raises InputError."""
+        path = self.root / SPEC
+        return from_json(_read(path), str(path))
+
+    def extended(self, spec: BenchSpec) -> BenchSpec:
+        """The benchmark with these trials, not written yet. Raises InputError where they cannot be compared."""
+        return merged(self.spec(), spec) if self.is_there else spec
+
+    def extend(self, spec: BenchSpec, problems: Mapping[str, Problem]) -> BenchSpec:
+        """Add trials to the benchmark, and keep the problems as they are now; what the benchmark is then.
+
+        Raises:
+            InputError: they cannot be compared with those that are there, or the directory cannot be written.
+        """
+        whole = self.extended(spec)
+        try:
+            for name in (PROBLEMS, TRIALS):
+                (self.root / name).mkdir(parents=True, exist_ok=True)
+            for name, problem in problems.items():
+                save_problem(problem, self.root / PROBLEMS / f"{name}.yaml")
+            write_json(self.root / SPEC, to_json(whole))
+        except OSError as error:
+            raise InputError(
+                f"Cannot write to '{self.root}': {error.strerror}. Choose another --out."
+            ) from error
+        return whole
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """One runner at a time; what a killed one was playing is thrown away. Raises InputError."""
+        self.root.mkdir(parents=True, exist_ok=True)
+        with open(self.root / LOCK, "w", encoding="utf-8") as lock:
+            _lock(lock, self.root)
+            shutil.rmtree(self.root / WORK, ignore_errors=True)
+            try:
+                yield
+            finally:
+                shutil.rmtree(self.root / WORK, ignore_errors=True)
+
+    def directory(self, trial: PlannedTrial) -> Path:
+        """Where a trial is, or will be."""
+        return self.root / TRIALS / trial.directory_name
+
+    def problem_path(self, problem: BenchProblem) -> str:
+        """What `load_problem` is given: shipped problems by name, others as they were when the benchmark began."""
+        return problem.name if problem.shipped else str(self.root / PROBLEMS / f"{problem.name}.yaml")
+
+    def result(self, trial: PlannedTrial) -> dict[str, Any] | None:
+        """result.json of a trial; None if it has not been played, or cannot be read."""
+        try:
+            result = json.loads((self.directory(trial) / "result.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return result if isinstance(result, dict) else None
+
+    def left(self, spec: BenchSpec) -> list[PlannedTrial]:
+        """Trials that are missing or errored."""
+        results = ((t, self.result(t)) for t in spec.trials)
+        return [t for t, result in results if result is None or result.get("status") != "completed"]
+
+    def work(self, trial: PlannedTrial) -> Path:
+        """A directory of this runner's own, to play a trial in: what a killed one left behind cannot get in its way."""
+        return self.root / WORK / f"{os.getpid()}-{trial.id[:16]}"
+
+    def accept(self, trial: PlannedTrial, work: Path, failure: Failure | None) -> dict[str, Any]:
+        """Take over what was played in a work directory; its result.
+
+        Args:
+            trial: what was played.
+            work: its directory, which is removed.
+            failure: why the process gave no answer, if it gave none.
+        """
+        done, output = work / TRIAL, work / OUTPUT
+        if failure is None and not done.is_dir():
+            raise FileNotFoundError(f"The trial in '{work}' ended without a result.")
+        if failure is not None:
+            done = _as_errored(self, trial, work, failure)
+        if output.is_file() and output.stat().st_size:
+            _copy_end(output, done / OUTPUT)
+        place = self.directory(trial)
+        if (
+            place.exists()
+        ):  # errored the last time; if this is the last that is done here, it is missing, and redone
+            shutil.rmtree(place)
+        os.replace(done, place)
+        shutil.rmtree(work, ignore_errors=True)
+        result = self.result(trial)
+        if result is None:
+            raise FileNotFoundError(f"'{place}' holds no result.json.")
+        return result
+
+    def begin_call(self, facts: Mapping[str, Any]) -> None:
+        """Write down that a call begins."""
+        self._write_manifest([*self.calls(), dict(facts)])
+
+    def end_call(self, facts: Mapping[str, Any]) -> None:
+        """Write down how the latest call ended."""
+        *earlier, latest = self.calls()
+        self._write_manifest([*earlier, {**latest, **facts}])
+
+    def calls(self) -> list[dict[str, Any]]:
+        """The entries of manifest.json; none where it is missing."""
+        path = self.root / MANIFEST
+        return list(_read(path).get("calls", [])) if path.is_file() else []
+
+    def _write_manifest(self, calls: list[dict[str, Any]]) -> None:
+        write_json(self.root / MANIFEST, {"format": MANIFEST_FORMAT, "calls": calls})
+
+
+def _as_errored(store: Store, trial: PlannedTrial, work: Path, failure: Failure) -> Path:
+    """What a process left behind when it ended, made a trial that says so."""
+    left = next(
+        (p for p in (work / TRIAL, work / f"{TRIAL}.partial") if p.is_dir()), work / f"{TRIAL}.partial"
+    )
+    left.mkdir(parents=True, exist_ok=True)
+    if not (left / "spec.json").is_file():
+        write_json(left / "spec.json", asdict(trial_spec(trial, store.problem_path(trial.problem))))
+    output = work / OUTPUT
+    said = output.read_text(encoding="utf-8", errors="replace")[-_MAX_SAID:] if output.is_file() else ""
+    (left / "error.txt").write_text(f"{failure.kind}: {failure.text}\n\n{said}", encoding="utf-8")
+    result = {"status": "errored", "cause": failure.kind.value, "error": failure.text}
+    write_json(left / "result.json", {"format": RESULT_FORMAT, **result, "versions": versions()})
+    return left
+
+
+def _copy_end(source: Path, target: Path) -> None:
+    """At most the last part of a file: planners may print without end."""
+    with open(source, "rb") as f:
+        f.seek(max(0, source.stat().st_size - _MAX_SAID))
+        target.write_bytes(f.read())
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}.") from None
+    except ValueError as error:
+        raise InputError(f"{path} is damaged: {error}. Use another --out.") from None
+    if not isinstance(data, dict):
+        raise InputError(f"{path} is damaged. Use another --out.")
+    return data
+
+
+def _lock(lock: IO[str], root: Path) -> None:
+    try:
+        import fcntl
+    except ImportError:  # not on Windows
+        return
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise InputError(
+            f"Another `torc bench` is at work in '{root}'. Wait for it or use another --out."
+        ) from None
+    except OSError:  # a file system without locks
+        return

@@ -1,0 +1,106 @@
+"""What happens inside a process that works for the local pool."""
+
+import contextlib
+import ctypes
+import faulthandler
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from torc.benchmark.dispatch import Failure, FailureKind, Work
+from torc.errors import InputError, TorcError
+
+THREADS = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""One thread each: the processes share the cores, and sums are the same however many there are."""
+_PR_SET_PDEATHSIG = 1
+
+
+def set_up(memory_bytes: int | None, parent: int) -> None:
+    """Called once in every worker: limits, and no life without the parent.
+
+    Args:
+        memory_bytes: bound on the address space; None for none.
+        parent: process id of the runner.
+    """
+    _end_with(parent)
+    if memory_bytes is not None:
+        _limit_memory(memory_bytes)
+
+
+def carry_out(work: Work, argument: Any, log: Path, limit_s: float) -> Any:
+    """The answer of the work, or the Failure of what it raised: strangers' exceptions may not survive the way back.
+
+    All that it prints, natively too, goes to the log, and so do the tracebacks of crashes.
+    """
+    with _output_to(log):
+        faulthandler.enable()
+        # Shortly before the pool ends a process that hangs: the log tells where it hung.
+        faulthandler.dump_traceback_later(max(0.5 * limit_s, limit_s - 5.0))
+        try:
+            return work(argument)
+        except (Exception, SystemExit) as error:  # somebody's code: anything may come
+            traceback.print_exc()
+            return _failure(error)
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+
+
+def _failure(error: BaseException) -> Failure:
+    if isinstance(error, MemoryError):
+        return Failure(FailureKind.MEMORY, "It asked for more memory than it may have.")
+    text = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
+    return Failure(FailureKind.RAISED, text, isinstance(error, InputError))
+
+
+def _end_with(parent: int) -> None:
+    """End this process when the runner is gone, even killed: nobody would take its answers."""
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+
+
+def _watch(parent: int) -> None:
+    # Where the system has no signal for it, or the parent was gone before it was asked for.
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)
+
+
+def _limit_memory(memory_bytes: int) -> None:
+    try:
+        import resource
+    except ImportError:  # not on Windows
+        return
+    with contextlib.suppress(ValueError, OSError):  # macOS knows this limit by name only
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        limit = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+
+
+@contextlib.contextmanager
+def _output_to(path: Path) -> Iterator[None]:
+    """Standard output and errors of the process into a file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    kept = os.dup(1), os.dup(2)
+    with open(path, "ab", buffering=0) as log:
+        os.dup2(log.fileno(), 1)
+        os.dup2(log.fileno(), 2)
+        try:
+            yield
+        finally:
+            for stream in (sys.stdout, sys.stderr):
+                with contextlib.suppress(OSError, ValueError):
+                    stream.flush()
+            os.dup2(kept[0], 1)
+            os.dup2(kept[1], 2)
+            os.close(kept[0])
+            os.close(kept[1])

@@ -1,0 +1,180 @@
+"""`torc bench`: task planners against each other on many problems."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from torc.cli.vlm_options import VlmOptions
+from torc.pipeline.min_score import DEFAULT_MIN_SCORE
+
+if TYPE_CHECKING:
+    from torc.benchmark.dispatch import Backend
+    from torc.benchmark.runner import Played
+    from torc.benchmark.spec import BenchSpec
+    from torc.benchmark.store import Store
+    from torc.scenes.problem import Problem
+
+
+@dataclass(frozen=True)
+class BenchCommand:
+    """Play every planner on every problem, several times each, and keep all trials in one directory.
+
+    Run the same command again after Ctrl-C, a crash or a power cut: only what is missing or errored is played. With
+    other planners, problems or more repeats, the same directory grows. `torc report DIR` says which planner is best.
+
+    A planner that crashes, hangs, eats memory or raises costs only its own trials: these are errored, with the cause,
+    and never count as failed retrievals. Your own planner, in my_module.py here, against the baselines:
+
+      torc bench --planners random,dg-select,my_module:MyPlanner --out runs/mine
+
+    Exit code 0 when all trials were completed, 1 when some errored, 2 on bad arguments, 130 after Ctrl-C.
+    """
+
+    out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
+    """Directory of the benchmark; made, or gone on with if it exists."""
+    problems: Annotated[str, tyro.conf.arg(metavar="SET")] = "torc40"
+    """Sets, problems, problem files or directories of them, comma-separated (`torc problems list`)."""
+    planners: Annotated[str, tyro.conf.arg(metavar="A,B,...")] = "random,dg-select"
+    """Task planners, comma-separated, as for `torc run --planner`."""
+    repeats: int = 10
+    """Trials of each planner on each problem: seeds 0 to N-1. All planners get the same seeds."""
+    workers: int = 0
+    """Trials at the same time, on a core each; 0 for as many as there are cores."""
+    limit: int | None = None
+    """Play at most so many trials now: to try things out; the next call goes on from there."""
+    timeout: float = 1800.0
+    """Seconds after which a trial is ended and counts as errored."""
+    memory: float = 8.0
+    """Bound on the memory of a worker, GiB of address space (Linux); 0 for none."""
+    max_picks: int = 15
+    """Attempts per trial, failed ones included."""
+    noise: bool = False
+    """Add the noise of a stereo camera."""
+    min_score: float = DEFAULT_MIN_SCORE
+    """Grasps that are less likely to hold wait until no object has a better one; 0 keeps to the paper."""
+    dry_run: bool = False
+    """Only say what would be played."""
+    json: Annotated[bool, tyro.conf.arg(help="Print a JSON summary to stdout.")] = False
+    vlm: VlmOptions = field(default_factory=VlmOptions)
+
+    def run(self) -> int:
+        """Play what is missing; returns the exit code."""
+        import tempfile
+
+        from torc.benchmark.store import Store
+
+        self._check()
+        store = Store(self.out)
+        if self.dry_run:
+            with tempfile.TemporaryDirectory() as aside:
+                return self._foretell(store, Path(aside))
+        with store.locked():
+            return self._play(store)
+
+    def _check(self) -> None:
+        from torc.errors import InputError
+
+        if self.repeats < 1 or self.workers < 0 or (self.limit is not None and self.limit < 1):
+            raise InputError("--repeats and --limit must be at least 1, and --workers at least 0.")
+        if self.timeout <= 0 or self.memory < 0:
+            raise InputError("--timeout must be above 0 and --memory at least 0.")
+
+    def _play(self, store: Store) -> int:
+        import os
+        import sys
+
+        from torc.benchmark.manifest import call_facts, ended_facts
+        from torc.benchmark.progress import shown
+        from torc.benchmark.runner import run_missing
+        from torc.benchmark.store import WORK
+        from torc.pipeline.warm_up import MESSAGE, kernel_cache
+
+        spec, problems = self._plan(store.root / WORK)
+        store.extend(spec, problems)
+        left = len(store.left(spec))
+        todo = left if self.limit is None else min(left, self.limit)
+        _say(f"{len(spec.trials)} trials, {len(spec.trials) - left} complete already, {todo} to play now.")
+        if todo and not kernel_cache()[1]:
+            _say(MESSAGE)
+        played, errored = 0, 0
+        store.begin_call(call_facts(sys.argv[1:], self.workers or os.cpu_count() or 1))
+        with shown(todo) as show:
+
+            def listen(trial: Played) -> None:
+                nonlocal played, errored
+                played += 1
+                errored += not trial.completed
+                show(trial)
+
+            try:
+                run_missing(
+                    store,
+                    spec,
+                    self._backend(),
+                    limit=self.limit,
+                    vlm_cache=self.vlm.cache(),
+                    listener=listen,
+                )
+            except KeyboardInterrupt:
+                _say("Stopped. The same command goes on from here.")
+                raise
+            finally:
+                store.end_call(ended_facts(played, errored, len(store.left(spec))))
+        self._tell(store, spec, played, errored)
+        return 1 if errored else 0
+
+    def _foretell(self, store: Store, aside: Path) -> int:
+        spec, _ = self._plan(aside)
+        store.extended(spec)
+        left = store.left(spec)
+        for trial in left[: self.limit]:
+            _say(f"{trial.id[:10]}  {trial.planner.label} on {trial.problem.name}, seed {trial.seed}")
+        self._tell(store, spec, 0, 0)
+        return 0
+
+    def _plan(self, log_directory: Path) -> tuple[BenchSpec, dict[str, Problem]]:
+        """What the options ask for, and the problems by name."""
+        import torc
+        from torc.benchmark.preflight import find_planners, find_problems
+        from torc.benchmark.spec import Settings, make_spec
+
+        problems = find_problems(self.problems)
+        names = [name.strip() for name in self.planners.split(",") if name.strip()]
+        planners = find_planners(names, self.vlm.config(), self.vlm.cache(), self._backend(), log_directory)
+        settings = Settings(self.max_picks, self.noise, min_score=self.min_score)
+        spec = make_spec(tuple(problems), planners, range(self.repeats), settings, torc.__version__)
+        return spec, {problem.name: problem for problem in problems.values()}
+
+    def _backend(self) -> Backend:
+        import os
+
+        from torc.benchmark.local_pool import LocalPool, PoolConfig
+
+        memory = int(self.memory * 2**30) if self.memory else None
+        return LocalPool(PoolConfig(self.workers or os.cpu_count() or 1, self.timeout, memory))
+
+    def _tell(self, store: Store, spec: BenchSpec, played: int, errored: int) -> None:
+        """What there is now, and what to do next."""
+        import json
+        import shlex
+
+        missing = len(store.left(spec))
+        facts = {"trials": len(spec.trials), "played": played, "errored": errored, "missing": missing}
+        if self.json:
+            print(json.dumps({**facts, "directory": str(store.root)}, indent=2))
+            return
+        _say(", ".join(f"{what}: {n}" for what, n in facts.items()))
+        if missing:
+            _say("The same command goes on with the missing ones, errored ones among them.")
+        if missing < len(spec.trials):
+            _say(f"torc report {shlex.quote(str(store.root))}")
+
+
+def _say(text: str) -> None:
+    import sys
+
+    print(text, file=sys.stderr, flush=True)

@@ -1,0 +1,51 @@
+"""`torc report`: which planner is best."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+
+@dataclass(frozen=True)
+class ReportCommand:
+    """Say which planner to use, from the trials of `torc bench` (or any directory with trials in it).
+
+    Writes one HTML page that needs nothing from outside, the same as Markdown, figures as SVG and PNG, and tables of
+    all trials and picks as CSV (and Parquet, with the extra 'report'). Trials of `torc human` below the directory join
+    the table as rows of their own.
+
+    Exit code 0 when the report was written, 2 when there is nothing to report on.
+    """
+
+    directory: tyro.conf.Positional[Path]
+    """What was given to `torc bench --out`, or a directory with trials anywhere in it."""
+    out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
+    """Where the report is written; DIRECTORY/report if not given."""
+    gallery: int = 24
+    """Failed trials that are shown in pictures, at most."""
+    open: bool = False
+    """Open the page in the browser."""
+    json: Annotated[bool, tyro.conf.arg(help="Print answer, ranking and measures as JSON.")] = False
+
+    def run(self) -> int:
+        """Write the report; returns the exit code."""
+        import json
+        import webbrowser
+
+        from torc.benchmark.report.writing import write_report
+        from torc.cli.printing import printable
+        from torc.errors import InputError
+
+        if self.gallery < 0:
+            raise InputError("--gallery must be at least 0.")
+        report = write_report(self.directory, self.out or self.directory / "report", self.gallery)
+        if self.json:
+            print(json.dumps({**report.summary, "page": str(report.page)}, indent=2))
+        else:
+            for line in (report.summary["answer"], *report.summary["warnings"]):
+                print(printable(line))
+            print(printable(f"The report: {report.page}"))
+        if self.open:
+            webbrowser.open(report.page.resolve().as_uri())
+        return 0

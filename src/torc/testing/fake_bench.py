@@ -1,0 +1,158 @@
+"""Benchmarks without robots: trials that take no time and end as their id tells, and planners that misbehave.
+
+python -m torc.testing.fake_bench DIR     # plays 24 of them with two processes, going on where it was
+"""
+
+import ctypes
+import hashlib
+import json
+import os
+import sys
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from torc.benchmark.dispatch import Ending, Failure, FailureKind, Task, Work
+from torc.benchmark.local_pool import LocalPool, PoolConfig
+from torc.benchmark.playing import TRIAL, Order, trial_spec
+from torc.benchmark.runner import run_missing
+from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, Settings, make_spec
+from torc.benchmark.store import Store
+from torc.episode.trial import RESULT_FORMAT
+from torc.records.files import write_json, write_png
+
+MISBEHAVING = ("segfaults", "aborts", "hangs", "eats-memory", "raises")
+_FAR_TOO_MUCH = 2**45
+"""Bytes that no machine has."""
+
+
+class InlineBackend:
+    """Carries out tasks in this process, one after another; some fail as told.
+
+    Args:
+        failures: by task key.
+    """
+
+    def __init__(self, failures: Mapping[str, Failure] | None = None) -> None:
+        self.failures = failures or {}
+
+    def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
+        """An ending per task, in order."""
+        for task in tasks:
+            failure = self.failures.get(task.key)
+            if failure is not None:
+                task.log.parent.mkdir(parents=True, exist_ok=True)
+                task.log.write_text(f"what it printed before it {failure.kind}")
+                yield Ending(task.key, failure)
+                continue
+            try:
+                yield Ending(task.key, work(task.argument))
+            except RuntimeError as error:
+                yield Ending(task.key, Failure(FailureKind.RAISED, str(error)))
+
+
+def fake_spec(
+    planners: Iterable[str] = ("random", "dg-select"),
+    problems: int = 4,
+    repeats: int = 3,
+    max_picks: int = 15,
+) -> BenchSpec:
+    """A benchmark of made-up problems, half of them structured. Planners need not exist."""
+    made = [
+        BenchProblem(f"{kind}-{i:02d}", kind, f"digest {i}", shipped=True)
+        for i in range(1, problems // 2 + 1)
+        for kind in ("structured", "unstructured")
+    ]
+    chosen = [BenchPlanner(name) for name in planners]
+    return make_spec(made, chosen, range(repeats), Settings(max_picks), "0.0")
+
+
+def play_quickly(order: Order) -> None:
+    """Write a trial that is decided by its id alone, or misbehave if the planner's name says so."""
+    misbehave(order.trial.planner.name)
+    out = order.work / TRIAL
+    aside = out.with_name(TRIAL + ".partial")
+    (aside / "picks").mkdir(parents=True)
+    write_json(aside / "spec.json", asdict(trial_spec(order.trial, order.problem)))
+    result, events = fake_trial(order.trial.id, order.trial.settings.max_picks)
+    (aside / "events.jsonl").write_text("".join(json.dumps(event) + "\n" for event in events))
+    for pick in range(result["picks"]):
+        write_png(aside / "picks" / f"{pick:02d}_seen.png", np.full((48, 64, 3), 16 * pick, np.uint8))
+    write_json(aside / "result.json", result)
+    os.replace(aside, out)
+
+
+def misbehave(planner: str) -> None:
+    """Do what the name of a planner of MISBEHAVING says; nothing for any other."""
+    match planner:
+        case "segfaults":
+            ctypes.string_at(0)
+        case "aborts":
+            os.abort()
+        case "hangs":
+            time.sleep(3600)
+        case "eats-memory":
+            bytearray(_FAR_TOO_MUCH)
+        case "raises":
+            raise RuntimeError("as it was told")
+
+
+def fake_trial(trial_id: str, max_picks: int = 15) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """result.json and the lines of events.jsonl of a trial."""
+    rng = np.random.default_rng(int(hashlib.sha256(trial_id.encode()).hexdigest()[:12], 16))
+    picks, retrieved = int(rng.integers(1, max_picks)), bool(rng.random() < 0.8)
+    outcomes = ["removed"] * (picks - 1) + ["retrieved" if retrieved else "missed"]
+    events: list[dict[str, Any]] = []
+    for i, outcome in enumerate(outcomes):
+        dropped = [7] if rng.random() < 0.1 else []
+        held = outcome != "missed"
+        events += [
+            {"event": "looked", "pick": i, "seconds": {"perceive": 0.1, "grasps": 0.2}},
+            {"event": "decided", "pick": i, "attempts": 1, "seconds": float(rng.lognormal(-4, 1))},
+            {"event": "planned", "pick": i, "seconds": 0.1},
+            {
+                "event": "executed",
+                "pick": i,
+                "result": outcome,
+                "object_id": 0 if i == picks - 1 else i + 1,
+                "held_after_lift": held,
+                "dropped": dropped,
+                "detail": "" if held else "nothing between the fingers",
+                "duration_s": 7.0,
+            },
+        ]
+    drops = sum(len(e["dropped"]) for e in events if e["event"] == "executed")
+    result = {
+        "format": RESULT_FORMAT,
+        "status": "completed",
+        "retrieved": retrieved,
+        "held_target": retrieved,
+        "end": "retrieved" if retrieved else "target lost",
+        "picks": picks,
+        "drops": drops,
+        "outcomes": outcomes,
+        "versions": {"torc": "0.0"},
+    }
+    return result, events
+
+
+def play_slowly(order: Order) -> None:
+    """`play_quickly` after a moment in which the runner can be killed."""
+    time.sleep(0.05)
+    play_quickly(order)
+
+
+def main(arguments: list[str]) -> None:
+    """Play a fake benchmark in a directory."""
+    store, spec = Store(Path(arguments[0])), fake_spec()
+    with store.locked():
+        store.extend(spec, {})
+        run_missing(store, spec, LocalPool(PoolConfig(2, 60.0)), work=play_slowly)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,78 @@
+"""Benchmarks without robots."""
+
+import json
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+from torc.benchmark.dispatch import Failure, FailureKind
+from torc.benchmark.rows import PickRow, Table, TrialRow
+from torc.benchmark.runner import run_missing
+from torc.benchmark.store import Store
+from torc.testing.fake_bench import InlineBackend, fake_spec, play_quickly
+
+STRANGE = "<b>&amp;|`*_"
+
+
+@pytest.fixture(scope="session")
+def played(tmp_path_factory) -> Path:
+    """Three planners on four problems, three times; one trial errored, two missing; and one by a person."""
+    root = tmp_path_factory.mktemp("played") / "my benchmark"
+    spec, store = fake_spec(("random", "dg-select", f"mine:{STRANGE}")), Store(root)
+    failure = Failure(FailureKind.CRASHED, f"Its process was ended by SIGSEGV {STRANGE}.")
+    with store.locked():
+        store.extend(spec, {})
+        store.begin_call({"command": ["torc", "bench"], "workers": 1})
+        run_missing(
+            store,
+            spec,
+            InlineBackend({spec.trials[2].id: failure}),
+            work=play_quickly,
+            limit=len(spec.trials) - 2,
+        )
+    human = root / "human" / "structured-01-human-anna-0"
+    shutil.copytree(store.directory(spec.trials[0]), human)
+    facts = json.loads((human / "spec.json").read_text())
+    (human / "spec.json").write_text(json.dumps({**facts, "planner": "human", "expert": "anna"}))
+    return root
+
+
+@pytest.fixture(scope="session")
+def made_up() -> Callable[..., Table]:
+    """A table from lists of picks by planner: `made_up(a=[[3, 4], [2, 15]])`, a list per problem; 15 is a failure."""
+
+    def make(drops: Sequence[str] = (), **picks: Sequence[Sequence[int]]) -> Table:
+        rows = []
+        for planner, problems in sorted(picks.items()):
+            for i, seeds in enumerate(problems):
+                for seed, n in enumerate(seeds):
+                    rows.append(_row(planner, i, seed, n, dropped=planner in drops))
+        return Table(Path("x"), tuple(rows))
+
+    return make
+
+
+def _row(planner: str, problem: int, seed: int, picks: int, dropped: bool) -> TrialRow:
+    got = picks < 15
+    pick = PickRow(0, "retrieved" if got else "missed", 0, 1, 0.01, 0.3, 0.1, 7.0, 0, got, None, "")
+    facts = {
+        "retrieved": got,
+        "held_target": got,
+        "end": "retrieved" if got else "budget spent",
+        "picks": picks,
+        "drops": int(dropped),
+        "picked": (pick,),
+    }
+    category = "structured" if problem % 2 else "unstructured"
+    return TrialRow(
+        "",
+        Path(f"x/{planner}{problem}{seed}"),
+        f"p{problem:02d}",
+        category,
+        planner,
+        seed,
+        "completed",
+        **facts,
+    )

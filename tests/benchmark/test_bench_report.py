@@ -1,0 +1,138 @@
+"""The report says what the trials say, works offline, and lets no text out of its place."""
+
+import csv
+import html
+import re
+import shutil
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+from torc.benchmark.reading import read_table
+from torc.benchmark.report.content import trials_table
+from torc.benchmark.report.writing import write_report
+from torc.errors import InputError, MissingDependencyError
+
+pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FIGURES = ("success", "picks", "drops", "decision_time", "categories", "problems")
+
+
+@pytest.fixture(scope="module")
+def report(played, tmp_path_factory):
+    """Written once."""
+    return write_report(played, tmp_path_factory.mktemp("report"), gallery=5)
+
+
+@pytest.fixture(scope="module")
+def page(report):
+    """The text of the page."""
+    return report.page.read_text()
+
+
+def test_the_first_words_answer_the_question(report, page):
+    body = page.split("<body>")[1]
+    assert body.index("Which planner should I use?") < body.index("<table")
+    assert html.escape(report.summary["answer"]) in body[: body.index("<table")]
+    assert any("errored" in w for w in report.summary["warnings"])
+    assert any("2 planned trials" in w for w in report.summary["warnings"])
+
+
+def test_every_planner_stands_in_the_ranking_people_last(report):
+    names = [p["planner"] for p in report.summary["ranking"]]
+    assert set(names) == {"random", "dg-select", "human anna", "mine:<b>&amp;|`*_"}
+    assert names[-1] == "human anna"
+    by_name = {p["planner"]: p for p in report.summary["ranking"]}
+    assert by_name["random"]["measures"]["retrieved"]["count"] == by_name["random"]["completed"]
+
+
+def test_every_trial_has_its_command(played, page):
+    table = read_table(played)
+    shown = [r for r in table.rows if r.status != "missing"]
+    assert len(trials_table(table).rows) == len(shown) == 35
+    for row in shown:
+        assert html.escape(f"torc view '{row.directory}'") in page
+
+
+def test_the_page_needs_nothing_from_outside(page):
+    assert "<script" not in page
+    assert not re.findall(r'(?:src|href)="(?!data:|#)', page)
+    assert "default-src 'none'" in page
+
+
+def test_strange_names_stay_text(page, report):
+    assert "<b>&amp;|" not in page
+    assert "&lt;b&gt;&amp;amp;|`*_" in page
+    text = (report.directory / "report.md").read_text()
+    assert "mine:\\<b\\>&amp;\\|\\`\\*\\_" in text
+
+
+def test_figures_are_there_as_svg_and_png(report):
+    for name in FIGURES:
+        svg, png = (report.directory / "figures" / f"{name}.{kind}" for kind in ("svg", "png"))
+        assert ElementTree.parse(svg).getroot().tag.endswith("svg")
+        assert png.read_bytes().startswith(b"\x89PNG")
+    text = (report.directory / "report.md").read_text()
+    assert all(f"figures/{name}.svg" in text for name in FIGURES)
+
+
+@pytest.mark.slow
+def test_the_same_trials_give_the_same_page(played, report, tmp_path):
+    again = write_report(played, tmp_path, gallery=5)
+    assert again.page.read_text() == report.page.read_text()
+
+
+def test_the_gallery_shows_failed_picks(page, played):
+    table = read_table(played)
+    failed = sum(r.completed and not r.retrieved for r in table.rows)
+    assert f"{min(failed, 5)} of {failed} failed trials" in page
+    assert page.count("data:image/jpeg") == min(failed, 5)
+    assert "nothing between the fingers" in page
+
+
+def test_tables_for_other_programs(report, played):
+    with open(report.directory / "trials.csv", newline="", encoding="utf-8") as f:
+        rows = list(csv.DictReader(f))
+    assert len(rows) == len(read_table(played).rows) == 37
+    assert {r["status"] for r in rows} == {"completed", "errored", "missing"}
+    duckdb = pytest.importorskip("duckdb")
+    query = f"select count(*), sum(picks) from '{report.directory}/trials.parquet'"
+    with duckdb.connect() as connection:
+        assert connection.execute(query).fetchall() == [(37, sum(int(r["picks"]) for r in rows))]
+
+
+def test_without_matplotlib_it_says_what_to_install(played, tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
+    with pytest.raises(MissingDependencyError, match="scripts/setup report"):
+        write_report(played, tmp_path)
+
+
+def test_a_directory_without_trials_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no finished trial"):
+        write_report(tmp_path, tmp_path / "report")
+    with pytest.raises(InputError, match="no directory"):
+        write_report(tmp_path / "nowhere", tmp_path / "report")
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here; on Debian: apt-get install chromium")
+def test_in_a_browser_without_network_the_first_screen_answers(report):
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    flags = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run"]
+    with playwright.sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=CHROMIUM, args=flags)
+        page = browser.new_context(viewport={"width": 1280, "height": 720}, offline=True).new_page()
+        complaints = []
+        page.on("console", lambda message: complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.goto(report.page.as_uri())
+        for part in (".answer .it", "table >> nth=0"):
+            box = page.locator(part).bounding_box()
+            assert box["y"] + box["height"] <= 720
+        page.evaluate("Promise.all(Array.from(document.images).map(i => i.decode()))")
+        sizes = page.evaluate("Array.from(document.images).map(i => i.naturalWidth)")
+        assert len(sizes) == len(FIGURES) + 5
+        assert min(sizes) > 0
+        assert page.evaluate("document.documentElement.scrollWidth") <= 1280
+        browser.close()
+    assert complaints == []

@@ -1,0 +1,206 @@
+"""A store holds whole trials only, whenever its runner was stopped; what is missing or errored is played again."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+
+import pytest
+
+from torc.benchmark import store as store_module
+from torc.benchmark.dispatch import Failure, FailureKind
+from torc.benchmark.local_pool import LocalPool, PoolConfig
+from torc.benchmark.reading import read_table
+from torc.benchmark.runner import run_missing
+from torc.benchmark.store import WORK, Store
+from torc.benchmark.table_files import trial_records
+from torc.errors import InputError
+from torc.testing.fake_bench import MISBEHAVING, InlineBackend, fake_spec, play_quickly
+
+
+def _play(root, spec, backend=None, **options):
+    store, heard = Store(root), []
+    with store.locked():
+        store.extend(spec, {})
+        options = {"listener": heard.append, "work": play_quickly} | options
+        errored = run_missing(store, spec, backend or InlineBackend(), **options)
+    return store, heard, errored
+
+
+def _table(root):
+    return trial_records(read_table(root))
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The table of a benchmark that nothing came in the way of."""
+    root = tmp_path_factory.mktemp("whole")
+    _play(root, fake_spec())
+    return _table(root)
+
+
+def test_every_trial_is_played_once(tmp_path):
+    spec = fake_spec()
+    store, heard, errored = _play(tmp_path, spec)
+    assert [p.trial for p in heard] == list(spec.trials)
+    assert errored == 0
+    assert store.left(spec) == []
+    assert not (tmp_path / WORK).exists()
+    _, again, _ = _play(tmp_path, spec)
+    assert again == []
+
+
+def test_a_limit_and_then_the_rest(tmp_path, whole):
+    spec = fake_spec()
+    store, heard, _ = _play(tmp_path, spec, limit=5)
+    assert len(heard) == 5
+    assert len(store.left(spec)) == len(spec.trials) - 5
+    assert Counter(r["status"] for r in _table(tmp_path)) == {"completed": 5, "missing": len(spec.trials) - 5}
+    _, heard, _ = _play(tmp_path, spec)
+    assert len(heard) == len(spec.trials) - 5
+    assert _table(tmp_path) == whole
+
+
+def test_errored_trials_are_kept_with_their_cause_and_played_again(tmp_path, whole):
+    spec = fake_spec()
+    bad = spec.trials[3]
+    failure = Failure(FailureKind.CRASHED, "Its process was ended by SIGSEGV.")
+    store, heard, errored = _play(tmp_path, spec, InlineBackend({bad.id: failure}))
+    assert errored == 1
+    assert len(heard) == len(spec.trials)
+    assert store.left(spec) == [bad]
+    (row,) = [r for r in read_table(tmp_path).rows if r.id == bad.id]
+    assert (row.status, row.cause, row.error) == ("errored", "crashed", "Its process was ended by SIGSEGV.")
+    assert "what it printed" in (store.directory(bad) / "error.txt").read_text()
+    assert json.loads((store.directory(bad) / "spec.json").read_text())["seed"] == bad.seed
+    _, heard, _ = _play(tmp_path, spec)
+    assert [p.trial for p in heard] == [bad]
+    assert _table(tmp_path) == whole
+
+
+class Killed(BaseException):
+    """Stands for SIGKILL: nobody catches it."""
+
+
+def test_killed_at_any_change_of_the_disk_it_ends_with_the_same_table(tmp_path, monkeypatch):
+    spec = fake_spec(problems=2, repeats=1)
+    failure = {spec.trials[1].id: Failure(FailureKind.HUNG, "It was ended.")}
+    _play(tmp_path / "whole", spec)
+    expected = _table(tmp_path / "whole")
+    countdown = [0]
+
+    def counted(function):
+        def call(*arguments, **options):
+            countdown[0] -= 1
+            if countdown[0] == 0:
+                raise Killed
+            return function(*arguments, **options)
+
+        return call
+
+    monkeypatch.setattr(os, "replace", counted(os.replace))
+    monkeypatch.setattr(shutil, "rmtree", counted(shutil.rmtree))
+    monkeypatch.setattr(store_module, "write_json", counted(store_module.write_json))
+    steps = 0
+    for kill_at in range(1, 1000):
+        root, countdown[0] = tmp_path / str(kill_at), kill_at
+        try:
+            _play(root, spec, InlineBackend(failure))
+            _play(root, spec)
+        except Killed:
+            steps += 1
+            countdown[0] = 0
+            _play(root, spec)
+            assert _table(root) == expected
+        else:
+            break
+    assert steps > 20
+
+
+def test_another_runner_is_kept_out(tmp_path):
+    pytest.importorskip("fcntl")
+    with Store(tmp_path).locked(), pytest.raises(InputError, match="Another"), Store(tmp_path).locked():
+        pass
+    with Store(tmp_path).locked():
+        pass
+
+
+def test_what_a_killed_runner_was_playing_is_thrown_away(tmp_path):
+    (tmp_path / WORK / "1-abc" / "trial.partial").mkdir(parents=True)
+    with Store(tmp_path).locked():
+        assert not (tmp_path / WORK).exists()
+
+
+def test_other_planners_join_and_superseded_trials_do_not_count(tmp_path):
+    _play(tmp_path, fake_spec(("random",)))
+    _play(tmp_path, fake_spec(("dg-select",)))
+    assert read_table(tmp_path).planners == ("dg-select", "random")
+    store = Store(tmp_path)
+    from dataclasses import replace
+
+    old = fake_spec(("random",))
+    new = replace(old, trials=tuple(replace(t, version="0.1") for t in old.trials))
+    _play(tmp_path, new)
+    table = read_table(tmp_path)
+    assert len(table.rows) == 2 * len(old.trials)
+    assert len(table.left_out) == len(old.trials)
+    assert {r.id for r in table.rows if r.planner == "random"} == {t.id for t in new.trials}
+    assert store.left(new) == []
+
+
+def test_calls_are_written_down(tmp_path):
+    store = Store(tmp_path)
+    assert store.calls() == []
+    store.begin_call({"workers": 1})
+    store.begin_call({"workers": 2})
+    store.end_call({"played": 3})
+    assert store.calls() == [{"workers": 1}, {"workers": 2, "played": 3}]
+
+
+def test_a_damaged_store_is_explained(tmp_path):
+    store, _, _ = _play(tmp_path, fake_spec())
+    (tmp_path / "spec.json").write_text("{")
+    with pytest.raises(InputError, match="damaged"):
+        store.spec()
+
+
+@pytest.mark.slow
+def test_killed_at_random_moments_it_ends_with_the_same_table(tmp_path, whole, rng):
+    command = [sys.executable, "-m", "torc.testing.fake_bench", str(tmp_path)]
+    killed = 0
+    for _ in range(40):
+        runner = subprocess.Popen(command)
+        try:
+            runner.wait(float(rng.uniform(0.5, 6.0)))
+        except subprocess.TimeoutExpired:
+            runner.send_signal(signal.SIGKILL)
+            runner.wait()
+            killed += 1
+            time.sleep(0.05)
+        else:
+            assert runner.returncode == 0
+            break
+    assert killed >= 2
+    subprocess.run(command, check=True)
+    assert _table(tmp_path) == whole
+
+
+@pytest.mark.slow
+def test_planners_that_misbehave_cost_only_their_own_trials(tmp_path):
+    spec = fake_spec(("random", *MISBEHAVING), problems=2, repeats=1)
+    _, _, errored = _play(tmp_path, spec, LocalPool(PoolConfig(2, 8.0, 4 * 2**30)))
+    assert errored == 2 * len(MISBEHAVING)
+    table = read_table(tmp_path)
+    assert {r.status for r in table.of("random")} == {"completed"}
+    causes = {p: {r.cause for r in table.of(p)} for p in MISBEHAVING}
+    assert causes == {
+        "segfaults": {"crashed"},
+        "aborts": {"crashed"},
+        "hangs": {"hung"},
+        "eats-memory": {"memory"},
+        "raises": {"raised"},
+    }

@@ -1,0 +1,132 @@
+"""The answer follows the paper's objectives, and says where the trials cannot tell."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from torc.benchmark.comparison import compare
+from torc.benchmark.measures import COST, DROP_FREE, MEDIAN_PICKS, SUCCESS, attempts, ends
+from torc.benchmark.paper import METHODS, paper_method, paper_result
+from torc.benchmark.ranking import is_reference, rank
+from torc.benchmark.report.verdict import verdict
+from torc.benchmark.rows import Table, TrialRow
+
+GOOD = [[3, 4], [2, 3], [4, 4], [3, 2], [5, 4], [2, 2], [3, 3], [4, 5], [3, 3], [2, 4]]
+WORSE = [[n + 3 for n in seeds] for seeds in GOOD]
+LIKE_GOOD = [[n + (1 if i % 2 else -1) for n in seeds] for i, seeds in enumerate(GOOD)]
+
+
+def _answer(table):
+    return verdict(table, rank(table))
+
+
+def test_the_planner_with_fewer_picks_wins(made_up):
+    found = _answer(made_up(mine=GOOD, theirs=WORSE))
+    assert found.planner == "mine"
+    assert found.answer == "Use mine: it needs fewer picks than every other planner here."
+    assert found.warnings == ()
+
+
+def test_what_cannot_be_told_apart_is_said(made_up):
+    found = _answer(made_up(mine=GOOD, theirs=LIKE_GOOD))
+    assert "cannot tell it from" in found.answer
+
+
+def test_among_ties_the_one_that_drops_fewer_objects_is_chosen(made_up):
+    slightly_better = [[n - 1 for n in GOOD[0]], *GOOD[1:]]
+    table = made_up(drops=["theirs"], mine=GOOD, theirs=slightly_better)
+    assert rank(table)[0].planner == "theirs"
+    found = _answer(table)
+    assert found.planner == "mine"
+    assert "theirs drops more" in " ".join(found.reasons)
+
+
+def test_giving_up_early_wins_nothing(made_up):
+    table = made_up(mine=GOOD, quitter=GOOD)
+    rows = tuple(
+        replace(r, retrieved=False, picks=1, end="gave up") if r.planner == "quitter" else r
+        for r in table.rows
+    )
+    standings = rank(Table(Path("x"), rows))
+    assert [s.planner for s in standings] == ["mine", "quitter"]
+    assert standings[1].cost.value == 15.0
+    assert MEDIAN_PICKS.of([r for r in rows if r.planner == "quitter"]).value == 1.0
+
+
+def test_yardsticks_are_not_recommended(made_up):
+    perfect = [[1, 1]] * 10
+    table = made_up(mine=GOOD, oracle=perfect)
+    assert _answer(table).planner == "mine"
+    assert [s.planner for s in rank(table)] == ["mine", "oracle"]
+    assert is_reference("human anna")
+    assert is_reference("human")
+    assert not is_reference("humanoid")
+
+
+def test_errored_and_missing_trials_are_not_scored_but_told(made_up):
+    table = made_up(mine=GOOD, theirs=WORSE)
+    bad = TrialRow("", Path("x/bad"), "p00", "structured", "mine", 7, "errored", "crashed", "SIGSEGV")
+    later = replace(bad, seed=8, status="missing", cause="", error="")
+    more = Table(Path("x"), (*table.rows, bad, later))
+    assert COST.of(more.completed("mine")) == COST.of(table.completed("mine"))
+    found = _answer(more)
+    assert any("1 of 21 trials errored" in w for w in found.warnings)
+    assert any("1 planned trials have not been played" in w for w in found.warnings)
+    (standing,) = [s for s in rank(more) if s.planner == "mine"]
+    assert (standing.completed, standing.played, standing.planned) == (20, 21, 22)
+
+
+def test_no_completed_trial_is_no_answer():
+    bad = TrialRow("", Path("x/bad"), "p00", "structured", "mine", 7, "errored", "crashed", "SIGSEGV")
+    found = _answer(Table(Path("x"), (bad,)))
+    assert found.planner is None
+    assert "No planner has completed" in found.answer
+    assert "mine: all 1 played trials errored; it is not ranked." in found.warnings
+
+
+def test_few_problems_are_a_warning(made_up):
+    assert any("Only 3 problems" in w for w in _answer(made_up(mine=GOOD[:3], theirs=WORSE[:3])).warnings)
+
+
+def test_comparisons_are_paired(made_up):
+    # As different from problem to problem as can be, but always one pick apart.
+    base = [[i + 1, i + 2] for i in range(11)]
+    found = compare(made_up(a=base, b=[[n + 1 for n in s] for s in base]), "b", "a")
+    assert (found.cost.value, found.cost.low, found.cost.high) == pytest.approx((1.0, 1.0, 1.0))
+    assert found.pairs == 22
+    only_first = made_up(a=base, b=[s[:1] for s in base])
+    assert compare(only_first, "b", "a").pairs == 11
+
+
+def test_shares_count_what_they_say(made_up):
+    rows = made_up(drops=["a"], a=[[3, 15], [2, 2]]).completed("a")
+    assert SUCCESS.of(rows).value == 0.75
+    assert DROP_FREE.of(rows).value == 0.0
+    assert ends(rows) == {"retrieved": 3, "budget spent": 1}
+    assert attempts(rows) == {"retrieved": 3, "missed": 1}
+
+
+def test_the_papers_values_are_there():
+    assert paper_method("dg-select") is METHODS["dg-select"]
+    assert paper_method("vlm-grasps[gemini-robotics-er-1.5]").name == "VLM+GRASPS"
+    assert paper_method("human anna").name == "HUMAN"
+    assert paper_method("mine:Planner") is None
+    assert paper_result("gc6d-198-obj_000005_0", "random").success == 0.7
+    assert paper_result("structured-01", "random") is None
+    assert paper_result("gc6d-198-obj_000005_0", "mine") is None
+
+
+def test_the_papers_table_adds_up_to_its_figures():
+    from torc.benchmark.paper import _per_problem
+
+    rows = _per_problem()
+    assert len(rows) == 40
+    for name, method in METHODS.items():
+        mean = sum(float(row[f"{name}_success"]) for row in rows.values()) / len(rows)
+        assert mean == pytest.approx(method.success, abs=0.006)
+
+
+def test_who_knows_the_truth_or_is_a_person_is_no_participant():
+    assert all(map(is_reference, ["oracle", "human", "human ada", "vlm-select[simulated paper]"]))
+    assert not any(map(is_reference, ["random", "vlm-select[gemini-x]", "mine:Planner"]))

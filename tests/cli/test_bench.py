@@ -1,0 +1,223 @@
+"""`torc bench` and `torc report` as a user meets them, with trials that take no time."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from torc.benchmark.dispatch import Failure, FailureKind
+from torc.benchmark.playing import play
+from torc.benchmark.reading import read_table
+from torc.benchmark.table_files import trial_records
+from torc.cli.main import main
+from torc.testing.fake_bench import InlineBackend, play_quickly
+
+PROBLEMS = "structured-04,unstructured-02"
+PLANNER = """
+class Mine:
+    name = "mine"
+
+    def decide(self, context, rng):
+        raise NotImplementedError("{}")
+"""
+
+
+def _torc(*arguments, capsys):
+    with pytest.raises(SystemExit) as exit_:
+        main([str(a) for a in arguments])
+    out, err = capsys.readouterr()
+    return exit_.value.code, out, err
+
+
+@pytest.fixture
+def bench(monkeypatch, tmp_path, capsys):
+    """Calls `torc bench` with a pool that plays at once; `bench.failures` makes trials fail."""
+    failures = {}
+
+    class Quick(InlineBackend):
+        def __init__(self, config):
+            super().__init__(failures)
+
+        def run(self, work, tasks):
+            return super().run(play_quickly if work is play else work, tasks)
+
+    monkeypatch.setattr("torc.benchmark.local_pool.LocalPool", Quick)
+    monkeypatch.setattr("torc.pipeline.warm_up.kernel_cache", lambda: (tmp_path, True))
+
+    def call(*arguments, problems=PROBLEMS, out=tmp_path / "out"):
+        return _torc("bench", "--problems", problems, "--out", out, *arguments, capsys=capsys)
+
+    call.failures = failures
+    return call
+
+
+def test_it_plays_all_and_says_what_comes_next(bench, tmp_path):
+    code, out, err = bench("--repeats", 2)
+    assert code == 0
+    assert out == ""
+    assert "8 trials, 0 complete already, 8 to play now." in err
+    assert "[8/8] dg-select on unstructured-02, seed 1: " in err
+    assert f"torc report {tmp_path / 'out'}" in err
+    rows = read_table(tmp_path / "out").rows
+    assert {(r.planner, r.problem, r.seed) for r in rows} == {
+        (planner, problem, seed)
+        for planner in ("random", "dg-select")
+        for problem in PROBLEMS.split(",")
+        for seed in (0, 1)
+    }
+    (call,) = json.loads((tmp_path / "out" / "manifest.json").read_text())["calls"]
+    assert call["played"] == 8
+    assert call["missing"] == 0
+    assert {"torc", "numpy", "mujoco-core"} <= set(call["versions"])
+    assert call["machine"]["cores"] == os.cpu_count()
+
+
+def test_it_goes_on_where_it_was(bench):
+    assert bench("--repeats", 1, "--limit", 3)[0] == 0
+    _, out, err = bench("--repeats", 1, "--json")
+    assert "4 trials, 3 complete already, 1 to play now." in err
+    assert json.loads(out) | {"directory": ""} == {
+        "trials": 4,
+        "played": 1,
+        "errored": 0,
+        "missing": 0,
+        "directory": "",
+    }
+    _, _, err = bench("--repeats", 2)
+    assert "8 trials, 4 complete already, 4 to play now." in err
+
+
+def test_errored_trials_make_the_exit_code_1_and_are_played_again(bench, tmp_path):
+    bench("--repeats", 1)
+    lost = read_table(tmp_path / "out").rows[0]
+    shutil.rmtree(lost.directory)
+    bench.failures[lost.id] = Failure(FailureKind.CRASHED, "Its process was ended by SIGSEGV.")
+    code, _, err = bench("--repeats", 1)
+    assert code == 1
+    assert "ERRORED: Its process was ended by SIGSEGV." in err
+    assert "The same command goes on with the missing ones, errored ones among them." in err
+    bench.failures.clear()
+    code, _, err = bench("--repeats", 1)
+    assert code == 0
+    assert "3 complete already, 1 to play now" in err
+
+
+def test_a_dry_run_leaves_nothing(bench, tmp_path):
+    code, _, err = bench("--repeats", 1, "--dry-run")
+    assert code == 0
+    assert "random on structured-04, seed 0" in err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--planners", "dgselect"], "Did you mean 'dg-select'?"),
+        (["--planners", "human"], "torc human"),
+        (["--planners", "vlm-select"], "--vlm"),
+        (["--planners", "random,random"], "More than one planner"),
+        (["--planners", ""], "nothing to play"),
+        (["--planners", "no_such_module:Mine"], "no_such_module"),
+        (["--repeats", "0"], "--repeats"),
+        (["--timeout", "0"], "--timeout"),
+        (["--max-picks", "0"], "--max-picks"),
+        (["--vlm-temperature", "0.5"], "--vlm"),
+    ],
+)
+def test_bad_arguments_are_explained(bench, arguments, said):
+    code, _, err = bench(*arguments)
+    assert code == 2
+    assert said in err
+
+
+def test_what_cannot_be_compared_is_refused(bench):
+    bench("--repeats", 1)
+    for more in ([], ["--dry-run"]):
+        code, _, err = bench("--repeats", 1, "--noise", *more)
+        assert code == 2
+        assert "noise False there, True now" in err
+
+
+def test_a_planner_that_was_changed_is_played_again(bench, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(tmp_path))
+    module = tmp_path / "changing_planner.py"
+    module.write_text(PLANNER.format("one"))
+    arguments = ("--planners", "random,changing_planner:Mine", "--repeats", 1)
+    bench(*arguments)
+    assert "4 complete already" in bench(*arguments)[2]
+    module.write_text(PLANNER.format("two"))
+    assert "2 complete already, 2 to play now" in bench(*arguments)[2]
+    table = read_table(tmp_path / "out")
+    assert len(table.rows) == 4
+    assert len(table.left_out) == 2
+
+
+def test_ones_own_problem_is_kept_as_it_was_played(bench, tmp_path):
+    from torc.scenes.problem import load_problem, problem_text
+
+    mine = tmp_path / "mine.yaml"
+    text = problem_text(load_problem("structured-04")).replace("name: structured-04", "name: mine", 1)
+    mine.write_text(text)
+    bench("--repeats", 1, problems=str(mine))
+    assert (tmp_path / "out" / "problems" / "mine.yaml").read_text() == text
+    assert {r.problem for r in read_table(tmp_path / "out").rows} == {"mine"}
+    mine.write_text(text.replace("position: [", "position: [ ").replace("description: ", "description: not "))
+    code, _, err = bench("--repeats", 1, problems=str(mine))
+    assert code == 2
+    assert "changed since: mine" in err
+
+
+def test_report_answers_in_json(bench, tmp_path, monkeypatch, capsys):
+    bench("--repeats", 2)
+    monkeypatch.setattr("torc.benchmark.report.writing.draw_all", lambda table, planners: [])
+    code, out, _ = _torc("report", tmp_path / "out", "--json", capsys=capsys)
+    assert code == 0
+    said = json.loads(out)
+    assert said["planner"] in ("random", "dg-select")
+    assert [p["completed"] for p in said["ranking"]] == [4, 4]
+    assert (tmp_path / "out" / "report" / "index.html").is_file()
+    code, out, _ = _torc("report", tmp_path / "out", "--out", tmp_path / "there", capsys=capsys)
+    assert code == 0
+    assert out.splitlines()[0] == said["answer"]
+    assert (tmp_path / "there" / "report.md").is_file()
+
+
+def test_report_of_nothing_is_explained(tmp_path, capsys):
+    code, _, err = _torc("report", tmp_path, capsys=capsys)
+    assert code == 2
+    assert "torc bench" in err
+
+
+@pytest.mark.parametrize("command", ["bench", "report"])
+def test_help(command, capsys):
+    code, out, _ = _torc(command, "--help", capsys=capsys)
+    assert code == 0
+    assert f"usage: torc {command}" in out
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_real_trials_killed_on_the_way_end_with_the_same_table(tmp_path):
+    """Two trials, in a benchmark that is killed between them and in one that is not."""
+
+    def command(out):
+        options = ["--problems", "structured-04", "--planners", "random", "--repeats", "2", "--workers", "1"]
+        return [sys.executable, "-m", "torc.cli.main", "bench", *options, "--out", str(tmp_path / out)]
+
+    runner = subprocess.Popen(command("killed"))
+    while not list(tmp_path.glob("killed/trials/*/result.json")):
+        time.sleep(0.2)
+    time.sleep(2.0)
+    runner.send_signal(signal.SIGKILL)
+    runner.wait()
+    subprocess.run(command("killed"), check=True)
+    subprocess.run(command("whole"), check=True)
+    whole, killed = (trial_records(read_table(tmp_path / name)) for name in ("whole", "killed"))
+    for record in (*whole, *killed):
+        del record["decision_s"], record["planning_s"]
+    assert killed == whole
