@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from torc.errors import InputError
 from torc.generation import cards
 from torc.generation.cards import (
     CARD_WIDTH,
@@ -108,10 +107,10 @@ def test_letters_that_the_font_lacks_are_replaced():
     assert cards._drawable("Müsli · été → 水\nja") == "Musli · ete ? ? ja"
 
 
-def test_a_card_fits_into_the_bytes_allowed(rng):
+def test_a_card_fits_into_the_bytes_wanted_if_it_can_be_read_then(rng):
     noise = Image.fromarray(rng.integers(0, 256, (200, 300, 3), np.uint8))
     free, tight = jpeg_bytes(noise, 10**6), jpeg_bytes(noise, 40_000)
     assert len(tight) <= 40_000 < len(free)
     assert Image.open(io.BytesIO(tight)).size == (300, 200)
-    with pytest.raises(InputError, match="does not fit"):
-        jpeg_bytes(noise, 1000)
+    least = jpeg_bytes(noise, 1000)
+    assert 1000 < len(least) < len(tight)

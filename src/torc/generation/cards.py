@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from torc.errors import InputError
 from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty
 from torc.generation.oracle_orders import OracleOrder
@@ -101,14 +100,14 @@ def draw_card(card: Card) -> Image.Image:
     return image
 
 
-def jpeg_bytes(image: Image.Image, max_bytes: int) -> bytes:
-    """A JPEG of at most that size, as good as that allows. Raises InputError if it allows none."""
+def jpeg_bytes(image: Image.Image, wanted_bytes: int) -> bytes:
+    """A JPEG of at most that size, as good as that allows; a larger one if worse could not be read any more."""
     for quality in _QUALITIES:
         stream = io.BytesIO()
         image.save(stream, "JPEG", quality=quality, optimize=True, progressive=True)
-        if stream.tell() <= max_bytes:
-            return stream.getvalue()
-    raise InputError(f"A card does not fit into {max_bytes} bytes. Allow more.")
+        if stream.tell() <= wanted_bytes:
+            break
+    return stream.getvalue()
 
 
 def _draw_header(draw: ImageDraw.ImageDraw, card: Card) -> None:
