@@ -137,10 +137,19 @@ def test_changes_are_told_as_they_happen_and_from_the_start(game):
     with game.served() as client:
         game.wait(Phase.READY)
         with urllib.request.urlopen(f"{client.url}/api/session/changes", timeout=60) as stream:
-            assert json.loads(stream.readline().removeprefix(b"data: "))["phase"] == "ready"
-            stream.readline()
+            told = [json.loads(stream.readline().removeprefix(b"data: "))]
+            assert told[0]["phase"] == "ready"
             _start(game, client)
-            assert json.loads(stream.readline().removeprefix(b"data: "))["phase"] == "preparing"
+            while told[-1]["phase"] != "choosing":
+                line = stream.readline()
+                if line.startswith(b'data: {"version"'):
+                    told.append(json.loads(line.removeprefix(b"data: ")))
+            # What was over before anybody looked is not told any more.
+            order = ["ready", "preparing", "looking", "choosing"]
+            steps = [order.index(state["phase"]) for state in told]
+            assert steps == sorted(steps)
+            versions = [state["version"] for state in told]
+            assert versions == sorted(set(versions))
 
 
 def test_giving_up_ends_the_trial_and_costs_no_pick(game):
