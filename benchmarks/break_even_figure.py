@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from intervals import Bounds
+from torc.benchmark.intervals import Estimate
 from torc.errors import MissingDependencyError, extra_remedy
 
 # Okabe and Ito's colours, which colour-blind people tell apart; shapes and dashes tell the same again.
@@ -27,8 +27,8 @@ class Line:
     """
 
     name: str
-    points: Sequence[tuple[float, Bounds]]
-    profiles: Sequence[tuple[str, Bounds]] = ()
+    points: Sequence[tuple[float, Estimate]]
+    profiles: Sequence[tuple[str, Estimate]] = ()
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Panel:
 
     title: str
     lines: Sequence[Line]
-    levels: Mapping[str, Bounds]
+    levels: Mapping[str, Estimate]
     top: float | None = None
 
 
@@ -99,7 +99,7 @@ def _draw_panel(panel: Panel, axis: Any) -> None:
 
 
 def _errorbar(
-    axis: Any, points: Sequence[tuple[float, Bounds]], color: str, marker: str, line: str, label: str | None
+    axis: Any, points: Sequence[tuple[float, Estimate]], color: str, marker: str, line: str, label: str | None
 ) -> None:
     if points:
         values = [b.value for _, b in points]

@@ -5,26 +5,57 @@
 No model is asked: the simulated VLM answers from the simulator's truth, and each fact that it makes out is right with
 the accuracy on the x axis (1/2 is knowing nothing; docs/vlm.md). Trials already in --out are not played again, so that
 a stopped study goes on where it was. Left in --out: break_even.svg, break_even.png and table.md. 95 % intervals are
-bootstraps over the problems (trials of one problem are not independent).
+those of `torc report`, over the problems (trials of one problem are not independent).
 """
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import tyro
 
 from break_even_figure import Line, Panel, draw
-from intervals import LOST, RETRIEVED, WITH_NO_DROP, Bounds, Statistic, bounds, interval, mean
 from processes import run_jobs
+from torc.benchmark.intervals import Estimate, by_problem, difference, mean, share
+from torc.episode.steps import EpisodeConfig
 
 VLM_PLANNERS = ("vlm-select", "vlm-grasps", "vlm-fixes-dg")
 BASELINES = ("dg-select", "random", "oracle")
-PANELS = {
-    "retrieved": (RETRIEVED, 1.03),
-    "retrieved, nothing dropped": (WITH_NO_DROP, 1.03),
-    "picks, mean": (mean("picks"), None),
+MAX_PICKS = EpisodeConfig().max_picks
+Statistic = Callable[[Sequence[dict]], Estimate]
+
+
+def retrieved(rows: Sequence[dict]) -> Estimate:
+    """Share of the trials with the target retrieved."""
+    return share(*_sums(rows, [r["retrieved"] for r in rows]))
+
+
+def with_no_drop(rows: Sequence[dict]) -> Estimate:
+    """Share of the trials with the target retrieved and nothing dropped."""
+    return share(*_sums(rows, [r["retrieved"] and r["drops"] == 0 for r in rows]))
+
+
+def picks(rows: Sequence[dict]) -> Estimate:
+    """Mean picks of a trial."""
+    return mean(*_sums(rows, [r["picks"] for r in rows]), largest=MAX_PICKS)
+
+
+def drops(rows: Sequence[dict]) -> Estimate:
+    """Mean drops of a trial."""
+    return mean(*_sums(rows, [r["drops"] for r in rows]))
+
+
+def lost(rows: Sequence[dict]) -> Estimate:
+    """Share of the picks that were lost as no valid choice."""
+    named = [r["outcomes"].count("no valid choice") for r in rows]
+    return share(*by_problem([r["problem"] for r in rows], named, [r["picks"] for r in rows]))
+
+
+PANELS: dict[str, tuple[Statistic, float | None]] = {
+    "retrieved": (retrieved, 1.03),
+    "retrieved, nothing dropped": (with_no_drop, 1.03),
+    "picks, mean": (picks, None),
 }
 """Title -> what is drawn, and where its axis ends."""
 
@@ -111,17 +142,28 @@ def table(rows: list[dict], args: Args) -> str:
         done = _completed(mine)
         if not done:
             continue
-        cells = [interval(done, s) for s in (RETRIEVED, WITH_NO_DROP)]
-        cells += [
-            interval(done, mean("picks"), digits=1),
-            interval(done, mean("drops")),
-            interval(done, LOST),
+        cells = [
+            retrieved(done).text(),
+            with_no_drop(done).text(),
+            picks(done).text(1),
+            drops(done).text(),
+            lost(done).text(),
+            "" if contender == base else more_retrieved(rows, contender, base).text(),
         ]
-        both = [*done, *_completed(r for r in rows if r["contender"] == base)]
-        cells.append("" if contender == base else interval(both, _difference(contender, base)))
         counts = f"{len(mine)} | {len(mine) - len(done)}"
         lines.append(f"| {contender.planner} | {contender.vlm or ''} | {counts} | {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def more_retrieved(rows: list[dict], contender: Contender, base: Contender) -> Estimate:
+    """Success of one less that of the other, on the same problems and seeds."""
+    ours, theirs = (
+        {(r["problem"], r["seed"]): r for r in _completed(r for r in rows if r["contender"] == c)}
+        for c in (contender, base)
+    )
+    shared = sorted(ours.keys() & theirs.keys())
+    gaps = [float(ours[key]["retrieved"]) - float(theirs[key]["retrieved"]) for key in shared]
+    return difference(*_sums([ours[key] for key in shared], gaps), largest=1.0)
 
 
 def panels(rows: list[dict], args: Args) -> list[Panel]:
@@ -136,46 +178,41 @@ def panels(rows: list[dict], args: Args) -> list[Panel]:
             )
             for planner in args.planners
         )
-        levels = {b: _bounds(rows, Contender(b), statistic) for b in args.baselines}
+        levels = {b: _level(rows, Contender(b), statistic) for b in args.baselines}
         found.append(Panel(title, lines, {b: level for b, level in levels.items() if level is not None}, top))
     return found
 
 
 def _points(
     rows: list[dict], args: Args, planner: str, statistic: Statistic
-) -> Iterator[tuple[float, Bounds]]:
+) -> Iterator[tuple[float, Estimate]]:
     for accuracy in args.accuracies:
-        level = _bounds(rows, Contender(planner, f"{accuracy:g}"), statistic)
+        level = _level(rows, Contender(planner, f"{accuracy:g}"), statistic)
         if level is not None:
             yield accuracy, level
 
 
 def _profiles(
     rows: list[dict], args: Args, planner: str, statistic: Statistic
-) -> Iterator[tuple[str, Bounds]]:
+) -> Iterator[tuple[str, Estimate]]:
     for profile in args.profiles:
-        level = _bounds(rows, Contender(planner, profile), statistic)
+        level = _level(rows, Contender(planner, profile), statistic)
         if level is not None:
             yield profile, level
 
 
-def _bounds(rows: list[dict], contender: Contender, statistic: Statistic) -> Bounds | None:
+def _level(rows: list[dict], contender: Contender, statistic: Statistic) -> Estimate | None:
     done = _completed(r for r in rows if r["contender"] == contender)
-    return bounds(done, statistic) if done else None
+    return statistic(done) if done else None
+
+
+def _sums(rows: Sequence[dict], values: Sequence[float]):
+    """By problem: of the values, and how many they are."""
+    return by_problem([r["problem"] for r in rows], values, [1] * len(rows))
 
 
 def _completed(rows) -> list[dict]:
     return [r for r in rows if r["status"] == "completed"]
-
-
-def _difference(contender: Contender, base: Contender) -> Statistic:
-    """Success of one less that of the other, on the same problems."""
-
-    def statistic(rows: list[dict]) -> float:
-        sides: Sequence[list[dict]] = [[r for r in rows if r["contender"] == c] for c in (contender, base)]
-        return RETRIEVED(sides[0]) - RETRIEVED(sides[1]) if all(sides) else float("nan")
-
-    return statistic
 
 
 def play(problem: str, planner: str, seed: int, out: Path, vlm: str | None = None) -> str:

@@ -26,10 +26,7 @@ def study(monkeypatch, tmp_path):
     """The script with a `play` that makes trials up: all succeed but those of a VLM that knows nothing."""
     before = set(sys.modules)
     monkeypatch.syspath_prepend(str(BENCHMARKS))
-    import intervals
     import vlm_break_even
-
-    monkeypatch.setattr(intervals, "DRAWS", 20)
 
     def play(problem, planner, seed, out, vlm):
         good, lost = vlm not in ("simulated:0.5", "simulated:paper"), 2 if vlm else 0
