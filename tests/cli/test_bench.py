@@ -9,12 +9,12 @@ import sys
 import time
 
 import pytest
+from torc_command import run_torc
 
 from torc.benchmark.dispatch import Failure, FailureKind
 from torc.benchmark.playing import play
 from torc.benchmark.reading import read_table
 from torc.benchmark.table_files import trial_records
-from torc.cli.main import main
 from torc.testing.fake_bench import InlineBackend, play_quickly
 
 PROBLEMS = "structured-04,unstructured-02"
@@ -25,13 +25,6 @@ class Mine:
     def decide(self, context, rng):
         raise NotImplementedError("{}")
 """
-
-
-def _torc(*arguments, capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main([str(a) for a in arguments])
-    out, err = capsys.readouterr()
-    return exit_.value.code, out, err
 
 
 @pytest.fixture
@@ -50,7 +43,7 @@ def bench(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr("torc.pipeline.warm_up.kernel_cache", lambda: (tmp_path, True))
 
     def call(*arguments, problems=PROBLEMS, out=tmp_path / "out"):
-        return _torc("bench", "--problems", problems, "--out", out, *arguments, capsys=capsys)
+        return run_torc("bench", "--problems", problems, "--out", out, *arguments, capsys=capsys)
 
     call.failures = failures
     return call
@@ -175,27 +168,27 @@ def test_ones_own_problem_is_kept_as_it_was_played(bench, tmp_path):
 def test_report_answers_in_json(bench, tmp_path, monkeypatch, capsys):
     bench("--repeats", 2)
     monkeypatch.setattr("torc.benchmark.report.writing.draw_all", lambda table, planners: [])
-    code, out, _ = _torc("report", tmp_path / "out", "--json", capsys=capsys)
+    code, out, _ = run_torc("report", tmp_path / "out", "--json", capsys=capsys)
     assert code == 0
     said = json.loads(out)
     assert said["planner"] in ("random", "dg-select")
     assert [p["completed"] for p in said["ranking"]] == [4, 4]
     assert (tmp_path / "out" / "report" / "index.html").is_file()
-    code, out, _ = _torc("report", tmp_path / "out", "--out", tmp_path / "there", capsys=capsys)
+    code, out, _ = run_torc("report", tmp_path / "out", "--out", tmp_path / "there", capsys=capsys)
     assert code == 0
     assert out.splitlines()[0] == said["answer"]
     assert (tmp_path / "there" / "report.md").is_file()
 
 
 def test_report_of_nothing_is_explained(tmp_path, capsys):
-    code, _, err = _torc("report", tmp_path, capsys=capsys)
+    code, _, err = run_torc("report", tmp_path, capsys=capsys)
     assert code == 2
     assert "torc bench" in err
 
 
 @pytest.mark.parametrize("command", ["bench", "report"])
 def test_help(command, capsys):
-    code, out, _ = _torc(command, "--help", capsys=capsys)
+    code, out, _ = run_torc(command, "--help", capsys=capsys)
     assert code == 0
     assert f"usage: torc {command}" in out
 

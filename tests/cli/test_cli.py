@@ -7,18 +7,11 @@ import sys
 
 import numpy as np
 import pytest
+from torc_command import run_torc
 
-from torc.cli.main import main
 from torc.cli.run import RunCommand
 from torc.scenes.problem import load_problem, problem_text
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
-
-
-def _torc(*arguments, capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main([str(a) for a in arguments])
-    out, err = capsys.readouterr()
-    return exit_.value.code, out, err
 
 
 @pytest.fixture
@@ -43,7 +36,7 @@ def frame(tmp_path):
 
 @pytest.mark.parametrize("command", [[], ["run"], ["decide"], ["problems"], ["problems", "show"], ["doctor"]])
 def test_every_command_has_help(command, capsys):
-    code, out, _ = _torc(*command, "--help", capsys=capsys)
+    code, out, _ = run_torc(*command, "--help", capsys=capsys)
     assert code == 0
     assert "usage: torc" in out
 
@@ -55,17 +48,17 @@ def test_help_imports_nothing_heavy():
 
 
 def test_doctor_answers_in_json(capsys):
-    code, out, _ = _torc("doctor", "--json", capsys=capsys)
+    code, out, _ = run_torc("doctor", "--json", capsys=capsys)
     assert code in (0, 1)
     assert {"name", "ok", "remedy"} <= set(json.loads(out)[0])
 
 
 def test_problems_are_listed_and_shown(capsys):
-    code, out, _ = _torc("problems", "list", "--json", capsys=capsys)
+    code, out, _ = run_torc("problems", "list", "--json", capsys=capsys)
     rows = json.loads(out)
     assert code == 0
     assert len(rows) >= 10
-    code, out, _ = _torc("problems", "show", rows[0]["name"], capsys=capsys)
+    code, out, _ = run_torc("problems", "show", rows[0]["name"], capsys=capsys)
     assert code == 0
     assert rows[0]["description"] in out
 
@@ -91,7 +84,7 @@ def test_problems_are_listed_and_shown(capsys):
     ],
 )
 def test_wrong_arguments_get_one_clear_line(arguments, told, tmp_path, capsys):
-    code, _, err = _torc(*(a.replace("{tmp}", str(tmp_path)) for a in arguments), capsys=capsys)
+    code, _, err = run_torc(*(a.replace("{tmp}", str(tmp_path)) for a in arguments), capsys=capsys)
     assert code == 2
     assert list(tmp_path.iterdir()) == []
     assert told in err
@@ -103,13 +96,13 @@ def test_nowhere_to_keep_kernels_gets_one_clear_line(monkeypatch, capsys):
         raise RuntimeError("cannot cache function 'f': no locator available for file 'kernels.py'")
 
     monkeypatch.setattr(RunCommand, "run", run)
-    code, _, err = _torc("run", capsys=capsys)
+    code, _, err = run_torc("run", capsys=capsys)
     assert code == 2
     assert "NUMBA_CACHE_DIR" in err
 
 
 def test_decide_answers_for_a_frame(frame, tmp_path, capsys):
-    code, out, _ = _torc("decide", frame, "--json", "--out", tmp_path / "answer", capsys=capsys)
+    code, out, _ = run_torc("decide", frame, "--json", "--out", tmp_path / "answer", capsys=capsys)
     answer = json.loads(out[out.index("{") :])
     assert code == 0
     assert answer["label"] == 1  # the target, by the label that the frame gives it
@@ -118,7 +111,7 @@ def test_decide_answers_for_a_frame(frame, tmp_path, capsys):
 
 def test_decide_says_where_it_cannot_write(frame, tmp_path, capsys):
     (tmp_path / "file").write_text("")
-    code, _, err = _torc("decide", frame, "--out", tmp_path / "file", capsys=capsys)
+    code, _, err = run_torc("decide", frame, "--out", tmp_path / "file", capsys=capsys)
     assert code == 2
     assert "Choose another --out" in err
 
@@ -136,7 +129,7 @@ def test_decide_says_where_it_cannot_write(frame, tmp_path, capsys):
 )
 def test_a_vlm_that_cannot_be_asked_is_said_in_one_line(options, text, tmp_path, capsys, monkeypatch):
     monkeypatch.delenv("ANTHROPIC_API_KEY", raising=False)
-    code, _, err = _torc("run", "structured-01", "--out", tmp_path / "run", *options, capsys=capsys)
+    code, _, err = run_torc("run", "structured-01", "--out", tmp_path / "run", *options, capsys=capsys)
     assert code == 2
     assert text in err
     assert "secret-1" not in err
@@ -167,7 +160,7 @@ def their_planner(tmp_path, monkeypatch):
     [("return {'object': 1}", "returned a dict"), ("return context.nothing", "AttributeError")],
 )
 def test_a_planner_that_fails_is_told_so_without_a_traceback(code, told, frame, their_planner, capsys):
-    status, out, err = _torc("decide", frame, "--json", "--planner", their_planner(code), capsys=capsys)
+    status, out, err = run_torc("decide", frame, "--json", "--planner", their_planner(code), capsys=capsys)
     assert (status, out) == (1, "")
     assert "Task planner 'theirs'" in err
     assert told in err
@@ -177,7 +170,7 @@ def test_a_planner_that_fails_is_told_so_without_a_traceback(code, told, frame, 
 def test_the_least_score_changes_what_can_be_chosen(frame, capsys):
     valid = []
     for least in ("0", "0.8", "1"):
-        _, out, _ = _torc("decide", frame, "--json", "--min-score", least, capsys=capsys)
+        _, out, _ = run_torc("decide", frame, "--json", "--min-score", least, capsys=capsys)
         valid.append([o["valid_grasps"] for o in json.loads(out)["objects"]])
     assert sum(valid[0]) > sum(valid[1])
     assert valid[2] == valid[0]  # no grasp is certain, so all count again
@@ -186,7 +179,7 @@ def test_the_least_score_changes_what_can_be_chosen(frame, capsys):
 def test_strangers_text_does_not_reach_the_terminal_raw(capsys, tmp_path):
     evil = tmp_path / "evil.yaml"
     evil.write_text(problem_text(load_problem("structured-01")) + '"\\e]0;owned\\a\\e[2J": 1\n')
-    code, _, err = _torc("problems", "show", evil, capsys=capsys)
+    code, _, err = run_torc("problems", "show", evil, capsys=capsys)
     assert code == 2
     assert "\x1b" not in err
     assert "\\x1b]0;owned\\x07" in err
@@ -209,7 +202,7 @@ def test_what_the_machine_refuses_is_one_line(error, code, told, monkeypatch, ca
         raise error
 
     monkeypatch.setattr(RunCommand, "run", run)
-    status, _, err = _torc("run", capsys=capsys)
+    status, _, err = run_torc("run", capsys=capsys)
     assert status == code
     assert told in err
 

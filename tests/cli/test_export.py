@@ -3,18 +3,11 @@
 import json
 
 import pytest
+from torc_command import run_torc
 
-from torc.cli.main import main
 from torc.episode.trial import TrialSpec
 from torc.testing.fake_episode import ScriptedPlanner
 from torc.testing.fake_trial import play_fake_trial
-
-
-def _torc(*arguments, capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main([str(a) for a in arguments])
-    out, err = capsys.readouterr()
-    return exit_.value.code, out, err
 
 
 @pytest.fixture(scope="module")
@@ -25,10 +18,10 @@ def trial(tmp_path_factory):
 
 
 def test_it_says_what_it_wrote(trial, tmp_path, capsys):
-    code, out, _ = _torc("export", trial, "--out", tmp_path / "a", "--test-share", "0", capsys=capsys)
+    code, out, _ = run_torc("export", trial, "--out", tmp_path / "a", "--test-share", "0", capsys=capsys)
     assert code == 0
     assert out.splitlines()[0] == "train  2 examples"
-    code, out, _ = _torc(
+    code, out, _ = run_torc(
         "export", trial, "--out", tmp_path / "b", "--test-share", "0", "--json", capsys=capsys
     )
     assert code == 0
@@ -45,7 +38,7 @@ def test_what_cannot_be_done_is_bad_input_with_a_remedy(trial, tmp_path, capsys)
         "from 0 to 1": (trial, "--out", tmp_path / "out", "--test-share", "2"),
     }
     for word, arguments in cases.items():
-        code, out, err = _torc("export", *arguments, capsys=capsys)
+        code, out, err = run_torc("export", *arguments, capsys=capsys)
         assert (code, out) == (2, "")
         assert word in err
         assert "Traceback" not in err
@@ -53,6 +46,6 @@ def test_what_cannot_be_done_is_bad_input_with_a_remedy(trial, tmp_path, capsys)
 
 
 def test_help_teaches_the_formats(capsys):
-    code, out, _ = _torc("export", "--help", capsys=capsys)
+    code, out, _ = run_torc("export", "--help", capsys=capsys)
     assert code == 0
     assert all(word in out for word in ("imagefolder", "chosen and a rejected", "LeRobotDataset v3"))

@@ -3,13 +3,14 @@
 import json
 import os
 import struct
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
+from torc_command import run_torc
 
-from torc.cli.main import main
 from torc.scenes.library import builtin_object_names, load_object
 from torc.scenes.object_files import load_source
 
@@ -18,11 +19,7 @@ FACES = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)]
 FACES += [(2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]
 
 
-def _torc(*arguments, capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main(["objects", *(str(a) for a in arguments)])
-    out, err = capsys.readouterr()
-    return exit_.value.code, out, err
+_torc = partial(run_torc, "objects")
 
 
 def _write_box(path):

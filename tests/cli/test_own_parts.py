@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
+from torc_command import run_torc
 
-from torc.cli.main import main
 from torc.episode.trial import TrialSpec, run_trial
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 
@@ -44,14 +44,6 @@ def theirs(tmp_path, monkeypatch):
     return write
 
 
-def _torc(*arguments, capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main([str(a) for a in arguments])
-    out, err = capsys.readouterr()
-    assert "Traceback" not in err
-    return exit_.value.code, out, err
-
-
 @pytest.mark.parametrize(
     ("method", "code", "status", "told"),
     [
@@ -68,7 +60,7 @@ def _torc(*arguments, capsys):
 )
 def test_a_vlm_client(method, code, status, told, frame, theirs, capsys):
     options = ("--planner", "vlm-select", "--vlm", theirs(method, code))
-    found, out, err = _torc("decide", frame, "--json", *options, capsys=capsys)
+    found, out, err = run_torc("decide", frame, "--json", *options, capsys=capsys)
     assert found == status, err
     assert told in err
     assert status or "mine" in json.loads(out)["reason"]
@@ -93,7 +85,7 @@ def test_a_vlm_client(method, code, status, told, frame, theirs, capsys):
     ],
 )
 def test_a_grasp_planner(method, code, status, told, frame, theirs, capsys):
-    found, _, err = _torc("decide", frame, "--json", "--grasps", theirs(method, code), capsys=capsys)
+    found, _, err = run_torc("decide", frame, "--json", "--grasps", theirs(method, code), capsys=capsys)
     assert found == status
     assert told in err
 
@@ -110,13 +102,13 @@ def test_a_trial_with_a_broken_part_is_errored_and_one_with_none_is_not_begun(th
     for options in (("--grasps", "no_such:Planner"), ("--grasps", "geometrc"), ("--vlm", "no_such:Client")):
         out = tmp_path / "b"
         planner = ("--planner", "vlm-select") if "--vlm" in options else ()
-        status, _, err = _torc("run", "structured-04", "--out", out, *planner, *options, capsys=capsys)
+        status, _, err = run_torc("run", "structured-04", "--out", out, *planner, *options, capsys=capsys)
         assert status == 2
         assert "no_such" in err or "Did you mean 'geometric'" in err
         assert not out.exists()
 
 
 def test_the_simulated_vlm_decides_in_simulated_trials_alone(frame, capsys):
-    status, _, err = _torc("decide", frame, "--planner", "vlm-select", "--vlm", "simulated", capsys=capsys)
+    status, _, err = run_torc("decide", frame, "--planner", "vlm-select", "--vlm", "simulated", capsys=capsys)
     assert status == 2
     assert "torc run --planner vlm-select --vlm simulated" in err

@@ -1,22 +1,18 @@
 """`torc problems gallery` as a user meets it."""
 
 import json
+from functools import partial
 
 import pytest
 from PIL import Image
+from torc_command import run_torc
 
-from torc.cli.main import main
 from torc.generation import gallery
 from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty
 from torc.scenes.problem import load_problem, save_problem
 
-
-def _torc(*arguments, capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main(["problems", "gallery", *map(str, arguments)])
-    out, err = capsys.readouterr()
-    return exit_.value.code, out, err
+_torc = partial(run_torc, "problems", "gallery")
 
 
 @pytest.fixture

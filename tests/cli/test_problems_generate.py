@@ -2,10 +2,11 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import pytest
+from torc_command import run_torc
 
-from torc.cli.main import main
 from torc.generation import batch, validation
 from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty
@@ -18,11 +19,7 @@ SHIPPED = load_problem("structured-04")
 DIFFICULTY = Difficulty(9, Hiddenness.PARTLY, 0.31, 2, 3, 4)
 
 
-def _torc(*arguments, capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main(["problems", *map(str, arguments)])
-    out, err = capsys.readouterr()
-    return exit_.value.code, out, err
+_torc = partial(run_torc, "problems")
 
 
 @pytest.fixture

@@ -3,17 +3,10 @@
 import json
 
 import pytest
+from torc_command import run_torc
 
-from torc.cli.main import main
 from torc.episode.oracle.answer import ForeseenPick, OracleAnswer
 from torc.records import PickOutcome, PickResult
-
-
-def _torc(*arguments, capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main(list(arguments))
-    out, err = capsys.readouterr()
-    return exit_.value.code, out, err
 
 
 @pytest.fixture
@@ -38,7 +31,7 @@ def answer(monkeypatch):
 
 
 def test_it_prints_the_order_and_how_good_it_is(answer, capsys):
-    code, out, err = _torc(
+    code, out, err = run_torc(
         "problems", "solve", "structured-01", "--seed", "3", "--budget", "5", capsys=capsys
     )
     assert code == 0
@@ -50,7 +43,7 @@ def test_it_prints_the_order_and_how_good_it_is(answer, capsys):
 
 
 def test_json_is_json_and_progress_stays_out_of_it(answer, capsys):
-    code, out, _ = _torc("problems", "solve", "structured-01", "--json", capsys=capsys)
+    code, out, _ = run_torc("problems", "solve", "structured-01", "--json", capsys=capsys)
     facts = json.loads(out)
     assert code == 0
     assert (facts["order"], facts["picks"], facts["proved"], facts["lower_bound"]) == (
@@ -64,7 +57,7 @@ def test_json_is_json_and_progress_stays_out_of_it(answer, capsys):
 
 def test_no_order_is_exit_code_one(answer, capsys):
     answer["solved"] = False
-    code, out, _ = _torc("problems", "solve", "structured-01", capsys=capsys)
+    code, out, _ = run_torc("problems", "solve", "structured-01", capsys=capsys)
     assert code == 1
     assert "No order was found; 4 picks tried, 9 looks. A larger budget may find one." in out
 
@@ -81,15 +74,15 @@ def test_no_order_is_exit_code_one(answer, capsys):
     ],
 )
 def test_wrong_arguments_get_one_clear_line(arguments, told, capsys):
-    code, _, err = _torc(*arguments, capsys=capsys)
+    code, _, err = run_torc(*arguments, capsys=capsys)
     assert code == 2
     assert told in err
     assert "Traceback" not in err
 
 
 def test_help_tells_what_it_does(capsys):
-    code, out, _ = _torc("problems", "solve", "--help", capsys=capsys)
+    code, out, _ = run_torc("problems", "solve", "--help", capsys=capsys)
     assert code == 0
     assert "--budget" in out
-    _, out, _ = _torc("run", "--help", capsys=capsys)
+    _, out, _ = run_torc("run", "--help", capsys=capsys)
     assert "oracle" in out

@@ -7,18 +7,11 @@ import sys
 import urllib.request
 
 import pytest
+from torc_command import run_torc
 
-from torc.cli.main import main
 from torc.episode.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.testing.fake_trial import play_fake_trial
-
-
-def _torc(*arguments, capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main([str(a) for a in arguments])
-    out, err = capsys.readouterr()
-    return exit_.value.code, out, err
 
 
 @pytest.mark.parametrize(
@@ -37,7 +30,7 @@ def _torc(*arguments, capsys):
 )
 def test_wrong_arguments_get_one_clear_line(arguments, told, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    code, _, err = _torc(*arguments, capsys=capsys)
+    code, _, err = run_torc(*arguments, capsys=capsys)
     assert code == 2
     assert told in err
     assert "Traceback" not in err
