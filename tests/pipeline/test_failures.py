@@ -4,11 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import logit
 
+from torc.errors import InputError
 from torc.geometry.transforms import make_pose, rotation_about
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
 from torc.pipeline.report import hold_back_unlikely
-from torc.records import GraspReport, GraspSet, GraspStatus, SegmentedObject, SegmentedScene
+from torc.records import (
+    GraspReport,
+    GraspSet,
+    GraspStatus,
+    PickOutcome,
+    PickResult,
+    SegmentedObject,
+    SegmentedScene,
+)
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 
 CONFIG = FailureConfig()
@@ -37,11 +47,41 @@ def _failed(executed):
 
 
 def test_scores_fall_for_grasps_alike_only():
-    once = lower_scores(_grasps(), (_failed(True),), CONFIG).scores
+    once = lower_scores(_grasps(), (_failed(True),), (), CONFIG).scores
     assert np.allclose(once, [0.36, 0.36, 0.9, 0.9, 0.9])
-    twice = lower_scores(_grasps(), (_failed(True),) * 2, CONFIG).scores
+    twice = lower_scores(_grasps(), (_failed(True),) * 2, (), CONFIG).scores
     assert np.allclose(twice[:2], 0.9 * 0.4**2)
-    assert np.array_equal(lower_scores(_grasps(), (_failed(False),), CONFIG).scores, _grasps().scores)
+    assert np.array_equal(lower_scores(_grasps(), (_failed(False),), (), CONFIG).scores, _grasps().scores)
+
+
+def test_an_object_that_failed_stays_under_suspicion():
+    failed = (PickOutcome(PickResult.MISSED, 1), PickOutcome(PickResult.SLIPPED, 1, held_after_lift=True))
+    scores = lower_scores(_grasps(), (), failed, CONFIG).scores
+    assert np.allclose(logit(scores[:4]), logit(0.9) - 2 * CONFIG.log_odds)
+    assert scores[4] == pytest.approx(0.9)
+    none_tried = (
+        PickOutcome(PickResult.NOT_REACHED, 1),
+        PickOutcome(PickResult.NO_PLAN, 1),
+        PickOutcome(PickResult.NO_VALID_CHOICE, -1),
+        PickOutcome(PickResult.REMOVED, 3, 3, True, True),
+    )
+    assert np.array_equal(lower_scores(_grasps(), (), none_tried, CONFIG).scores, _grasps().scores)
+    without = lower_scores(_grasps(), (), failed, replace(CONFIG, log_odds=0.0)).scores
+    assert np.allclose(without, _grasps().scores)
+
+
+def test_certain_scores_stay_within_bounds():
+    failed = (PickOutcome(PickResult.MISSED, 1),) * 15
+    grasps = replace(_grasps(), scores=np.array([0.0, 1.0, 1e-9, 0.5, 1.0]))
+    scores = lower_scores(grasps, (), failed, CONFIG).scores
+    assert scores[[0, 1, 4]].tolist() == [0.0, 1.0, 1.0]
+    assert np.all((scores >= 0) & (scores <= 1))
+
+
+@pytest.mark.parametrize("log_odds", [-0.1, np.inf, np.nan])
+def test_a_failure_takes_a_finite_amount(log_odds):
+    with pytest.raises(InputError, match="log-odds"):
+        FailureConfig(log_odds=log_odds)
 
 
 def _report(n=5):

@@ -3,16 +3,21 @@
 An executed grasp that failed lowers the scores of grasps like it; one for which no motion was found makes them
 invalid. Both are forgotten when the object is seen elsewhere, the latter also when the robot
 has moved since.
+
+The object itself stays under suspicion for the rest of the episode: grasp models see its shape, not that it is heavy,
+slippery or wedged in, and every failure says that it is harder to hold than it looks.
 """
 
+from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from torc.errors import InputError
 from torc.geometry.transforms import Pose
 from torc.pipeline.report import with_status
-from torc.records import GraspReport, GraspSet, GraspStatus, SegmentedScene
+from torc.records import GraspReport, GraspSet, GraspStatus, PickOutcome, SegmentedScene
 
 
 @dataclass(frozen=True)
@@ -38,12 +43,19 @@ class FailureConfig:
     distance_m, angle_rad: grasps closer than both are alike.
     score_factor: what an executed failure leaves of the score of grasps like it.
     moved_m: an object seen further than this from where it was has changed.
+    log_odds: what every failed try with an object takes from the log-odds of all its grasps; 0 for nothing.
+        Measured by benchmarks/failure_memory.py.
     """
 
     distance_m: float = 0.02
     angle_rad: float = 0.45
     score_factor: float = 0.4
     moved_m: float = 0.015
+    log_odds: float = 0.9
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.log_odds < np.inf:
+            raise InputError(f"A failure takes {self.log_odds} from the log-odds; it takes 0 or more.")
 
 
 def still_valid(
@@ -58,13 +70,34 @@ def still_valid(
     )
 
 
-def lower_scores(grasps: GraspSet, failed: tuple[FailedGrasp, ...], config: FailureConfig) -> GraspSet:
-    """The grasps with lower scores where one like it was executed and failed."""
-    factor = np.ones(len(grasps))
+def lower_scores(
+    grasps: GraspSet,
+    failed: tuple[FailedGrasp, ...],
+    history: tuple[PickOutcome, ...],
+    config: FailureConfig,
+) -> GraspSet:
+    """The grasps with lower scores where one like it, or any other with that object, was executed and failed.
+
+    Args:
+        grasps: candidates with the scores of a first try.
+        failed: the failures that still tell something, see `still_valid`.
+        history: outcomes of all picks so far.
+        config: by how much.
+    """
+    factor, tries = np.ones(len(grasps)), failed_tries(history)
     for f in failed:
         if f.executed:
             factor[_alike(grasps, f, config)] *= config.score_factor
-    return replace(grasps, scores=grasps.scores * factor) if np.any(factor != 1) else grasps
+    if not tries and np.all(factor == 1):
+        return grasps
+    scores = grasps.scores * factor
+    odds_against = np.exp(config.log_odds * np.array([tries.get(k, 0) for k in grasps.object_ids.tolist()]))
+    return replace(grasps, scores=scores / (scores + (1 - scores) * odds_against))
+
+
+def failed_tries(history: tuple[PickOutcome, ...]) -> dict[int, int]:
+    """How often the robot went for a grasp of an object and did not deliver it, per object with such a failure."""
+    return dict(Counter(o.object_id for o in history if o.result.grasp_tried and not o.delivered))
 
 
 def veto(

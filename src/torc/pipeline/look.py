@@ -116,7 +116,7 @@ class Pipeline:
             rng = stage_rng(seed, pick, "grasps")
             grasps = ask_grasp_planner(self.grasp_planner, scene, volume, rng)
             failed = still_valid(failed, scene, self.failures)
-            grasps = lower_scores(grasps, failed, self.failures)
+            grasps = lower_scores(grasps, failed, history, self.failures)
         with clock.stage("validity"):
             report = veto(self._evaluate(grasps, scene, world), grasps, failed, self.failures)
             report = hold_back_unlikely(report, grasps, self.min_score)

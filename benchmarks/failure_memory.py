@@ -1,0 +1,159 @@
+"""How much harder than it looks an object is that failed: measures `FailureConfig.log_odds`.
+
+    torc problems generate --count 60 --seed 760000 --out runs/memory_problems
+    python benchmarks/failure_memory.py --problems runs/memory_problems --seeds 2 --workers 2
+
+Plays trials without that memory (`--log-odds 0`, the default here), and notes for every grasp that was tried the
+probability to hold that it was given, and how often a try with the same object had failed before. The table compares
+what was promised with what held. The fit is the number d for which log-odds of p - d x (failures before) are those of
+holding, among the tries after a failure; its 95 % interval takes the problems as the sample. With the memory on the
+fit is what is left to correct, about 0. Trials already in --out are not played again.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import tyro
+from jaxtyping import Float
+from scipy.optimize import brentq
+from scipy.special import expit, logit
+
+from processes import run_jobs
+
+_MOST = 5
+"""Rows of the table: this many failures and more are one."""
+_FURTHEST = 20.0
+
+
+@dataclass(frozen=True)
+class Args:
+    """Gather tries, then fit."""
+
+    problems: str
+    """A set, problems or a directory of them, with commas between; not what planners are compared on."""
+    out: Path = Path("runs/failure_memory")
+    """Directory of the tries."""
+    planners: tuple[str, ...] = ("random", "dg-select")
+    """Who chooses what to pick."""
+    seeds: int = 1
+    """Seeds 0..N-1."""
+    log_odds: float = 0.0
+    """What a failure takes while the trials are played."""
+    workers: int = 2
+    """Processes."""
+
+
+def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Path) -> str:
+    """Play a trial and keep its tries, complete or not at all."""
+    from torc.episode.events import Event, Executed, Planned, Started
+    from torc.episode.loop import run_episode
+    from torc.episode.steps import EpisodeConfig, EpisodeParts
+    from torc.motion.planner import OmplMotionPlanner
+    from torc.pipeline.defaults import default_pipeline
+    from torc.pipeline.failures import FailureConfig
+    from torc.records import PickPlan
+    from torc.robots.description import load_robot
+    from torc.scenes.problem import load_problem
+    from torc.scenes.workspace import Workspace
+    from torc.sim.robot import SimulatedRobot
+    from torc.sim.world import build_world
+    from torc.task_planning.registry import make_planner
+
+    problem, robot, workspace = load_problem(problem_name), load_robot(), Workspace()
+    pipeline = replace(default_pipeline(robot, workspace), failures=FailureConfig(log_odds=log_odds))
+    tries: list[dict] = []
+    failures: dict[int, int] = {}
+    promised = 0.0
+
+    def note(event: Event) -> None:
+        nonlocal promised
+        match event:
+            case Planned(plan=PickPlan(grasp_index=g), look=look):
+                promised = float(look.context.grasps.scores[g])
+            case Executed(outcome=outcome) if outcome.result.grasp_tried:
+                before, held = failures.get(outcome.object_id, 0), outcome.held_after_lift
+                tries.append({"p": promised, "failures": before, "held": held})
+                failures[outcome.object_id] = before + (not outcome.delivered)
+
+    with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
+        simulated.take_over()
+        parts = EpisodeParts(simulated, pipeline, make_planner(planner), OmplMotionPlanner(robot, workspace))
+        started = Started(problem.name, planner, seed, problem.description, EpisodeConfig().max_picks)
+        run_episode(parts, started, EpisodeConfig(seed=seed), [note])
+    aside = path.with_suffix(".partial")
+    aside.write_text(json.dumps({"problem": problem.name, "category": problem.category, "tries": tries}))
+    aside.rename(path)
+    return f"{path.stem}: {len(tries)} tries"
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a failure takes from the log-odds, with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+def fit(
+    p: Float[np.ndarray, "n"],
+    failures: Float[np.ndarray, "n"],
+    held: Float[np.ndarray, "n"],
+    problems: Sequence[str],
+) -> Fit:
+    """The likeliest d where log-odds of holding are logit(p) - d * failures. First tries say nothing of it.
+
+    The interval is that of the sandwich estimator over problems: tries of one problem are alike.
+    """
+    offset = logit(np.clip(p, 1e-6, 1 - 1e-6))
+
+    def slope(d: float) -> Float[np.ndarray, "n"]:
+        return failures * (expit(offset - d * failures) - held)
+
+    d = brentq(lambda d: float(slope(d).sum()), -_FURTHEST, _FURTHEST)
+    q = expit(offset - d * failures)
+    names = np.unique(problems, return_inverse=True)[1]
+    of_problems = np.bincount(names, weights=slope(d))
+    error = np.sqrt(np.sum(of_problems**2)) / np.sum(failures**2 * q * (1 - q))
+    return Fit(d, d - 1.96 * error, d + 1.96 * error)
+
+
+def table(rows: Sequence[dict]) -> str:
+    """What was promised and what held, by failures before."""
+    lines = ["| failures before | tries | mean p | held |", "|---|---|---|---|"]
+    for n in range(_MOST + 1):
+        some = [r for r in rows if min(r["failures"], _MOST) == n]
+        if some:
+            p, held = np.mean([r["p"] for r in some]), np.mean([r["held"] for r in some])
+            lines.append(f"| {n}{' or more' * (n == _MOST)} | {len(some)} | {p:.2f} | {held:.2f} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Gather, fit and print."""
+    from torc.scenes.problem_sets import select_problems
+
+    args = tyro.cli(Args, description=__doc__)
+    args.out.mkdir(parents=True, exist_ok=True)
+    files = {
+        (problem, planner, seed): args.out / f"{Path(problem).stem}-{planner}-{args.log_odds:g}-{seed}.json"
+        for seed in range(args.seeds)
+        for problem in select_problems(args.problems)
+        for planner in args.planners
+    }
+    missing = [(*key, args.log_odds, path) for key, path in files.items() if not path.exists()]
+    run_jobs(gather, missing, args.workers)
+    trials = [json.loads(path.read_text()) for path in files.values() if path.exists()]
+    rows = [{**t, "problem": trial["problem"]} for trial in trials for t in trial["tries"]]
+    print(f"{len(trials)} trials with {len(rows)} tries, each failure before taking {args.log_odds:g}\n")
+    print(table(rows))
+    columns = (np.array([float(r[name]) for r in rows]) for name in ("p", "failures", "held"))
+    found = fit(*columns, [r["problem"] for r in rows])
+    print(f"\nTo take further for every failure: {found.value:.2f} [{found.low:.2f}, {found.high:.2f}]")
+
+
+if __name__ == "__main__":
+    main()

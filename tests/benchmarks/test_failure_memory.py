@@ -1,0 +1,34 @@
+"""The fit of what a failure says about an object."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from scipy.special import expit, logit
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+
+
+@pytest.fixture
+def memory(monkeypatch):
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    import failure_memory
+
+    yield failure_memory
+    sys.modules.pop("failure_memory", None)
+
+
+def test_the_fit_finds_what_the_failures_took(memory, rng):
+    n = 6000
+    p, failures = rng.uniform(0.3, 0.99, n), rng.integers(0, 4, n).astype(float)
+    held = (rng.random(n) < expit(logit(p) - 0.7 * failures)).astype(float)
+    problems = [f"problem-{k}" for k in rng.integers(0, 30, n)]
+    found = memory.fit(p, failures, held, problems)
+    assert found.low < 0.7 < found.high
+    assert found.high - found.low < 0.2
+
+
+def test_the_table_counts_by_failures_before(memory):
+    rows = [{"p": 0.9, "failures": 0, "held": True}, {"p": 0.5, "failures": 7, "held": False}]
+    assert "| 0 | 1 | 0.90 | 1.00 |" in memory.table(rows)
+    assert "| 5 or more | 1 | 0.50 | 0.00 |" in memory.table(rows)
