@@ -1,11 +1,13 @@
 """The documentation speaks of what is there."""
 
 import re
+import shlex
 from dataclasses import astuple, fields
 from pathlib import Path
 
 import pytest
 
+from torc.cli.main import parse
 from torc.records import GraspStatus, PickResult, PlanningContext
 from torc.task_planning.graph import EdgeKind
 from torc.task_planning.registry import BUILT_IN
@@ -23,6 +25,22 @@ PLANNERS = (ROOT / "docs" / "task_planners.md").read_text()
 def test_links_lead_somewhere(page):
     for link in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text()):
         assert link.startswith("http") or (page.parent / link).exists(), link
+
+
+def _commands(text):
+    """The lines of a page's examples that call torc, whole and without comments; no outlines ("...", "[")."""
+    lines = [line.strip() for line in text.replace("\\\n", " ").splitlines() if line.startswith("    torc ")]
+    lines = [re.split(r"\s+#\s|\s*[|>&]\s", line)[0] for line in lines]
+    return [line for line in lines if "..." not in line and "[" not in line]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_commands_are_understood(page):
+    for line in _commands(page.read_text()):
+        try:
+            parse(shlex.split(line)[1:])
+        except SystemExit:
+            pytest.fail(f"{page.name}: {line}")
 
 
 def test_the_page_on_planners_names_all_that_a_planner_meets():

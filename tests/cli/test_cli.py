@@ -73,7 +73,7 @@ def test_problems_are_listed_and_shown(capsys):
         (["run", "--max-picks", "0"], "at least 1"),
         (["run", "--min-score", "1.5", "--out", "{tmp}/trial"], "from 0 to 1"),
         (["run", "x" * 5000], "Unknown problem"),
-        (["problems", "list", "--set", "x" * 5000], "Unknown problem or problem set"),
+        (["problems", "list", "x" * 5000], "Unknown problem or problem set"),
         (["problems", "import", "x" * 5000, "--paper"], "There is no directory"),
         (["objects", "import", "x" * 5000], "There is no file"),
         (["objects", "sheet", "mug", "--out", "/proc/nowhere/sheet.png"], "Choose another --out"),

@@ -10,7 +10,7 @@ from torc.errors import InputError
 from torc.generation.oracle_orders import ORDER_KEY, OracleOrder, join_order, orders_from, stated_order
 from torc.scenes.problem import load_problem
 
-A, B = load_problem("structured-04"), load_problem("unstructured-04")
+A, B = load_problem("structured-04"), load_problem("unstructured-03")
 
 
 def _keep(directory, answer, **extra):

@@ -67,11 +67,15 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(_run(arguments))
 
 
-def _run(arguments: list[str] | None) -> int:
+def parse(arguments: list[str] | None) -> Command:
+    """The command that a command line means. Exits the process with a message where it means none."""
     config = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
+    return tyro.cli(Command, prog="torc", description=DESCRIPTION, args=arguments, config=config)  # type: ignore[call-overload]
+
+
+def _run(arguments: list[str] | None) -> int:
     try:
-        command = tyro.cli(Command, prog="torc", description=DESCRIPTION, args=arguments, config=config)  # type: ignore[call-overload]
-        return command.run()
+        return parse(arguments).run()
     except InputError as error:
         return _fail(error, 2)
     except TorcError as error:

@@ -17,7 +17,7 @@ from torc.cli.problems_validate import ValidateCommand
 class ListCommand:
     """List the shipped problems, or those of one set or directory."""
 
-    set: Annotated[str, tyro.conf.arg(metavar="SET")] = ""
+    set: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[SET]")] = ""
     """A shipped set (torc40, validation), a directory of problem files, or several with commas between; all shipped
     ones if not given."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
