@@ -5,13 +5,16 @@ import html
 import re
 import shutil
 import xml.etree.ElementTree as ElementTree
+from collections import Counter
 
 import pytest
 
 from torc.benchmark.reading import read_table
 from torc.benchmark.report.content import trials_table
 from torc.benchmark.report.writing import write_report
+from torc.episode.viewer_links import VIEWER, trial_link
 from torc.errors import InputError, MissingDependencyError
+from torc.web.shelf import Shelf
 
 pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -46,17 +49,40 @@ def test_every_planner_stands_in_the_ranking_people_last(report):
     assert by_name["random"]["measures"]["retrieved"]["count"] == by_name["random"]["completed"]
 
 
-def test_every_trial_has_its_command(played, page):
+def test_every_trial_is_a_link_into_the_viewer(played, page, report):
     table = read_table(played)
-    shown = [r for r in table.rows if r.status != "missing"]
-    assert len(trials_table(table).rows) == len(shown) == 35
-    for row in shown:
-        assert html.escape(f"torc view '{row.directory}'") in page
+    keys = set(Shelf(played).directories())
+    assert len(trials_table(table).rows) == 35
+    # The errored one left no log, so that there is nothing to look at.
+    assert len(keys) == sum(r.completed for r in table.rows) == 34
+    board = page.split('<table class="board">')[1].split("</table>")[0]
+    squares = re.findall(r'<(a|span) class="(\w+)" title="[^"]*"(?: href="([^"]*)")?>', board)
+    assert Counter(kind for _, kind, _ in squares)["missing"] == 2
+    assert len(squares) == len(table.rows) == 37
+    markdown = (report.directory / "report.md").read_text()
+    text = board, page.split('id="details"')[1], markdown.split("## Every trial")[1]
+    for part in text:
+        assert set(re.findall(rf"{VIEWER}#(\w+)/0", part)) == keys
+    for part in (page, markdown):
+        assert html.escape(f"torc view '{played}'", quote=part is page) in part
+
+
+def test_a_failure_links_to_the_pick_that_failed(played, page):
+    table = read_table(played)
+    failed = {
+        trial_link(played, r.directory, r.failed_pick.pick)
+        for r in table.rows
+        if r.completed and not r.retrieved
+    }
+    found = set(re.findall(r'<a href="([^"]*)"><img', page))
+    assert len(found) == 5
+    assert found <= failed
 
 
 def test_the_page_needs_nothing_from_outside(page):
     assert "<script" not in page
-    assert not re.findall(r'(?:src|href)="(?!data:|#)', page)
+    assert not re.findall(r'src="(?!data:)', page)
+    assert not re.findall(rf'href="(?!#|{VIEWER}#)', page)
     assert "default-src 'none'" in page
 
 

@@ -177,6 +177,7 @@ def test_report_answers_in_json(bench, tmp_path, monkeypatch, capsys):
     code, out, _ = run_torc("report", tmp_path / "out", "--out", tmp_path / "there", capsys=capsys)
     assert code == 0
     assert out.splitlines()[0] == said["answer"]
+    assert f"torc view {tmp_path / 'out'}" in out
     assert (tmp_path / "there" / "report.md").is_file()
 
 

@@ -6,6 +6,7 @@ import urllib.request
 
 import pytest
 
+from torc.episode.viewer_links import REPORT, trial_link
 from torc.errors import InputError
 from torc.testing.page_server import Game
 from torc.web.human_queue import make_queue
@@ -47,6 +48,33 @@ def test_what_is_not_there_is_not_found(client, path):
     answer = client.get(path.replace("KEY", key))
     assert answer.status == 404
     assert b"Traceback" not in answer.body
+
+
+def test_a_report_is_served_with_links_that_work_at_any_port(client, recorded):
+    assert client.get("/api/trials").json["report"] is False
+    none = client.get("/report")
+    assert (none.status, "torc report" in none.json["error"]) == (404, True)
+    (recorded / "report").mkdir()
+    link = trial_link(recorded, recorded / "boxes", 1)
+    (recorded / REPORT).write_text(f'<a href="{link}">{link}</a>')
+    assert client.get("/api/trials").json["report"] is True
+    served = client.get("/report")
+    key = client.get("/api/trials").json["trials"][0]["key"]
+    assert served.body.decode() == f'<a href="/#{key}/1">{link}</a>'
+    assert "script-src" not in served.headers["content-security-policy"]
+    assert "default-src 'none'" in served.headers["content-security-policy"]
+
+
+@pytest.mark.parametrize("linked", ["report", "report/index.html"])
+def test_a_report_that_is_a_link_to_elsewhere_is_not_served(client, recorded, tmp_path, linked):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "index.html").write_text("secret")
+    (recorded / linked).parent.mkdir(exist_ok=True)
+    (recorded / linked).symlink_to(elsewhere if linked == "report" else elsewhere / "index.html")
+    answer = client.get("/report")
+    assert answer.status == 404
+    assert b"secret" not in answer.body
 
 
 def test_text_from_strangers_comes_as_json_only(client, recorded):

@@ -257,6 +257,35 @@ def test_a_replay_pick_by_pick(recorded, open_page):
         page.locator("#scene-box canvas").wait_for()
 
 
+def test_a_report_leads_to_the_picks_of_its_trials_and_back(recorded, open_page):
+    pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
+    from torc.benchmark.report.writing import write_report
+
+    write_report(recorded, recorded / "report")
+    with served(recorded) as client:
+        page = open_page(client.url)
+        page.locator("#says", has_text="Pick 1").wait_for()
+        page.click("#show-report")
+        page.locator(".answer .it", has_text="dg-select").wait_for()
+        page.click(".board a")
+        page.locator("#says", has_text="Pick 1: object 1, removed").wait_for()
+        page.locator("#task", has_text="boxes").wait_for()
+        page.keyboard.press("ArrowRight")
+        page.locator("#says", has_text="Pick 2: object 0, retrieved").wait_for()
+        page.go_back()
+        page.locator(".board a").wait_for()
+
+
+def test_an_address_is_followed_in_an_open_page_and_explained_if_it_is_of_elsewhere(recorded, open_page):
+    with served(recorded) as client:
+        page = open_page(f"{client.url}/#0123456789ab/0")
+        page.locator("#panel", has_text="There is no such trial here").wait_for()
+        key = client.get("/api/trials").json["trials"][0]["key"]
+        for pick, told in ((1, "Pick 2: object 0"), (0, "Pick 1: object 1")):
+            page.evaluate(f"location.hash = '#{key}/{pick}'")
+            page.locator("#says", has_text=told).wait_for()
+
+
 def test_the_scene_is_drawn_and_turns(recorded, open_page):
     with served(recorded) as client:
         page = open_page(client.url)

@@ -8,11 +8,12 @@ import pytest
 
 from torc.episode.pick_view import load_view
 from torc.episode.recorded import read_trial
+from torc.episode.viewer_links import trial_key
 from torc.errors import InputError
 from torc.records.serialization import save_record
 from torc.web.arrays import pack_view
 from torc.web.pick_page import pick_page, trial_page, why_not
-from torc.web.shelf import Shelf, open_shelf, trial_key
+from torc.web.shelf import Shelf, open_shelf
 from torc.web.thumbnails import thumbnail
 
 

@@ -111,11 +111,6 @@ class TrialRow:
         wrong = [p for p in self.picked if p.result not in _WENT_WELL] or self.picked
         return wrong[-1] if wrong else None
 
-    @property
-    def view_command(self) -> str:
-        """What shows the trial in a browser."""
-        return f"torc view {shlex.quote(str(self.directory))}"
-
 
 @dataclass(frozen=True)
 class Table:
@@ -132,6 +127,11 @@ class Table:
     rows: tuple[TrialRow, ...]
     left_out: tuple[tuple[Path, str], ...] = ()
     difficulties: Mapping[str, Difficulty] = field(default_factory=dict)
+
+    @property
+    def view_command(self) -> str:
+        """What shows the trials in a browser."""
+        return f"torc view {shlex.quote(str(self.root))}"
 
     @property
     def planners(self) -> tuple[str, ...]:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from torc.episode.viewer_links import VIEWER_PORT
+
 if TYPE_CHECKING:
     from torc.episode.trial import Trial, TrialSpec
     from torc.web.frames import FrameBoard
@@ -38,7 +40,7 @@ class HumanCommand:
     """Also write video.mp4 of each trial."""
     host: str = "127.0.0.1"
     """Where to listen. Anything but this machine's own addresses makes a token that the browser needs."""
-    port: int = 8770
+    port: int = VIEWER_PORT
     """0 for any free one."""
     open: bool = False
     """Open the browser."""

@@ -35,17 +35,19 @@ class ReportCommand:
 
         from torc.benchmark.report.writing import write_report
         from torc.cli.printing import printable
+        from torc.episode.viewer_links import REPORT
         from torc.errors import InputError
 
         if self.gallery < 0:
             raise InputError("--gallery must be at least 0.")
-        report = write_report(self.directory, self.out or self.directory / "report", self.gallery)
+        report = write_report(self.directory, self.out or self.directory / REPORT.parent, self.gallery)
         if self.json:
             print(json.dumps({**report.summary, "page": str(report.page)}, indent=2))
         else:
             for line in (report.summary["answer"], *report.summary["warnings"]):
                 print(printable(line))
             print(printable(f"The report: {report.page}"))
+            print(printable(f"Its links to trials work while this runs: {report.view_command}"))
         if self.open:
             webbrowser.open(report.page.resolve().as_uri())
         return 0

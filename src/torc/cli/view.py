@@ -5,6 +5,8 @@ from pathlib import Path
 
 import tyro
 
+from torc.episode.viewer_links import VIEWER_PORT
+
 
 @dataclass(frozen=True)
 class ViewCommand:
@@ -17,7 +19,7 @@ class ViewCommand:
     """A trial (`torc run --out DIR`), or a directory with trials anywhere in it."""
     host: str = "127.0.0.1"
     """Where to listen. Anything but this machine's own addresses makes a token that the browser needs."""
-    port: int = 8770
+    port: int = VIEWER_PORT
     """0 for any free one."""
     open: bool = False
     """Open the browser."""

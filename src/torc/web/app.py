@@ -23,6 +23,7 @@ from torc.web.access import Gate
 from torc.web.arrays import pack_view
 from torc.web.frames import FrameBoard
 from torc.web.pick_page import pick_page, trial_page
+from torc.web.report_page import POLICY, has_report, report_page
 from torc.web.session import Choice, RefusedError, Session
 from torc.web.shelf import Shelf
 from torc.web.thumbnails import thumbnail
@@ -80,6 +81,7 @@ def make_app(site: Site) -> Starlette:
     routes = [
         Route("/", app.page),
         Route("/page/{name}", app.part),
+        Route("/report", app.report),
         Route("/api/trials", app.trials),
         Route("/api/trials/{key}", app.trial),
         Route("/api/trials/{key}/video.mp4", app.video),
@@ -119,8 +121,14 @@ class _App:
     def part(self, request: Request) -> Response:
         return _part(request.path_params["name"])
 
+    def report(self, request: Request) -> Response:
+        page = report_page(self._site.shelf.root)
+        return Response(page, media_type="text/html", headers={"Content-Security-Policy": POLICY})
+
     def trials(self, request: Request) -> Response:
-        return _json({"mode": "human" if self._site.session else "view", "trials": self._site.trials.lines()})
+        mode = "human" if self._site.session else "view"
+        report = has_report(self._site.shelf.root)
+        return _json({"mode": mode, "report": report, "trials": self._site.trials.lines()})
 
     def trial(self, request: Request) -> Response:
         return _json({"key": request.path_params["key"], **trial_page(self._read(request))})

@@ -9,10 +9,10 @@ from typing import Any
 
 from torc.episode.trial import Trial, TrialSpec
 from torc.episode.trial_lines import ResultFacts, read_facts
+from torc.episode.viewer_links import PARTIAL, trial_key
 from torc.errors import InputError
 from torc.web.expert import NAME
 from torc.web.session import Phase, Session
-from torc.web.shelf import PARTIAL, trial_key
 
 _EXPERT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,31}")
 Play = Callable[[TrialSpec, Path], Trial]

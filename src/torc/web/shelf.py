@@ -1,15 +1,13 @@
 """The trials below a directory, each under a short key: no path ever comes from an address."""
 
-import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from torc.episode.recorded import LOG, RecordedTrial, find_trials, read_trial
 from torc.episode.trial_lines import ResultFacts, SpecFacts, read_facts
+from torc.episode.viewer_links import PARTIAL, trial_key
 from torc.errors import InputError, UnknownNameError
-
-PARTIAL = ".partial"
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,10 @@ class Shelf:
     def _find(self, key: str) -> Path:
         directory = self.directories().get(key)
         if directory is None:
-            raise InputError("There is no such trial here. Reload the page.")
+            raise InputError(
+                "There is no such trial here. Reload the page; if a report's link led here, start `torc view` with the "
+                "directory that was reported on."
+            )
         if not directory.name.endswith(PARTIAL):
             self._finished[key] = directory
         return directory
@@ -64,11 +65,6 @@ def open_shelf(root: Path) -> Shelf:
             f"There is no recorded trial in '{root}': none of its directories holds {LOG}. `torc run` makes one."
         )
     return shelf
-
-
-def trial_key(relative: str) -> str:
-    """Short name of a trial in addresses; the same while it is played and afterwards."""
-    return hashlib.sha256(relative.removesuffix(PARTIAL).encode("utf-8", "surrogateescape")).hexdigest()[:12]
 
 
 def _line(directory: Path, root: Path) -> dict[str, Any]:

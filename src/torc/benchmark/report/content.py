@@ -19,6 +19,7 @@ from torc.benchmark.measures import (
 )
 from torc.benchmark.paper import paper_method
 from torc.benchmark.ranking import Standing
+from torc.benchmark.report.links import Link, trial_cell
 from torc.benchmark.rows import Table, TrialRow
 
 CATEGORIES = ("structured", "unstructured")
@@ -27,11 +28,11 @@ _HIDDENNESS = ("visible", "partly", "hidden")
 
 @dataclass(frozen=True)
 class TextTable:
-    """A table of text. `note` says how to read it."""
+    """A table of text, and of links to trials. `note` says how to read it."""
 
     title: str
     header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    rows: tuple[tuple[str | Link, ...], ...]
     note: str = ""
 
 
@@ -226,20 +227,20 @@ def errors_table(table: Table) -> TextTable:
     """The errored trials: never scored."""
     bad = [r for r in table.rows if r.status not in ("completed", "missing")]
     rows = tuple(
-        (r.planner, r.problem, str(r.seed), r.cause, _first_line(r.error), r.view_command) for r in bad
+        (r.planner, r.problem, str(r.seed), r.cause, _first_line(r.error), trial_cell(table, r)) for r in bad
     )
-    header = ("planner", "problem", "seed", "cause", "what was said", "look at it")
+    header = ("planner", "problem", "seed", "cause", "what was said", "trial")
     return TextTable("Errored trials, which are not scored", header, rows)
 
 
 def trials_table(table: Table) -> TextTable:
-    """Every trial with the command that shows it."""
+    """Every trial with its directory, which is a link into the viewer."""
     rows = tuple(
-        (r.planner, r.problem, str(r.seed), _outcome(r), *_counts(r), r.view_command)
+        (r.planner, r.problem, str(r.seed), outcome(r), *_counts(r), trial_cell(table, r))
         for r in table.rows
         if r.status != "missing"
     )
-    header = ("planner", "problem", "seed", "outcome", "picks", "drops", "look at it")
+    header = ("planner", "problem", "seed", "outcome", "picks", "drops", "trial")
     return TextTable("Every trial", header, rows)
 
 
@@ -287,7 +288,8 @@ def _problem_cell(done: Sequence[TrialRow]) -> str:
     )
 
 
-def _outcome(row: TrialRow) -> str:
+def outcome(row: TrialRow) -> str:
+    """How a trial ended."""
     if not row.completed:
         return row.status
     return "retrieved" if row.retrieved else f"not retrieved: {row.end}"

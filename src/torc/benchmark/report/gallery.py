@@ -9,6 +9,7 @@ from pathlib import Path
 
 from PIL import Image, UnidentifiedImageError
 
+from torc.benchmark.report.links import address_of
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.episode.pictures import COLUMNS, PANEL_WIDTH
 
@@ -23,13 +24,13 @@ class Failure:
     Attributes:
         title: planner, problem, seed.
         text: what went wrong.
-        command: what shows the trial.
+        address: where the viewer shows that pick; None where there is nothing to show.
         jpeg: the picture of the pick that failed; None where there is none.
     """
 
     title: str
     text: str
-    command: str
+    address: str | None
     jpeg: bytes | None
 
     @property
@@ -52,17 +53,18 @@ def failures(table: Table, planners: Sequence[str], most: int) -> tuple[list[Fai
             chosen.append(queues[key].popleft())
             if not queues[key]:
                 del queues[key]
-    return [_failure(row) for row in chosen[:most]], count
+    return [_failure(table, row) for row in chosen[:most]], count
 
 
-def _failure(row: TrialRow) -> Failure:
+def _failure(table: Table, row: TrialRow) -> Failure:
     pick = row.failed_pick
     text = f"{row.end} after {row.picks} picks"
     if pick is not None:
         said = f": {pick.detail}" if pick.detail else ""
         text += f". Pick {pick.pick + 1}, object {pick.object_id}: {pick.result}{said}"
     title = f"{row.planner} on {row.problem}, seed {row.seed}"
-    return Failure(title, text, row.view_command, _picture(row.directory, pick) if pick else None)
+    address = address_of(table, row, pick.pick if pick else 0)
+    return Failure(title, text, address, _picture(row.directory, pick) if pick else None)
 
 
 def _picture(directory: Path, pick: PickRow) -> bytes | None:

@@ -3,8 +3,10 @@
 import re
 from collections.abc import Iterator
 
+from torc.benchmark.report.board import MARKS, Board, Square, Went
 from torc.benchmark.report.content import TextTable
 from torc.benchmark.report.figures import Picture
+from torc.benchmark.report.links import Link
 from torc.benchmark.report.page import Content
 
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>|#])")
@@ -33,8 +35,12 @@ def _lines(content: Content, figures: str) -> Iterator[str]:
     if content.failures:
         yield f"## Failures\n\n{len(content.failures)} of {content.failed} failed trials.\n"
         for failure in content.failures:
-            yield f"- {_plain(failure.title)}: {_plain(failure.text)}. `{failure.command}`"
+            yield f"- {_linked(failure.title, failure.address)}: {_plain(failure.text)}."
         yield ""
+    yield "## Every trial\n"
+    yield f"Picks to retrieval, seeds in turn; {MARKS[Went.FAILED]}: not retrieved; {MARKS[Went.ERRORED]}: errored. "
+    yield f"Each is a link to the trial; links to trials work while `{content.view_command}` runs.\n"
+    yield from _board(content.board)
     yield "## How this was made\n"
     for paragraph in content.method:
         yield f"{_plain(paragraph)}\n"
@@ -50,8 +56,24 @@ def _table(table: TextTable) -> Iterator[str]:
         yield f"{_plain(table.note)}\n"
 
 
-def _cell(text: str) -> str:
-    return f"`{text.replace('|', '')}`" if text.startswith("torc ") else _plain(text)
+def _cell(cell: str | Link) -> str:
+    return _linked(cell.text, cell.address) if isinstance(cell, Link) else _plain(cell)
+
+
+def _linked(text: str, address: str | None) -> str:
+    return _plain(text) if address is None else f"[{_plain(text)}]({address})"
+
+
+def _board(board: Board) -> Iterator[str]:
+    yield f"| problem | {' | '.join(map(_plain, board.planners))} |"
+    yield "|---" * (len(board.planners) + 1) + "|"
+    for problem, cells in board.rows:
+        yield f"| {_plain(problem)} | {' | '.join(' '.join(map(_square, c)) for c in cells)} |"
+    yield ""
+
+
+def _square(square: Square) -> str:
+    return _linked(square.text, square.address)
 
 
 def _picture(picture: Picture, figures: str) -> Iterator[str]:

@@ -5,9 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+from torc.benchmark.report.board import MARKS, Board, Square, Went
 from torc.benchmark.report.content import TextTable
 from torc.benchmark.report.figures import Picture
 from torc.benchmark.report.gallery import Failure
+from torc.benchmark.report.links import Link
 from torc.benchmark.report.verdict import Verdict
 
 _STYLE = """
@@ -28,6 +30,13 @@ figure img { max-width: 100%; height: auto; } figcaption { font-size: 13px; colo
 figcaption b { color: var(--ink); } .wide figure { max-width: 100%; }
 .failures { display: grid; grid-template-columns: repeat(auto-fill, minmax(270px, 1fr)); gap: 18px; }
 .failures img { width: 100%; border: 1px solid var(--line); } .failures p { margin: 3px 0; font-size: 13px; }
+.board td { padding: 2px 14px 2px 0; } .squares > * { display: inline-block; min-width: 27px;
+  padding: 0 3px; margin: 1px; line-height: 20px; text-align: center; border: 1px solid transparent; border-radius: 3px;
+  box-sizing: border-box; text-decoration: none; color: var(--ink); }
+.squares .clean { background: #0072b2; color: #fff; } .squares .drops { background: #b9ddf3; border-color: #0072b2; }
+.squares .failed { background: #a83f00; color: #fff; } .squares .errored { border: 1px dashed var(--ink); }
+.squares a:hover, .squares a:focus-visible { outline: 2px solid var(--ink); outline-offset: 1px; }
+a { color: var(--mark); } a code { color: inherit; }
 code { font: 12px ui-monospace, monospace; overflow-wrap: anywhere; }
 summary { cursor: pointer; font-weight: 650; margin: 8px 0; }
 nav { font-size: 13px; } nav a { margin-right: 14px; color: var(--mark); }
@@ -49,6 +58,8 @@ class Content:
         details: long ones, shown when asked for.
         failures: the gallery.
         failed: how many trials failed in all.
+        board: every trial as a square.
+        view_command: what makes the links to trials work.
         method: paragraphs on how it was made.
     """
 
@@ -61,6 +72,8 @@ class Content:
     details: Sequence[TextTable]
     failures: Sequence[Failure]
     failed: int
+    board: Board
+    view_command: str
     method: Sequence[str]
 
 
@@ -76,16 +89,18 @@ def html_page(content: Content) -> str:
         f"<h1>Which planner should I use? <small>{escape(content.title)}</small></h1>",
         _answer(content.verdict),
         _table(content.ranking, best, heading=False),
-        '<nav><a href="#figures">Figures</a><a href="#tables">Tables</a><a href="#failures">Failures</a>'
-        '<a href="#details">Every problem and trial</a><a href="#method">How this was made</a></nav>',
+        '<nav><a href="#figures">Figures</a><a href="#tables">Tables</a><a href="#trials">Every trial</a>'
+        '<a href="#failures">Failures</a><a href="#details">Every trial in numbers</a>'
+        '<a href="#method">How this was made</a></nav>',
         '<h2 id="figures">The paper\'s figures, from these trials</h2>',
         f'<div class="figures">{"".join(map(_figure, content.paper_figures))}</div>',
         f'<div class="figures wide">{"".join(map(_figure, content.figures))}</div>',
         '<div id="tables">',
         *(_table(t, best) for t in content.tables if t.rows),
         "</div>",
+        _board(content.board, content.view_command),
         _gallery(content.failures, content.failed),
-        '<h2 id="details">Every problem and trial</h2>',
+        '<h2 id="details">Every problem and trial in numbers</h2>',
         *(_details(t) for t in content.details if t.rows),
         '<h2 id="method">How this was made</h2>',
         *(f'<p class="note">{escape(p)}</p>' for p in content.method),
@@ -109,15 +124,51 @@ def _table(table: TextTable, best: str | None, *, heading: bool = True) -> str:
     return f'{title}<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{note}'
 
 
-def _row(cells: Sequence[str], best: str | None) -> str:
+def _row(cells: Sequence[str | Link], best: str | None) -> str:
     mark = ' class="best"' if best is not None and best in cells[:2] else ""
     return f"<tr{mark}>{''.join(map(_cell, cells))}</tr>"
 
 
-def _cell(text: str) -> str:
-    if text.startswith("torc "):
-        return f'<td class="code"><code>{escape(text)}</code></td>'
-    return f"<td>{escape(text)}</td>"
+def _cell(cell: str | Link) -> str:
+    if isinstance(cell, Link):
+        return f'<td class="code">{_linked(f"<code>{escape(cell.text)}</code>", cell.address)}</td>'
+    return f"<td>{escape(cell)}</td>"
+
+
+def _linked(inner: str, address: str | None) -> str:
+    """HTML with a link around it."""
+    return inner if address is None else f'<a href="{escape(address)}">{inner}</a>'
+
+
+def _board(board: Board, command: str) -> str:
+    head = "".join(f"<th>{escape(name)}</th>" for name in ("", *board.planners))
+    rows = "".join(
+        f"<tr><th>{escape(problem)}</th>{''.join(map(_squares, cells))}</tr>" for problem, cells in board.rows
+    )
+    key = (
+        f"{_key(Went.CLEAN, '4')} retrieved in 4 picks, {_key(Went.DROPS, '4')} the same, but with drops, "
+        f"{_key(Went.FAILED)} not retrieved, {_key(Went.ERRORED)} errored, {_key(Went.MISSING)} not played yet"
+    )
+    return (
+        f'<h2 id="trials">Every trial</h2><p class="note">A square per seed: {key}. A square is a link to the trial, '
+        f"pick by pick. Links to trials work while <code>{escape(command)}</code> runs.</p>"
+        f'<div class="scroll"><table class="board"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
+    )
+
+
+def _key(went: Went, text: str = "") -> str:
+    return f'<span class="squares"><span class="{went}">{text or MARKS[went]}</span></span>'
+
+
+def _squares(squares: Sequence[Square]) -> str:
+    return f'<td class="squares">{"".join(map(_square, squares))}</td>'
+
+
+def _square(square: Square) -> str:
+    facts = f'class="{square.went}" title="{escape(square.title)}"'
+    if square.address is None:
+        return f"<span {facts}>{square.text}</span>"
+    return f'<a {facts} href="{escape(square.address)}">{square.text}</a>'
 
 
 def _details(table: TextTable) -> str:
@@ -137,11 +188,10 @@ def _gallery(failures: Sequence[Failure], failed: int) -> str:
     told = (
         "No completed trial failed."
         if not failed
-        else f"{len(failures)} of {failed} failed trials, causes in turn."
+        else f"{len(failures)} of {failed} failed trials, causes in turn. A picture leads to that pick in the viewer."
     )
     cards = "".join(
-        f"<div>{_failure_image(f)}<p><b>{escape(f.title)}</b></p><p>{escape(f.text)}</p>"
-        f"<p><code>{escape(f.command)}</code></p></div>"
+        f"<div>{_linked(f'{_failure_image(f)}<p><b>{escape(f.title)}</b></p>', f.address)}<p>{escape(f.text)}</p></div>"
         for f in failures
     )
     return f'<h2 id="failures">Failures</h2><p class="note">{told}</p><div class="failures">{cards}</div>'

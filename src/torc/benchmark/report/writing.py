@@ -10,6 +10,7 @@ from torc.benchmark.paper import CITATION
 from torc.benchmark.ranking import Standing, rank
 from torc.benchmark.reading import read_table
 from torc.benchmark.report import content
+from torc.benchmark.report.board import trial_board
 from torc.benchmark.report.figures import draw_all
 from torc.benchmark.report.gallery import failures
 from torc.benchmark.report.markdown import markdown_page
@@ -44,11 +45,13 @@ class Report:
     Attributes:
         directory: of the report.
         page: the HTML page.
+        view_command: what makes its links to trials work.
         summary: plain data: answer, ranking, measures.
     """
 
     directory: Path
     page: Path
+    view_command: str
     summary: dict[str, Any]
 
 
@@ -76,7 +79,7 @@ def write_report(root: Path, out: Path, gallery: int = 24) -> Report:
         (out / "report.md").write_text(markdown_page(made, _FIGURES), encoding="utf-8")
     except OSError as error:
         raise InputError(f"Cannot write to '{out}': {error.strerror}. Choose another --out.") from error
-    return Report(out, out / "index.html", _summary(table, standings, made))
+    return Report(out, out / "index.html", table.view_command, _summary(table, standings, made))
 
 
 def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
@@ -102,6 +105,8 @@ def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
         details=[content.problems_table(table, planners), content.trials_table(table)],
         failures=shown,
         failed=failed,
+        board=trial_board(table, planners),
+        view_command=table.view_command,
         method=[_OBJECTIVE, _INTERVALS, f"Diamonds: {CITATION}.", *_provenance(table)],
     )
 

@@ -88,7 +88,7 @@ function drawHead() {
   document.title = choosing() ? "Your choice – torc" : t ? `${t.problem} – torc` : "torc";
 }
 
-const headline = (t) => [t.problem, t.expert || t.planner, t.seed ? `seed ${t.seed}` : ""].filter(Boolean).join(" · ");
+const headline = (t) => [t.problem, t.expert || t.planner, app.mode === "view" || t.seed ? `seed ${t.seed}` : ""].filter(Boolean).join(" · ");
 
 function drawStage() {
   const phase = app.session?.phase;
@@ -235,15 +235,21 @@ async function listTrials() {
   showTrials(app.trials, (key) => { history.replaceState(null, "", `#${key}/0`); attempt(open(key, 0)); });
 }
 
+// What the address names: #KEY/PICK, as reports link to it; without one the first trial.
+async function openAddressed() {
+  const [key, number] = location.hash.slice(1).split("/");
+  await attempt(open(key || app.trials[0].key, Number(number) || 0));
+}
+
 async function begin() {
   const found = await get("/api/trials");
   Object.assign(app, { mode: found.mode, trials: found.trials });
   if (app.mode === "view") {
     app.tab = "Decision";
     $("show-trials").hidden = found.trials.length < 2;
-    const [key, number] = location.hash.slice(1).split("/");
-    const wanted = found.trials.find((t) => t.key === key) || found.trials[0];
-    await attempt(open(wanted.key, wanted.key === key ? Number(number) || 0 : 0));
+    $("show-report").hidden = !found.report;
+    addEventListener("hashchange", openAddressed);
+    await openAddressed();
     return;
   }
   follow((state) => attempt(follows(state, true)), (gone) => { $("connection").hidden = !gone; });
