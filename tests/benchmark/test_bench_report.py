@@ -24,7 +24,7 @@ FIGURES = ("success", "picks", "drops", "decision_time", "categories", "problems
 @pytest.fixture(scope="module")
 def report(played, tmp_path_factory):
     """Written once."""
-    return write_report(played, tmp_path_factory.mktemp("report"), gallery=5)
+    return write_report([played], tmp_path_factory.mktemp("report"), gallery=5)
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +104,7 @@ def test_figures_are_there_as_svg_and_png(report):
 
 @pytest.mark.slow
 def test_the_same_trials_give_the_same_page(played, report, tmp_path):
-    again = write_report(played, tmp_path, gallery=5)
+    again = write_report([played], tmp_path, gallery=5)
     assert again.page.read_text() == report.page.read_text()
 
 
@@ -130,14 +130,14 @@ def test_tables_for_other_programs(report, played):
 def test_without_matplotlib_it_says_what_to_install(played, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
     with pytest.raises(MissingDependencyError, match="scripts/setup report"):
-        write_report(played, tmp_path)
+        write_report([played], tmp_path)
 
 
 def test_a_directory_without_trials_is_refused(tmp_path):
     with pytest.raises(InputError, match="no finished trial"):
-        write_report(tmp_path, tmp_path / "report")
+        write_report([tmp_path], tmp_path / "report")
     with pytest.raises(InputError, match="no directory"):
-        write_report(tmp_path / "nowhere", tmp_path / "report")
+        write_report([tmp_path / "nowhere"], tmp_path / "report")
 
 
 @pytest.mark.browser

@@ -261,7 +261,7 @@ def test_a_report_leads_to_the_picks_of_its_trials_and_back(recorded, open_page)
     pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
     from torc.benchmark.report.writing import write_report
 
-    write_report(recorded, recorded / "report")
+    write_report([recorded], recorded / "report")
     with served(recorded) as client:
         page = open_page(client.url)
         page.locator("#says", has_text="Pick 1").wait_for()

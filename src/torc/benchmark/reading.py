@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from torc.benchmark.playing import trial_spec
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.benchmark.spec import BenchPlanner
 from torc.benchmark.store import PROBLEMS, TRIALS, WORK, Store
+from torc.benchmark.table_files import holds_tables, read_rows
 from torc.episode.trial import TrialSpec
 from torc.errors import InputError
 from torc.generation.difficulty import Difficulty, stated_difficulty
@@ -21,8 +22,25 @@ from torc.vlm.config import VlmConfig
 _MAX_DEPTH = 6
 
 
+def read_tables(roots: Sequence[Path]) -> Table:
+    """All trials of several directories in one table, as if they had been played into one.
+
+    Raises:
+        InputError: there is no trial in one of them.
+    """
+    if len(roots) == 1:
+        return read_table(roots[0])
+    tables = [read_table(root.resolve()) for root in roots]
+    left_out = [one for table in tables for one in table.left_out]
+    rows = _one_per_cell((row for table in tables for row in table.rows), left_out)
+    difficulties = {name: d for table in tables for name, d in table.difficulties.items()}
+    return Table(Path(os.path.commonpath([t.root for t in tables])), *rows, difficulties)
+
+
 def read_table(root: Path) -> Table:
     """All trials below a directory: those that its benchmark planned, missing ones too, and any others.
+
+    Where it holds the tables of an earlier report instead of a benchmark, what these say.
 
     Raises:
         InputError: there is no trial.
@@ -39,6 +57,8 @@ def read_table(root: Path) -> Table:
             spec = trial_spec(trial, store.problem_path(trial.problem))
             found = _row(directory, spec, trial.id, trial.problem.category, store.result(trial))
             rows.append(found)
+    elif holds_tables(root):
+        rows += read_rows(root)
     for directory in _trial_directories(root):
         if directory in planned:
             continue

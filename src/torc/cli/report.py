@@ -15,11 +15,15 @@ class ReportCommand:
     all trials and picks as CSV (and Parquet, with the extra 'report'). Trials of `torc human` below the directory join
     the table as rows of their own.
 
+      torc report runs/mine
+      torc report results/torc40 runs/mine --out runs/both     # your planner beside the published trials
+
     Exit code 0 when the report was written, 2 when there is nothing to report on.
     """
 
-    directory: tyro.conf.Positional[Path]
-    """What was given to `torc bench --out`, or a directory with trials anywhere in it."""
+    directories: Annotated[tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar="DIRECTORY...")]
+    """What was given to `torc bench --out`, or a directory with trials anywhere in it, or with the CSV tables of an
+    earlier report. Of several all trials count together."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Where the report is written; DIRECTORY/report if not given."""
     gallery: int = 24
@@ -40,7 +44,11 @@ class ReportCommand:
 
         if self.gallery < 0:
             raise InputError("--gallery must be at least 0.")
-        report = write_report(self.directory, self.out or self.directory / REPORT.parent, self.gallery)
+        if not self.directories:
+            raise InputError("Name a directory: what was given to `torc bench --out`.")
+        if self.out is None and len(self.directories) > 1:
+            raise InputError("Name a directory for the report of several directories: --out DIR.")
+        report = write_report(self.directories, self.out or self.directories[0] / REPORT.parent, self.gallery)
         if self.json:
             print(json.dumps({**report.summary, "page": str(report.page)}, indent=2))
         else:

@@ -1,5 +1,6 @@
 """From a directory of trials to a directory with the report."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ from torc.benchmark import intervals
 from torc.benchmark.measures import MEASURES
 from torc.benchmark.paper import CITATION
 from torc.benchmark.ranking import Standing, rank
-from torc.benchmark.reading import read_table
+from torc.benchmark.reading import read_tables
 from torc.benchmark.report import content
 from torc.benchmark.report.board import trial_board
 from torc.benchmark.report.figures import draw_all
@@ -55,11 +56,11 @@ class Report:
     summary: dict[str, Any]
 
 
-def write_report(root: Path, out: Path, gallery: int = 24) -> Report:
-    """Read the trials of a directory and write index.html, report.md, figures and tables.
+def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
+    """Read the trials of some directories and write index.html, report.md, figures and tables.
 
     Args:
-        root: of a benchmark, or with trials anywhere in it.
+        roots: of benchmarks, or with trials anywhere in them, or with the tables of an earlier report.
         out: directory to write to.
         gallery: failed trials that are shown in pictures, at most.
 
@@ -67,7 +68,7 @@ def write_report(root: Path, out: Path, gallery: int = 24) -> Report:
         InputError: there are no trials, or the directory cannot be written.
         MissingDependencyError: matplotlib is not installed.
     """
-    table = read_table(root)
+    table = read_tables(roots)
     standings = rank(table)
     made = _content(table, standings, gallery)
     try:
