@@ -35,18 +35,49 @@ def test_the_gradient_is_that_of_the_log_probability(example, rng):
     assert policy.probabilities(rows, np.zeros(6)).min() > 0
 
 
+def test_random_takes_the_target_if_it_can_and_else_anything(example):
+    rows = np.zeros((4, 14))
+    rows[0, example.PER_OBJECT.index("target")] = 1
+    policy = example.random_policy(14)
+    assert policy.probabilities(rows, np.array([1, 1, 0, 1])) == pytest.approx([1, 0, 0, 0])
+    assert policy.probabilities(rows, np.array([0, 1, 0, 1])) == pytest.approx([0, 0.5, 0, 0.5])
+
+
+def test_an_object_that_blocks_what_blocks_the_target_is_waited_for(example):
+    n = 64
+    shapes = {"position": (n, 3), "edges": (n, n)}
+    observation = {k: np.zeros(shapes.get(k, n), np.float32) for k in (*example.PER_OBJECT, "edges")}
+    for a, b, weight in ((0, 1, 0.75), (0, 2, 0.25), (1, 3, 0.5), (2, 3, 1.0)):
+        observation["edges"][a, b] = weight
+    direct, waits, out = example.features(observation)[:5, -3:].T
+    assert direct == pytest.approx([0, 0.75, 0.25, 0, 0])
+    assert waits == pytest.approx([0, 0.75, 0.25, 0.75 * 0.5 + 0.25, 0])
+    assert out == pytest.approx([1, 0.5, 1, 0, 0])
+
+
+def test_what_a_state_foretells_is_no_advantage(example, rng):
+    baseline, states = example.Baseline(), list(rng.normal(size=(500, 3)))
+    to_go = 10 * np.array(states) @ [1.0, -2.0, 0.5]
+    assert baseline.advantages(states, to_go) == pytest.approx(np.zeros(500))
+    baseline.add(states, to_go.tolist())
+    assert baseline.advantages(states, to_go + 1) == pytest.approx(np.ones(500), abs=0.3)
+
+
 @pytest.mark.slow
-def test_it_plays_and_prints_its_curve():
-    command = [
-        sys.executable,
-        str(SCRIPT),
+def test_it_plays_and_prints_its_curve(tmp_path):
+    curve = tmp_path / "curve.svg"
+    options = [
         "--problems",
+        "structured-04",
+        "--held-out",
         "structured-04",
         "--episodes",
         "2",
-        "--report-every",
+        "--judge-every",
         "1",
     ]
+    command = [sys.executable, str(SCRIPT), *options, "--repeats", "1", "--curve", str(curve)]
     out = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-    assert [line.split()[:2] for line in out[:2]] == [["episode", "1"], ["episode", "2"]]
-    assert out[-1].startswith("weights:")
+    assert [line.split()[0] for line in out] == ["RANDOM", "episode", "episode", "episode"]
+    assert all("picks to retrieval" in line for line in out)
+    assert "</svg>" in curve.read_text()

@@ -14,6 +14,7 @@ from torc_command import run_torc
 from torc.benchmark.dispatch import Failure, FailureKind
 from torc.benchmark.playing import play
 from torc.benchmark.reading import read_table
+from torc.benchmark.store import Store
 from torc.benchmark.table_files import trial_records
 from torc.testing.fake_bench import InlineBackend, play_quickly
 
@@ -197,21 +198,35 @@ def test_help(command, capsys):
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 def test_real_trials_killed_on_the_way_end_with_the_same_table(tmp_path):
-    """Two trials, in a benchmark that is killed between them and in one that is not."""
+    """Two trials, in a benchmark that is killed in the middle of either, and in one that is left alone."""
 
     def command(out):
         options = ["--problems", "structured-04", "--planners", "random", "--repeats", "2", "--workers", "1"]
         return [sys.executable, "-m", "torc.cli.main", "bench", *options, "--out", str(tmp_path / out)]
 
-    runner = subprocess.Popen(command("killed"))
-    while not list(tmp_path.glob("killed/trials/*/result.json")):
-        time.sleep(0.2)
-    time.sleep(2.0)
-    runner.send_signal(signal.SIGKILL)
-    runner.wait()
+    for complete in range(2):
+        runner = subprocess.Popen(command("killed"))
+        while not (
+            _complete(tmp_path / "killed") == complete and _in_the_middle(tmp_path / "killed", runner.pid)
+        ):
+            assert runner.poll() is None, "it ended before it could be killed"
+            time.sleep(0.1)
+        runner.send_signal(signal.SIGKILL)
+        runner.wait()
+        assert _complete(tmp_path / "killed") == complete
     subprocess.run(command("killed"), check=True)
     subprocess.run(command("whole"), check=True)
     whole, killed = (trial_records(read_table(tmp_path / name)) for name in ("whole", "killed"))
     for record in (*whole, *killed):
         del record["decision_s"], record["planning_s"]
     assert killed == whole
+    assert [call.get("played") for call in Store(tmp_path / "killed").calls()] == [None, None, 1]
+
+
+def _complete(out):
+    return len(list(out.glob("trials/*/result.json")))
+
+
+def _in_the_middle(out, pid):
+    """Something was seen in a trial that this runner's worker is playing."""
+    return any(out.glob(f".work/{pid}-*/*.partial/picks/*"))
