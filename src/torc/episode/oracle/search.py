@@ -1,8 +1,10 @@
 """The shortest sequence of picks, by branch and bound. Knows nothing of robots: tests run it on small made-up spaces.
 
-Sequences are compared by picks, then by drops. Good ones come first from rough plans (`torc.episode.oracle.rough`),
-which are tried out; then the open choice with the lowest bound is tried, until nothing that is open can beat the best
-sequence or the budget is spent. Rough plans decide only what is tried first; what is proved rests on the bounds alone.
+Sequences are compared by picks, then by drops. The first one takes the first choice of every state, as a planner
+without foresight would, so that the answer is no worse. Better ones come from rough plans
+(`torc.episode.oracle.rough`), which are tried out; then the open choice with the lowest bound is tried, until nothing
+that is open can beat the best sequence or the budget is spent. First choices and rough plans decide only what is tried
+first; what is proved rests on the bounds alone.
 """
 
 import heapq
@@ -16,6 +18,8 @@ from torc.episode.oracle.budget import LOOK_COST
 from torc.episode.oracle.rough import RoughPlan, rough_plans
 from torc.episode.oracle.space import Choice, Fate, Options, Space, State
 
+_FIRST_SHARE = 0.5
+"""Share of the budget after which first choices are no longer followed."""
 _ROUGH_SHARE = 0.5
 """Share of the budget after which no more rough plans are made."""
 
@@ -175,6 +179,7 @@ class _Search(Generic[State]):
             return
         self.look(self.root)
         self.looked = True
+        self.follow_first_choices()
         self.pursue_rough_plans()
         while (trial := self.next()) is not None and self.affords(picks=1, looks=1):
             if self.likely_suffices and self.found().likely:
@@ -198,6 +203,14 @@ class _Search(Generic[State]):
         while self.open and (self.open[0].done or not self.hopeful(self.open[0].bound)):
             heapq.heappop(self.open)
         return self.open[0] if self.open else None
+
+    def follow_first_choices(self) -> None:
+        """Try the first choice of each state, from the start."""
+        node: _Node[State] | None = self.root
+        while node is not None and node.trials:
+            if self.spent.total > _FIRST_SHARE * self.budget or not self.affords(picks=1, looks=1):
+                return
+            node = self.attempt(next(iter(node.trials.values())))
 
     def pursue_rough_plans(self) -> None:
         """Try out the rough plans from the start that would be better than the best sequence so far."""
