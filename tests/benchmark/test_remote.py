@@ -3,8 +3,11 @@
 Without Ray: this process stands for the other machine's, with a child of its own as there.
 """
 
+import os
 import pickle
 import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +19,7 @@ from torc.benchmark.identity import file_fingerprint
 from torc.benchmark.local_pool import PoolConfig
 from torc.benchmark.playing import OUTPUT, TRIAL, Order
 from torc.benchmark.remote import node
+from torc.benchmark.remote.aside import Aside
 from torc.benchmark.remote.errand import Luggage, Returned, torc_facts
 from torc.benchmark.remote.parcel import Parcel
 from torc.benchmark.remote.sending import errand_of, pack_luggage, shared_cache, take_home
@@ -127,9 +131,25 @@ def test_what_comes_back_is_as_if_it_had_been_played_here(away, user, tmp_path):
     assert "differs" in away(_order(tmp_path, "travelling_planner:Mine", "other"))
     assert "no_such_module" in away(_order(tmp_path, "no_such_module:Mine", "any"))
     (seat,) = node._seats.values()
-    assert {p.name for p in seat._root.iterdir()} == {"code", "objects", "own.yaml"}
+    assert {p.name for p in seat._root.iterdir()} == {".lock", "code", "objects", "own.yaml"}
     seat.close()
     assert not seat._root.exists()
+
+
+def test_a_directory_aside_is_removed_when_its_process_was_killed(tmp_path, monkeypatch):
+    pytest.importorskip("fcntl")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    script = "import os; from torc.benchmark.remote.aside import Aside; print(Aside().path, flush=True); os._exit(9)"
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    mine = Aside()
+    said = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
+    left = Path(said.stdout.strip())
+    assert set(tmp_path.iterdir()) == {mine.path, left}
+    second = Aside()
+    assert set(tmp_path.iterdir()) == {mine.path, second.path}
+    second.remove()
+    mine.remove()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_cache_has_to_be_seen_by_all_machines(tmp_path, monkeypatch):

@@ -18,6 +18,7 @@ from typing import Any
 
 from torc.benchmark.dispatch import Task
 from torc.benchmark.local_pool import STARTS, Processes, no_start, open_processes
+from torc.benchmark.remote.aside import Aside
 from torc.benchmark.remote.errand import Errand, Luggage, Returned, TorcFacts, Unfit, torc_facts
 from torc.benchmark.remote.parcel import pack, unpack
 
@@ -73,7 +74,8 @@ class Seat:
         self._limits, self._probe = luggage.limits, luggage.probe
         self._stack = ExitStack()
         self._processes: Processes | None = None
-        self._root = Path(tempfile.mkdtemp(prefix="torc-ray-"))
+        self._aside = Aside()
+        self._root = self._aside.path
         atexit.register(self.close)
         self._code, self._objects = self._root / "code", self._root / "objects"
         unpack(luggage.code, self._code)
@@ -99,7 +101,7 @@ class Seat:
     def close(self) -> None:
         """End the process and leave nothing on the disk."""
         self._stop()
-        shutil.rmtree(self._root, ignore_errors=True)
+        self._aside.remove()
 
     def _problem(self, errand: Errand) -> Path | None:
         if errand.problem is None:
