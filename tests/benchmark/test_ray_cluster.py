@@ -54,7 +54,7 @@ def _table(root):
 
 def _runner(root, cluster, *options):
     command = [sys.executable, "-m", "torc.testing.fake_bench", str(root), "--ray", cluster.address, *options]
-    return subprocess.Popen(command)
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 
 
 def _half_way(runner, root):
@@ -97,7 +97,9 @@ def test_a_node_that_is_killed_costs_nothing_but_time(cluster, tmp_path, whole, 
     runner = _runner(tmp_path, cluster)
     _half_way(runner, tmp_path)
     assert runner.poll() is None
-    lose(cluster, cluster.worker_nodes.copy().pop())
+    # The command ends with the node that it runs on, which says its id first.
+    own = runner.stdout.readline().strip()
+    lose(cluster, next(n for n in cluster.worker_nodes if n.node_id != own))
     try:
         assert runner.wait() == 0
     finally:

@@ -152,6 +152,13 @@ def play_slowly(order: Order, seconds: float = 0.05) -> None:
     play_quickly(order)
 
 
+def _own_node() -> str:
+    """Id of the Ray node that this process hangs on: it ends with that node."""
+    import ray
+
+    return ray.get_runtime_context().get_node_id()
+
+
 def main(arguments: list[str]) -> None:
     """Play a fake benchmark in a directory, on this machine or a Ray cluster."""
     store, misbehaving = Store(Path(arguments[0])), "--misbehaving" in arguments
@@ -165,6 +172,7 @@ def main(arguments: list[str]) -> None:
             address = arguments[arguments.index("--ray") + 1]
             backend = stack.enter_context(ray_pool(address, 0, Luggage(replace(limits, workers=1))))
             work = partial(play_slowly, seconds=1.0)
+            print(_own_node(), flush=True)
         run_missing(store, spec, backend, work=work)
 
 
