@@ -83,6 +83,7 @@ def test_imports_point_to_earlier_packages(path):
         ("matplotlib", "grasping benchmark"),
         ("duckdb", "benchmark"),
         ("pebble", "benchmark"),
+        ("ray", "benchmark"),
         ("networkx", "grasping"),
         ("coal", "grasping"),
         ("toppra", "motion"),

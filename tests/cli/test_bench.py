@@ -129,6 +129,14 @@ def test_bad_arguments_are_explained(bench, arguments, said):
     assert said in err
 
 
+def test_ray_without_its_extra_is_explained(bench, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    code, _, err = bench("--ray", "auto")
+    assert code == 1
+    assert "scripts/setup ray" in err
+    assert not list(tmp_path.glob("out/trials/*"))
+
+
 def test_what_cannot_be_compared_is_refused(bench):
     bench("--repeats", 1)
     for more in ([], ["--dry-run"]):

@@ -1,6 +1,7 @@
 """Fingerprints: a trial's id follows from all that decides its result, and from nothing else."""
 
 import hashlib
+import inspect
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -63,6 +64,15 @@ def vlm_facts(vlm: VlmConfig | None) -> dict[str, Any] | None:
 def file_fingerprint(path: Path) -> str:
     """SHA-256 of a file's bytes."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def planner_source(maker: Any) -> str:
+    """Fingerprint of the file that defines a planner; "" where there is none, e.g. compiled ones."""
+    try:
+        path = inspect.getsourcefile(maker)
+        return file_fingerprint(Path(path)) if path else ""
+    except (TypeError, OSError):
+        return ""
 
 
 def _own_object(name: str) -> list[str]:

@@ -19,7 +19,7 @@ from torc.errors import TorcError
 
 _TASKS_PER_PROCESS = 100
 """A process is replaced after so many, so that what libraries leak does not add up."""
-_STARTS = 4
+STARTS = 4
 """How often the pool may break down without any task having ended in between."""
 
 
@@ -53,58 +53,85 @@ class LocalPool:
         left, starts = deque(tasks), 0
         while left:
             starts += 1
-            if starts > _STARTS:
-                raise TorcError("The worker processes end as soon as they start. `torc doctor` may tell why.")
+            if starts > STARTS:
+                raise no_start()
             for ending in self._one_pool(work, left):
                 starts = 0
                 yield ending
 
     def _one_pool(self, work: Work, left: deque[Task]) -> Iterator[Ending]:
         """Endings until no tasks are left, or the pool broke down: unfinished tasks are back in `left` then."""
-        config = self.config
-        with _one_thread_each():
-            pool = ProcessPool(
-                config.workers,
-                _TASKS_PER_PROCESS,
-                initializer=set_up,
-                initargs=(config.memory_bytes, os.getpid()),
-                context=get_context("spawn"),
-            )
+        with open_processes(self.config) as processes:
             running: dict[Future[Any], Task] = {}
             try:
                 while left or running:
                     # One task more than there are processes: none waits for work.
-                    while left and len(running) <= config.workers:
+                    while left and len(running) <= self.config.workers:
                         task = left.popleft()
-                        running[self._schedule(pool, work, task)] = task
+                        running[processes.schedule(work, task)] = task
                     done, _ = wait(running, return_when=FIRST_COMPLETED)
                     for future in done:
-                        error = future.exception()
-                        if isinstance(error, BrokenProcessPool):
+                        try:
+                            outcome = processes.outcome(future)
+                        except BrokenProcessPool:
                             return
-                        task = running.pop(future)
-                        yield Ending(task.key, future.result() if error is None else self._failure(error))
+                        yield Ending(running.pop(future).key, outcome)
             finally:
                 left.extendleft(running.values())
-                pool.stop()
-                pool.join()
 
-    def _schedule(self, pool: ProcessPool, work: Work, task: Task) -> Future[Any]:
-        arguments = (work, task.argument, task.log, self.config.limit_s)
+
+class Processes:
+    """A pool that is open: until it breaks down, it answers every task or says why there is no answer."""
+
+    def __init__(self, config: PoolConfig, pool: ProcessPool) -> None:
+        self._config, self._pool = config, pool
+
+    def schedule(self, work: Work, task: Task) -> Future[Any]:
+        """What `outcome` takes, once it is done."""
+        arguments = (work, task.argument, task.log, self._config.limit_s)
         try:
-            return pool.schedule(carry_out, args=arguments, timeout=self.config.limit_s)
+            return self._pool.schedule(carry_out, args=arguments, timeout=self._config.limit_s)
         except RuntimeError as error:  # the pool's word for "broken down"
             future: Future[Any] = Future()
             future.set_exception(BrokenProcessPool(str(error)))
             return future
 
-    def _failure(self, error: BaseException) -> Failure:
+    def outcome(self, future: Future[Any]) -> Any:
+        """What the work returned, or a Failure; waits for it. Raises BrokenProcessPool: open another."""
+        error = future.exception()
+        if error is None:
+            return future.result()
+        if isinstance(error, BrokenProcessPool):
+            raise error
         if isinstance(error, TimeoutError):
-            text = f"It was ended after {self.config.limit_s:g} s without an answer."
+            text = f"It was ended after {self._config.limit_s:g} s without an answer."
             return Failure(FailureKind.HUNG, text)
         if isinstance(error, ProcessExpired):
             return Failure(FailureKind.CRASHED, f"Its process {_death(error.exitcode)}.")
         return Failure(FailureKind.RAISED, f"{type(error).__name__}: {error}")
+
+
+@contextmanager
+def open_processes(config: PoolConfig) -> Iterator[Processes]:
+    """Processes that wait for work; all end with the context."""
+    with _one_thread_each():
+        pool = ProcessPool(
+            config.workers,
+            _TASKS_PER_PROCESS,
+            initializer=set_up,
+            initargs=(config.memory_bytes, os.getpid()),
+            context=get_context("spawn"),
+        )
+        try:
+            yield Processes(config, pool)
+        finally:
+            pool.stop()
+            pool.join()
+
+
+def no_start() -> TorcError:
+    """Why a pool is given up after STARTS breakdowns."""
+    return TorcError("The worker processes end as soon as they start. `torc doctor` may tell why.")
 
 
 def _death(code: int) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import torc
-from torc.episode.trial import versions
+from torc.episode.versions import versions
 
 MANIFEST_FORMAT = "torc-bench-manifest/1"
 _GIT_PATIENCE_S = 10

@@ -3,14 +3,13 @@
 Planners are strangers' code, so they are looked at in a process of their own.
 """
 
-import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from torc.benchmark.dispatch import Backend, FailureKind, Task
-from torc.benchmark.identity import file_fingerprint, problem_fingerprint
+from torc.benchmark.identity import planner_source, problem_fingerprint
 from torc.benchmark.spec import BenchPlanner, BenchProblem
 from torc.episode.planners import PRIVILEGED, make_trial_planner
 from torc.errors import InputError
@@ -86,7 +85,7 @@ def look_at(question: Question) -> BenchPlanner:
         raise InputError(f"The planner '{name}' asks a model: name it with --vlm, e.g. --vlm gemini:MODEL.")
     truth = _not_asked if vlm is not None and vlm.simulated else None
     make_trial_planner(name, **planner_options(vlm, question.vlm_cache if vlm else None, truth))
-    return BenchPlanner(name, vlm, "" if name in BUILT_IN or name in PRIVILEGED else _source(maker))
+    return BenchPlanner(name, vlm, "" if name in BUILT_IN or name in PRIVILEGED else planner_source(maker))
 
 
 def _not_asked() -> Situation:
@@ -102,12 +101,3 @@ def _planner_class(name: str) -> Any:
     except InputError:
         make_trial_planner(name)  # knows the privileged ones too when it lists what there is
         raise
-
-
-def _source(maker: Any) -> str:
-    """Fingerprint of the file that defines a planner; "" where there is none, e.g. compiled ones."""
-    try:
-        path = inspect.getsourcefile(maker)
-        return file_fingerprint(Path(path)) if path else ""
-    except (TypeError, OSError):
-        return ""

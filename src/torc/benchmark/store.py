@@ -20,7 +20,8 @@ from torc.benchmark.dispatch import Failure
 from torc.benchmark.manifest import MANIFEST_FORMAT
 from torc.benchmark.playing import OUTPUT, TRIAL, trial_spec
 from torc.benchmark.spec import BenchProblem, BenchSpec, PlannedTrial, from_json, merged, to_json
-from torc.episode.trial import RESULT_FORMAT, versions
+from torc.episode.trial import RESULT_FORMAT
+from torc.episode.versions import versions
 from torc.errors import InputError
 from torc.records.files import write_json
 from torc.scenes.problem import Problem, save_problem
@@ -33,7 +34,7 @@ SPEC, MANIFEST, TRIALS, PROBLEMS, WORK, LOCK = (
     ".work",
     ".lock",
 )
-_MAX_SAID = 20_000
+MAX_SAID = 20_000
 """Characters of a broken trial's output that are kept."""
 
 
@@ -167,7 +168,7 @@ def _as_errored(store: Store, trial: PlannedTrial, work: Path, failure: Failure)
     if not (left / "spec.json").is_file():
         write_json(left / "spec.json", asdict(trial_spec(trial, store.problem_path(trial.problem))))
     output = work / OUTPUT
-    said = output.read_text(encoding="utf-8", errors="replace")[-_MAX_SAID:] if output.is_file() else ""
+    said = output.read_text(encoding="utf-8", errors="replace")[-MAX_SAID:] if output.is_file() else ""
     (left / "error.txt").write_text(f"{failure.kind}: {failure.text}\n\n{said}", encoding="utf-8")
     result = {"status": "errored", "cause": failure.kind.value, "error": failure.text}
     write_json(left / "result.json", {"format": RESULT_FORMAT, **result, "versions": versions()})
@@ -177,7 +178,7 @@ def _as_errored(store: Store, trial: PlannedTrial, work: Path, failure: Failure)
 def _copy_end(source: Path, target: Path) -> None:
     """At most the last part of a file: planners may print without end."""
     with open(source, "rb") as f:
-        f.seek(max(0, source.stat().st_size - _MAX_SAID))
+        f.seek(max(0, source.stat().st_size - MAX_SAID))
         target.write_bytes(f.read())
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -13,10 +15,12 @@ from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 
 if TYPE_CHECKING:
     from torc.benchmark.dispatch import Backend
+    from torc.benchmark.local_pool import PoolConfig
     from torc.benchmark.runner import Played
     from torc.benchmark.spec import BenchSpec
     from torc.benchmark.store import Store
     from torc.scenes.problem import Problem
+    from torc.vlm.cache import CacheConfig
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,14 @@ class BenchCommand:
 
       torc bench --planners random,dg-select,my_module:MyPlanner --out runs/mine
 
+    The same on many machines, with the same results in the same directory (needs the extra `ray`):
+
+      ray start --head --port 6379                 on this machine
+      ray start --address HEAD:6379                on every other, with the same torc installed
+      torc bench --ray auto --out runs/mine        on this machine again
+
+    A machine that is lost costs nothing but time. docs/benchmarking.md says what is sent along, and what is not.
+
     Exit code 0 when all trials were completed, 1 when some errored, 2 on bad arguments, 130 after Ctrl-C.
     """
 
@@ -44,6 +56,9 @@ class BenchCommand:
     """Trials of each planner on each problem: seeds 0 to N-1. All planners get the same seeds."""
     workers: int = 0
     """Trials at the same time, on a core each; 0 for as many as there are cores."""
+    ray: Annotated[str | None, tyro.conf.arg(metavar="ADDRESS")] = None
+    """Play on a Ray cluster: auto for the one that this machine belongs to, HOST:PORT for that one's head, local to
+    start one of this machine's cores."""
     limit: int | None = None
     """Play at most so many trials now: to try things out; the next call goes on from there."""
     timeout: float = 1800.0
@@ -82,6 +97,10 @@ class BenchCommand:
             raise InputError("--repeats and --limit must be at least 1, and --workers at least 0.")
         if self.timeout <= 0 or self.memory < 0:
             raise InputError("--timeout must be above 0 and --memory at least 0.")
+        if self.ray is not None:
+            from torc.benchmark.remote.ray_pool import load_ray
+
+            load_ray()  # now rather than after the planners were looked at
 
     def _play(self, store: Store) -> int:
         import os
@@ -101,8 +120,8 @@ class BenchCommand:
         if todo and not kernel_cache()[1]:
             _say(MESSAGE)
         played, errored = 0, 0
-        store.begin_call(call_facts(sys.argv[1:], self.workers or os.cpu_count() or 1))
-        with shown(todo) as show:
+        with self._players(spec, problems, todo) as (backend, cache, about), shown(todo) as show:
+            store.begin_call(call_facts(sys.argv[1:], self.workers or os.cpu_count() or 1) | about)
 
             def listen(trial: Played) -> None:
                 nonlocal played, errored
@@ -114,9 +133,9 @@ class BenchCommand:
                 run_missing(
                     store,
                     spec,
-                    self._backend(),
+                    backend,
                     limit=self.limit,
-                    vlm_cache=self.vlm.cache(),
+                    vlm_cache=cache,
                     listener=listen,
                 )
             except KeyboardInterrupt:
@@ -149,13 +168,35 @@ class BenchCommand:
         spec = make_spec(tuple(problems), planners, range(self.repeats), settings, torc.__version__)
         return spec, {problem.name: problem for problem in problems.values()}
 
+    @contextmanager
+    def _players(
+        self, spec: BenchSpec, problems: Mapping[str, Problem], todo: int
+    ) -> Iterator[tuple[Backend, CacheConfig | None, dict[str, Any]]]:
+        """Who plays, the cache of a VLM as they name it, and what the manifest says of them."""
+        if self.ray is None or not todo:
+            yield self._backend(), self.vlm.cache(), {}
+            return
+        from torc.benchmark.remote.ray_pool import ray_pool
+        from torc.benchmark.remote.sending import pack_luggage, shared_cache
+
+        with shared_cache(self.vlm.cache()) as (cache, probe):
+            luggage = pack_luggage(self._limits(1), spec.planners, problems.values(), Path.cwd(), probe)
+            with ray_pool(self.ray, self.workers, luggage, _say) as pool:
+                facts = pool.facts()
+                _say(f"Ray: {facts['cpus']} CPUs on {len(facts['machines'])} machine(s).")
+                yield pool, cache, {"workers": self.workers or facts["cpus"], "ray": facts}
+
     def _backend(self) -> Backend:
         import os
 
-        from torc.benchmark.local_pool import LocalPool, PoolConfig
+        from torc.benchmark.local_pool import LocalPool
 
-        memory = int(self.memory * 2**30) if self.memory else None
-        return LocalPool(PoolConfig(self.workers or os.cpu_count() or 1, self.timeout, memory))
+        return LocalPool(self._limits(self.workers or os.cpu_count() or 1))
+
+    def _limits(self, workers: int) -> PoolConfig:
+        from torc.benchmark.local_pool import PoolConfig
+
+        return PoolConfig(workers, self.timeout, int(self.memory * 2**30) if self.memory else None)
 
     def _tell(self, store: Store, spec: BenchSpec, played: int, errored: int) -> None:
         """What there is now, and what to do next."""

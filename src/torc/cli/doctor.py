@@ -138,6 +138,7 @@ def _extras() -> list[Check]:
         "web": ("starlette", "the page of torc human and torc view"),
         "gym": ("gymnasium", "the Gymnasium environment torc/Retrieval-v0"),
         "export": ("pyarrow", "torc export --format lerobot"),
+        "ray": ("ray", "torc bench --ray, on many machines"),
         "report": ("matplotlib", "the figures of torc report"),
         "train": ("sklearn", "training the grasp model"),
         "toppra": ("toppra", "timing motions by the reference library"),

@@ -1,9 +1,6 @@
 """One trial in simulation: a problem, a task planner and a seed, to a directory of results."""
 
-import importlib.metadata
-import platform
 import re
-import sys
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack
@@ -11,7 +8,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-import torc
 from torc.episode.event_log import result_facts
 from torc.episode.events import Ended, Event, Listener, Started
 from torc.episode.loop import rehearse, run_episode
@@ -21,6 +17,7 @@ from torc.episode.privileged import Privileged, Simulation, open_sandbox
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.episode.trajectory import TrajectoryRecorder
+from torc.episode.versions import versions
 from torc.episode.video import VideoRecorder
 from torc.episode.witness import Witness
 from torc.errors import InputError, TorcError
@@ -42,7 +39,6 @@ from torc.vlm.opening import planner_options
 from torc.vlm.simulated.profiles import find_profile
 
 RESULT_FORMAT = "torc-trial/1"
-_VERSIONED = ("numpy", "scipy", "numba", "mujoco-core", "ompl", "pin-pink", "daqp")
 
 
 @dataclass(frozen=True)
@@ -256,14 +252,3 @@ class _Last:
 
 def _result(facts: dict[str, Any]) -> dict[str, Any]:
     return {"format": RESULT_FORMAT, **facts, "versions": versions()}
-
-
-def versions() -> dict[str, str]:
-    """Versions of what decides results: torc, Python, and the libraries that compute."""
-    found = {"torc": torc.__version__, "python": platform.python_version(), "platform": sys.platform}
-    for name in _VERSIONED:
-        try:
-            found[name] = importlib.metadata.version(name)
-        except importlib.metadata.PackageNotFoundError:
-            continue
-    return found

@@ -1,6 +1,8 @@
 """Benchmarks without robots: trials that take no time and end as their id tells, and planners that misbehave.
 
 python -m torc.testing.fake_bench DIR     # plays 24 of them with two processes, going on where it was
+... DIR --ray ADDRESS                     # the same on a Ray cluster
+... DIR --misbehaving                     # planners that crash, hang, eat memory and raise, besides one that does not
 """
 
 import ctypes
@@ -10,15 +12,19 @@ import os
 import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict
+from contextlib import ExitStack
+from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from torc.benchmark.dispatch import Ending, Failure, FailureKind, Task, Work
+from torc.benchmark.dispatch import Backend, Ending, Failure, FailureKind, Task, Work
 from torc.benchmark.local_pool import LocalPool, PoolConfig
 from torc.benchmark.playing import TRIAL, Order, trial_spec
+from torc.benchmark.remote.errand import Luggage
+from torc.benchmark.remote.ray_pool import ray_pool
 from torc.benchmark.runner import run_missing
 from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, Settings, make_spec
 from torc.benchmark.store import Store
@@ -140,19 +146,38 @@ def fake_trial(trial_id: str, max_picks: int = 15) -> tuple[dict[str, Any], list
     return result, events
 
 
-def play_slowly(order: Order) -> None:
-    """`play_quickly` after a moment in which the runner can be killed."""
-    time.sleep(0.05)
+def play_slowly(order: Order, seconds: float = 0.05) -> None:
+    """`play_quickly` after a moment in which the runner, or a machine, can be killed."""
+    time.sleep(seconds)
     play_quickly(order)
 
 
+def _own_node() -> str:
+    """Id of the Ray node that this process hangs on: it ends with that node."""
+    import ray
+
+    return ray.get_runtime_context().get_node_id()
+
+
 def main(arguments: list[str]) -> None:
-    """Play a fake benchmark in a directory."""
-    store, spec = Store(Path(arguments[0])), fake_spec()
-    with store.locked():
+    """Play a fake benchmark in a directory, on this machine or a Ray cluster."""
+    store, misbehaving = Store(Path(arguments[0])), "--misbehaving" in arguments
+    spec = fake_spec(("random", *MISBEHAVING), 2, 1) if misbehaving else fake_spec()
+    limits = PoolConfig(2, 60.0, 4 * 2**30 if misbehaving else None)
+    with store.locked(), ExitStack() as stack:
         store.extend(spec, {})
-        run_missing(store, spec, LocalPool(PoolConfig(2, 60.0)), work=play_slowly)
+        backend: Backend = LocalPool(limits)
+        work: Work = play_slowly
+        if "--ray" in arguments:
+            address = arguments[arguments.index("--ray") + 1]
+            backend = stack.enter_context(ray_pool(address, 0, Luggage(replace(limits, workers=1))))
+            work = partial(play_slowly, seconds=1.0)
+            print(_own_node(), flush=True)
+        run_missing(store, spec, backend, work=work)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    # Under the name by which other processes find its functions.
+    from torc.testing import fake_bench
+
+    fake_bench.main(sys.argv[1:])

@@ -1,0 +1,129 @@
+"""A Ray cluster of three nodes on this machine: the same table as without it, whatever happens to a node."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from torc.benchmark.reading import read_table
+from torc.benchmark.remote.ray_pool import load_ray
+from torc.benchmark.runner import run_missing
+from torc.benchmark.store import WORK, Store
+from torc.benchmark.table_files import trial_records
+from torc.testing.fake_bench import MISBEHAVING, InlineBackend, fake_spec, play_quickly
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(1800),
+    # Ray's own, about its future.
+    pytest.mark.filterwarnings("ignore"),
+]
+NODE = {"num_cpus": 1, "object_store_memory": 100_000_000}
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Three nodes of one CPU; tests that take one away put it back."""
+    load_ray()
+    from ray.cluster_utils import Cluster
+
+    cluster = Cluster(initialize_head=True, head_node_args={**NODE, "include_dashboard": False})
+    try:
+        for _ in range(2):
+            cluster.add_node(**NODE)
+        yield cluster
+    finally:
+        cluster.shutdown()
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The table of a benchmark that nothing came in the way of."""
+    store, spec = Store(tmp_path_factory.mktemp("whole")), fake_spec()
+    with store.locked():
+        store.extend(spec, {})
+        run_missing(store, spec, InlineBackend(), work=play_quickly)
+    return _table(store.root)
+
+
+def _table(root):
+    return trial_records(read_table(root))
+
+
+def _runner(root, cluster, *options):
+    command = [sys.executable, "-m", "torc.testing.fake_bench", str(root), "--ray", cluster.address, *options]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+
+
+def _half_way(runner, root):
+    while len(list(root.glob("trials/*/result.json"))) < 4:
+        assert runner.poll() is None
+        time.sleep(0.1)
+
+
+def test_the_same_table(cluster, tmp_path, whole):
+    assert _runner(tmp_path, cluster).wait() == 0
+    assert _table(tmp_path) == whole
+
+
+def test_planners_that_misbehave_cost_only_their_own_trials(cluster, tmp_path):
+    assert _runner(tmp_path, cluster, "--misbehaving").wait() == 0
+    table = read_table(tmp_path)
+    assert {r.status for r in table.of("random")} == {"completed"}
+    assert {p: {r.cause for r in table.of(p)} for p in MISBEHAVING} == {
+        "segfaults": {"crashed"},
+        "aborts": {"crashed"},
+        "hangs": {"hung"},
+        "eats-memory": {"memory"},
+        "raises": {"raised"},
+    }
+
+
+def _remove(cluster, node):
+    cluster.remove_node(node, allow_graceful=False)
+
+
+def _kill_raylet(cluster, node):
+    (raylet,) = node.all_processes["raylet"]
+    raylet.process.kill()
+    raylet.process.wait()
+    cluster.remove_node(node, allow_graceful=False)  # the rest of it
+
+
+@pytest.mark.parametrize("lose", [_remove, _kill_raylet])
+def test_a_node_that_is_killed_costs_nothing_but_time(cluster, tmp_path, whole, lose):
+    runner = _runner(tmp_path, cluster)
+    _half_way(runner, tmp_path)
+    assert runner.poll() is None
+    # The command ends with the node that it runs on, which says its id first.
+    own = runner.stdout.readline().strip()
+    lose(cluster, next(n for n in cluster.worker_nodes if n.node_id != own))
+    try:
+        assert runner.wait() == 0
+    finally:
+        cluster.add_node(**NODE)
+    assert _table(tmp_path) == whole
+
+
+def test_after_ctrl_c_it_goes_on(cluster, tmp_path, whole):
+    runner = _runner(tmp_path, cluster)
+    _half_way(runner, tmp_path)
+    runner.send_signal(signal.SIGINT)
+    assert runner.wait() != 0
+    assert not (tmp_path / WORK).exists()
+    assert len(list(tmp_path.glob("trials/*"))) < len(whole)
+    assert _runner(tmp_path, cluster).wait() == 0
+    assert _table(tmp_path) == whole
+
+
+def test_real_trials_give_the_same_table_as_without_ray(cluster, tmp_path):
+    options = ["--problems", "structured-04,unstructured-02", "--planners", "random", "--repeats", "2"]
+    command = [sys.executable, "-m", "torc.cli.main", "bench", *options]
+    subprocess.run([*command, "--ray", cluster.address, "--out", str(tmp_path / "ray")], check=True)
+    subprocess.run([*command, "--out", str(tmp_path / "local")], check=True)
+    tables = [_table(tmp_path / name) for name in ("ray", "local")]
+    for record in (*tables[0], *tables[1]):
+        del record["decision_s"], record["planning_s"]
+    assert tables[0] == tables[1]
