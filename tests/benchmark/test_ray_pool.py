@@ -40,7 +40,7 @@ class ToldRay:
 
     def __init__(self, fate, cpus=2.0):
         self.fate, self.cpus = fate, cpus
-        self.calls, self.flying, self.most, self.cancelled = {}, 0, 0, []
+        self.calls, self.flying, self.most = {}, 0, 0
 
     def put(self, value):
         return value
@@ -68,9 +68,6 @@ class ToldRay:
 
     def cluster_resources(self):
         return {"CPU": self.cpus} if self.cpus else {}
-
-    def cancel(self, ref, force):
-        self.cancelled.append((ref, force))
 
 
 def _tasks(tmp_path):
@@ -135,7 +132,6 @@ def test_a_machine_with_another_torc_ends_it(tmp_path):
     ray = ToldRay(lambda key, n: "far cannot play: another torc")
     with pytest.raises(InputError, match="far cannot play"):
         list(_run(ray, _tasks(tmp_path))[0])
-    assert ray.cancelled
 
 
 @pytest.mark.parametrize(("cpus", "workers", "most"), [(8, 0, 11), (8, 3, 3), (2, 8, 3), (0, 0, 1)])
@@ -145,15 +141,6 @@ def test_a_bounded_number_is_in_flight(tmp_path, cpus, workers, most):
     list(endings)
     assert ray.most == most
     assert bool(said) == (cpus == 0)
-
-
-def test_what_runs_is_cancelled_when_nobody_asks_any_more(tmp_path):
-    ray = ToldRay(lambda key, n: ANSWER)
-    endings, _ = _run(ray, _tasks(tmp_path))
-    next(endings)
-    endings.close()
-    assert [force for _, force in ray.cancelled] == [False] * len(ray.cancelled)
-    assert len(ray.cancelled) == 2
 
 
 def test_a_missing_extra_is_explained(monkeypatch):

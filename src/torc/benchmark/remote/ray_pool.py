@@ -3,7 +3,6 @@
 The only file that imports Ray. What happens on the other machines is in `node`.
 """
 
-import contextlib
 import logging
 import os
 import pickle
@@ -26,8 +25,6 @@ _LOSSES = 5
 """How often a trial is played again when the machine or the process that was at it is lost."""
 _TURN_S = 2.0
 """How long a call of Ray's waits, so that machines that join get work."""
-_FAREWELL_S = 10.0
-"""What cancelled trials get to clean up behind themselves."""
 _STORE_BYTES = 256 * 2**20
 """Ray's memory for trials on their way, of some megabytes each, on a cluster started here; more goes to its disk."""
 _NO_TELEMETRY = {"RAY_USAGE_STATS_ENABLED": "0"}
@@ -84,8 +81,6 @@ class RayPool:
             raise TorcError(
                 f"The Ray cluster is lost: {error}. The same command goes on when there is one again."
             ) from error
-        finally:
-            self._cancel(list(running))
 
     def facts(self) -> dict[str, Any]:
         """What the cluster is made of, for the manifest."""
@@ -139,22 +134,15 @@ class RayPool:
         text = f"What was at it was lost {attempt.losses} times, on any machine, the last time so: {why}"
         return Ending(attempt.task.key, Failure(kind, text))
 
-    def _cancel(self, refs: list[Any]) -> None:
-        """End what still runs: politely, so that it cleans up behind itself, then for certain."""
-        for force in (False, True):
-            if refs:
-                # Ray may be gone, which may be why this is called.
-                with contextlib.suppress(Exception):
-                    for ref in refs:
-                        self._ray.cancel(ref, force=force)
-                    _, refs = self._ray.wait(refs, num_returns=len(refs), timeout=_FAREWELL_S)
-
 
 @contextmanager
 def ray_pool(
     address: str, workers: int, luggage: Luggage, say: Callable[[str], None] = print
 ) -> Iterator[RayPool]:
-    """A pool, connected to Ray while the context lasts.
+    """A pool, connected to Ray while the context lasts; at its end Ray ends what still runs.
+
+    Nothing is cancelled before that: Ray 2.60 may abort the process that asks for it. What a killed process leaves on
+    its disk the next one there removes.
 
     Args:
         address: "local" starts a cluster of this machine; "auto" finds the one that this machine belongs to;
