@@ -6,6 +6,7 @@ import pytest
 
 from torc.benchmark.ranking import rank
 from torc.benchmark.reading import read_table, read_tables
+from torc.benchmark.report.writing import write_report
 from torc.benchmark.table_files import PICKS_FILE, TRIALS_FILE, write_tables
 from torc.errors import InputError
 
@@ -25,6 +26,13 @@ def test_tables_are_read_as_they_were_written(played, kept):
     again, before = read_table(kept), read_table(played)
     assert _plain(again) == _plain(before)
     assert rank(again) == rank(before)
+
+
+def test_a_report_of_tables_alone_speaks_of_no_links(kept, tmp_path):
+    pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
+    report = write_report([kept], tmp_path / "report")
+    assert not report.view_command
+    assert "torc view" not in report.page.read_text() + (report.directory / "report.md").read_text()
 
 
 def test_several_directories_are_one_table(played, kept):

@@ -38,8 +38,9 @@ def _lines(content: Content, figures: str) -> Iterator[str]:
             yield f"- {_linked(failure.title, failure.address)}: {_plain(failure.text)}."
         yield ""
     yield "## Every trial\n"
-    yield f"Picks to retrieval, seeds in turn; {MARKS[Went.FAILED]}: not retrieved; {MARKS[Went.ERRORED]}: errored. "
-    yield f"Each is a link to the trial; links to trials work while `{content.view_command}` runs.\n"
+    yield f"Picks to retrieval, seeds in turn; {MARKS[Went.FAILED]}: not retrieved; {MARKS[Went.ERRORED]}: errored.\n"
+    if content.view_command:
+        yield f"Each is a link to the trial; links to trials work while `{content.view_command}` runs.\n"
     yield from _board(content.board)
     yield "## How this was made\n"
     for paragraph in content.method:

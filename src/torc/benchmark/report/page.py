@@ -59,7 +59,7 @@ class Content:
         failures: the gallery.
         failed: how many trials failed in all.
         board: every trial as a square.
-        view_command: what makes the links to trials work.
+        view_command: what makes the links to trials work; "" where there are none.
         method: paragraphs on how it was made.
     """
 
@@ -149,9 +149,10 @@ def _board(board: Board, command: str) -> str:
         f"{_key(Went.CLEAN, '4')} retrieved in 4 picks, {_key(Went.DROPS, '4')} the same, but with drops, "
         f"{_key(Went.FAILED)} not retrieved, {_key(Went.ERRORED)} errored, {_key(Went.MISSING)} not played yet"
     )
+    links = " A square is a link to the trial, pick by pick. Links to trials work while"
+    links = f"{links} <code>{escape(command)}</code> runs." if command else ""
     return (
-        f'<h2 id="trials">Every trial</h2><p class="note">A square per seed: {key}. A square is a link to the trial, '
-        f"pick by pick. Links to trials work while <code>{escape(command)}</code> runs.</p>"
+        f'<h2 id="trials">Every trial</h2><p class="note">A square per seed: {key}.{links}</p>'
         f'<div class="scroll"><table class="board"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
     )
 

@@ -14,6 +14,7 @@ from torc.benchmark.report import content
 from torc.benchmark.report.board import trial_board
 from torc.benchmark.report.figures import draw_all
 from torc.benchmark.report.gallery import failures
+from torc.benchmark.report.links import address_of
 from torc.benchmark.report.markdown import markdown_page
 from torc.benchmark.report.page import Content, html_page
 from torc.benchmark.report.verdict import verdict
@@ -46,7 +47,7 @@ class Report:
     Attributes:
         directory: of the report.
         page: the HTML page.
-        view_command: what makes its links to trials work.
+        view_command: what makes its links to trials work; "" where it has none.
         summary: plain data: answer, ranking, measures.
     """
 
@@ -80,7 +81,7 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
         (out / "report.md").write_text(markdown_page(made, _FIGURES), encoding="utf-8")
     except OSError as error:
         raise InputError(f"Cannot write to '{out}': {error.strerror}. Choose another --out.") from error
-    return Report(out, out / "index.html", table.view_command, _summary(table, standings, made))
+    return Report(out, out / "index.html", made.view_command, _summary(table, standings, made))
 
 
 def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
@@ -88,6 +89,7 @@ def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
     pictures = draw_all(table, planners)
     shown, failed = failures(table, planners, gallery)
     trials = sum(r.completed for r in table.rows)
+    linked = any(address_of(table, row) for row in table.rows)
     return Content(
         title=f"{table.root.resolve().name}: {trials} trials, {len(table.problems)} problems, {len(planners)} planners",
         verdict=verdict(table, standings),
@@ -107,7 +109,7 @@ def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
         failures=shown,
         failed=failed,
         board=trial_board(table, planners),
-        view_command=table.view_command,
+        view_command=table.view_command if linked else "",
         method=[_OBJECTIVE, _INTERVALS, f"Diamonds: {CITATION}.", *_provenance(table)],
     )
 

@@ -1,0 +1,26 @@
+"""The results in the repository can be read, and are those that the documentation shows."""
+
+from pathlib import Path
+
+import pytest
+
+from torc.benchmark.ranking import rank
+from torc.benchmark.reading import read_table
+from torc.benchmark.report.content import measures_table
+
+ROOT = Path(__file__).parents[2]
+RESULTS = sorted(path.parent for path in (ROOT / "results").glob("*/trials.csv"))
+SHOWN = ("planner", "scenes", "trials", "retrieved", "with no drop", "picks to retrieval", "drops")
+SHOWN += ("median picks", "mean picks", "grasps held", "of unseen kinds")
+
+
+@pytest.mark.parametrize("directory", RESULTS, ids=lambda path: path.name)
+def test_the_page_of_a_set_shows_its_results(directory):
+    table = read_table(directory)
+    assert not table.left_out
+    assert all(row.completed for row in table.rows)
+    measures = measures_table(table, [s.planner for s in rank(table)])
+    columns = [measures.header.index(name) for name in SHOWN]
+    page = (ROOT / "docs" / f"{directory.name}.md").read_text()
+    for row in measures.rows:
+        assert "| " + " | ".join(str(row[i]) for i in columns) + " |" in page
