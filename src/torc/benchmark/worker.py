@@ -3,6 +3,7 @@
 import contextlib
 import ctypes
 import faulthandler
+import io
 import os
 import signal
 import sys
@@ -91,6 +92,9 @@ def _output_to(path: Path) -> Iterator[None]:
     """Standard output and errors of the process into a file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     kept = os.dup(1), os.dup(2)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Python keeps back what is not printed to a terminal: a crash would swallow it.
+        sys.stdout.reconfigure(line_buffering=True)
     with open(path, "ab", buffering=0) as log:
         os.dup2(log.fileno(), 1)
         os.dup2(log.fileno(), 2)
