@@ -27,7 +27,8 @@ export function listen(act, facts) {
   };
   document.addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
-    const at = event.target;
+    // A button of a dialog that was just closed keeps the focus until the next frame.
+    const at = event.target.closest("dialog") ? document.body : event.target;
     const writes = at.matches("input:not([type=range]):not([type=checkbox])");
     if (event.key === "Enter") {
       // On a button Enter does what the button says; elsewhere, in the note too, it picks.
