@@ -1,5 +1,8 @@
 """What a report leaves as tables tells another report the same."""
 
+import csv
+import json
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -42,6 +45,54 @@ def test_several_directories_are_one_table(played, kept):
     text = (kept / TRIALS_FILE).read_text()
     (kept / TRIALS_FILE).write_text(text.replace("dg-select", "other"))
     assert set(read_tables([played, kept]).planners) == {*read_table(played).planners, "other"}
+
+
+def test_trials_that_are_there_count_rather_than_an_earlier_table_of_them(played, tmp_path):
+    here = tmp_path / "here"
+    shutil.copytree(next((played / "trials").glob("*-random-0-*")), here / "one")
+    write_tables(read_table(here), here)
+    facts = json.loads((here / "one" / "result.json").read_text())
+    (here / "one" / "result.json").write_text(json.dumps({**facts, "picks": 14}))
+    again = read_table(here)
+    assert [r.picks for r in again.rows] == [14]
+    assert not again.left_out
+    shutil.rmtree(here / "one")
+    assert [r.picks for r in read_table(here).rows] == [facts["picks"]]
+
+
+def _rewritten(path, change):
+    with open(path, newline="", encoding="utf-8") as f:
+        records = list(csv.DictReader(f))
+    records[0] = change(records[0])
+    with open(path, "w", newline="", encoding="utf-8") as f:
+        writer = csv.DictWriter(f, list(records[0]), extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(records)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        (TRIALS_FILE, lambda r: {**r, "directory": "/etc"}),
+        (TRIALS_FILE, lambda r: {**r, "directory": "a/../../b"}),
+        (TRIALS_FILE, lambda r: {**r, "error": "x" * 200_000}),
+        (TRIALS_FILE, lambda r: {**r, "picks": "1e999"}),
+        (PICKS_FILE, lambda r: {**r, "result": "flown"}),
+        (PICKS_FILE, lambda r: {k: v for k, v in r.items() if k != "planner"}),
+    ],
+    ids=["absolute", "upwards", "huge cell", "no number", "unknown result", "whose"],
+)
+def test_tables_of_strangers_are_refused_where_they_are_wrong(kept, name, change):
+    _rewritten(kept / name, change)
+    with pytest.raises(InputError, match=name):
+        read_table(kept)
+
+
+def test_more_cells_than_columns_are_refused(kept):
+    lines = (kept / PICKS_FILE).read_text().splitlines()
+    (kept / PICKS_FILE).write_text("\n".join([*lines[:3], lines[3] + ",more", *lines[4:]]))
+    with pytest.raises(InputError, match="line 4"):
+        read_table(kept)
 
 
 @pytest.mark.parametrize("name", [TRIALS_FILE, PICKS_FILE])

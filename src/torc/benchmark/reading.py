@@ -40,7 +40,7 @@ def read_tables(roots: Sequence[Path]) -> Table:
 def read_table(root: Path) -> Table:
     """All trials below a directory: those that its benchmark planned, missing ones too, and any others.
 
-    Where it holds the tables of an earlier report instead of a benchmark, what these say.
+    Where it holds the tables of an earlier report instead of a benchmark, also what these say of trials that are gone.
 
     Raises:
         InputError: there is no trial.
@@ -57,8 +57,6 @@ def read_table(root: Path) -> Table:
             spec = trial_spec(trial, store.problem_path(trial.problem))
             found = _row(directory, spec, trial.id, trial.problem.category, store.result(trial))
             rows.append(found)
-    elif holds_tables(root):
-        rows += read_rows(root)
     for directory in _trial_directories(root):
         if directory in planned:
             continue
@@ -69,6 +67,9 @@ def read_table(root: Path) -> Table:
             rows.append(_loose(directory))
         except (InputError, ValueError, KeyError, TypeError) as error:
             left_out.append((directory, f"it cannot be read: {error}"))
+    if not store.is_there and holds_tables(root):
+        found_here = {row.directory for row in rows}
+        rows += (row for row in read_rows(root) if row.directory not in found_here)
     if not rows:
         raise InputError(f"There is no finished trial in '{root}'. `torc bench` and `torc run` make them.")
     return Table(root, *_one_per_cell(rows, left_out), _difficulties(rows, store))

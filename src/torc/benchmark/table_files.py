@@ -8,12 +8,13 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from pydantic import TypeAdapter
+from pydantic import AfterValidator, TypeAdapter
 
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.errors import InputError
+from torc.records import PickResult
 from torc.scenes.strict_files import read_bytes
 
 TRIALS_FILE, PICKS_FILE = "trials.csv", "picks.csv"
@@ -75,37 +76,44 @@ def read_rows(directory: Path) -> list[TrialRow]:
     """
     picked: dict[tuple[str, ...], list[PickRow]] = {}
     if (directory / PICKS_FILE).is_file():
-        for record, pick in _records(directory / PICKS_FILE, _PICK):
-            picked.setdefault(tuple(record[name] for name in _KEY), []).append(pick)
+        for key, pick in _records(directory / PICKS_FILE, _PICK):
+            picked.setdefault(key, []).append(pick)
     return [
-        replace(
-            row,
-            directory=directory / row.directory,
-            picked=tuple(picked.get(tuple(record[name] for name in _KEY), ())),
-        )
-        for record, row in _records(directory / TRIALS_FILE, _TRIAL)
+        replace(row, directory=directory / row.directory, picked=tuple(picked.get(key, ())))
+        for key, row in _records(directory / TRIALS_FILE, _TRIAL)
     ]
 
 
-_PICK, _TRIAL = TypeAdapter(PickRow), TypeAdapter(TrialRow)
+def _known(pick: PickRow) -> PickRow:
+    PickResult(pick.result)
+    return pick
 
 
-def _records(path: Path, kind: TypeAdapter[_Row]) -> Iterator[tuple[dict[str, str], _Row]]:
-    """Each row as text, and as what it is."""
+def _below(row: TrialRow) -> TrialRow:
+    """Tables may come from strangers: what a report shows lies below their directory."""
+    if row.directory.is_absolute() or ".." in row.directory.parts:
+        raise ValueError(f"The directory '{row.directory}' leads elsewhere")
+    return row
+
+
+_PICK = TypeAdapter(Annotated[PickRow, AfterValidator(_known)])
+_TRIAL = TypeAdapter(Annotated[TrialRow, AfterValidator(_below)])
+
+
+def _records(path: Path, kind: TypeAdapter[_Row]) -> Iterator[tuple[tuple[str, ...], _Row]]:
+    """Which trial each row is about, and the row."""
     text = read_bytes(path, _MAX_BYTES, "the table of a benchmark").decode("utf-8", "replace")
-    for number, record in enumerate(csv.DictReader(io.StringIO(text, newline="")), start=2):
-        try:
-            yield record, kind.validate_python({k: v for k, v in record.items() if v != ""} | _blank(record))
-        except (ValueError, AttributeError) as error:
-            problem = str(error).splitlines()[0]
-            raise InputError(
-                f"{path}, row {number}: {problem}. It was not written by `torc report`."
-            ) from None
-
-
-def _blank(record: Mapping[str, str]) -> dict[str, Any]:
-    """Empty cells: unknown where that is a value, else empty text."""
-    return {k: None if k == "unseen_kind" else "" for k, v in record.items() if v == ""}
+    reader = csv.DictReader(io.StringIO(text, newline=""))
+    try:
+        for record in reader:
+            # An empty cell is empty text, but for what may be unknown.
+            values = {k: None if (k, v) == ("unseen_kind", "") else v for k, v in record.items()}
+            yield tuple(record[name] for name in _KEY), kind.validate_python(values)
+    except (csv.Error, KeyError, TypeError, ValueError) as error:
+        problem = " ".join(str(error).split()[:20])
+        raise InputError(
+            f"{path}, line {reader.line_num}: {problem}. It was not written by `torc report`."
+        ) from None
 
 
 def _write_csv(path: Path, records: Sequence[Mapping[str, Any]]) -> None:

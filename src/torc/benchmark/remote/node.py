@@ -119,7 +119,7 @@ class Seat:
                 return self._processes.outcome(self._processes.schedule(travel, task))
             except BrokenProcessPool:
                 self._stop()
-            except BaseException:  # cancelled: what plays must not go on
+            except BaseException:  # whatever ends this, what plays must not go on
                 self._stop()
                 raise
         raise no_start()
