@@ -53,8 +53,8 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
     from torc.episode.steps import EpisodeConfig, EpisodeParts
     from torc.motion.planner import OmplMotionPlanner
     from torc.pipeline.defaults import default_pipeline
-    from torc.pipeline.failures import FailureConfig
-    from torc.records import PickPlan
+    from torc.pipeline.failures import FailureConfig, failed_tries
+    from torc.records import PickOutcome, PickPlan
     from torc.robots.description import load_robot
     from torc.scenes.problem import load_problem
     from torc.scenes.workspace import Workspace
@@ -65,18 +65,19 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
     problem, robot, workspace = load_problem(problem_name), load_robot(), Workspace()
     pipeline = replace(default_pipeline(robot, workspace), failures=FailureConfig(log_odds=log_odds))
     tries: list[dict] = []
-    failures: dict[int, int] = {}
+    history: tuple[PickOutcome, ...] = ()
     promised = 0.0
 
     def note(event: Event) -> None:
-        nonlocal promised
+        nonlocal promised, history
         match event:
             case Planned(plan=PickPlan(grasp_index=g), look=look):
                 promised = float(look.context.grasps.scores[g])
-            case Executed(outcome=outcome) if outcome.result.grasp_tried:
-                before, held = failures.get(outcome.object_id, 0), outcome.held_after_lift
-                tries.append({"p": promised, "failures": before, "held": held})
-                failures[outcome.object_id] = before + (not outcome.delivered)
+            case Executed(outcome=outcome):
+                if outcome.result.grasp_tried:
+                    before = failed_tries(history)[outcome.object_id]
+                    tries.append({"p": promised, "failures": before, "held": outcome.held_after_lift})
+                history = (*history, outcome)
 
     with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
         simulated.take_over()

@@ -1,8 +1,7 @@
 """What failed is not tried again in the same way: repeating a failed grasp on an unchanged object wastes picks.
 
 An executed grasp that failed lowers the scores of grasps like it; one for which no motion was found makes them
-invalid. Both are forgotten when the object is seen elsewhere, the latter also when the robot
-has moved since.
+invalid. Both are forgotten when the object is seen elsewhere, the latter also when the robot has moved since.
 
 The object itself stays under suspicion for the rest of the episode: grasp models see its shape, not that it is heavy,
 slippery or wedged in, and every failure says that it is harder to hold than it looks.
@@ -91,13 +90,13 @@ def lower_scores(
     if not tries and np.all(factor == 1):
         return grasps
     scores = grasps.scores * factor
-    odds_against = np.exp(config.log_odds * np.array([tries.get(k, 0) for k in grasps.object_ids.tolist()]))
+    odds_against = np.exp(config.log_odds * np.array([tries[k] for k in grasps.object_ids.tolist()]))
     return replace(grasps, scores=scores / (scores + (1 - scores) * odds_against))
 
 
-def failed_tries(history: tuple[PickOutcome, ...]) -> dict[int, int]:
-    """How often the robot went for a grasp of an object and did not deliver it, per object with such a failure."""
-    return dict(Counter(o.object_id for o in history if o.result.grasp_tried and not o.delivered))
+def failed_tries(history: tuple[PickOutcome, ...]) -> Counter[int]:
+    """How often the robot went for a grasp of an object and did not deliver it, by object id."""
+    return Counter(o.object_id for o in history if o.result.grasp_tried and not o.delivered)
 
 
 def veto(
