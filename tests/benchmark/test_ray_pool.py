@@ -153,3 +153,17 @@ def test_the_address_of_a_client_is_explained(monkeypatch):
     monkeypatch.setattr("torc.benchmark.remote.ray_pool.load_ray", lambda: None)
     with pytest.raises(InputError, match="--ray auto"), ray_pool("ray://head:10001", 0, LUGGAGE):
         pass
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:1", "127.0.0.1:99999", "[::1]:1"])
+def test_an_address_where_nobody_answers_is_refused_at_once(monkeypatch, address):
+    monkeypatch.setattr("torc.benchmark.remote.ray_pool.load_ray", lambda: None)
+    with pytest.raises(InputError, match=r"No Ray cluster.*ray start --head"), ray_pool(address, 0, LUGGAGE):
+        pass
+
+
+@pytest.mark.parametrize("address", ["head", "head:", ":6379", "head:six"])
+def test_what_is_no_address_is_refused(monkeypatch, address):
+    monkeypatch.setattr("torc.benchmark.remote.ray_pool.load_ray", lambda: None)
+    with pytest.raises(InputError, match="HOST:PORT"), ray_pool(address, 0, LUGGAGE):
+        pass

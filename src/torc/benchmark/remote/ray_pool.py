@@ -6,6 +6,7 @@ The only file that imports Ray. What happens on the other machines is in `node`.
 import logging
 import os
 import pickle
+import socket
 import uuid
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
@@ -21,8 +22,12 @@ from torc.errors import InputError, MissingDependencyError, TorcError, extra_rem
 
 LOCAL = "local"
 """The address that starts a cluster of this machine alone."""
+AUTO = "auto"
+"""The address that stands for the cluster that this machine belongs to."""
 _LOSSES = 5
 """How often a trial is played again when the machine or the process that was at it is lost."""
+_ANSWER_S = 5.0
+"""How long the head of a cluster may take to answer at all."""
 _TURN_S = 2.0
 """How long a call of Ray's waits, so that machines that join get work."""
 _STORE_BYTES = 256 * 2**20
@@ -180,6 +185,8 @@ def _connect(ray: ModuleType, address: str, workers: int) -> None:
             f"'{address}' is the address of a Ray client. Start `torc bench` on a machine that belongs to the cluster, "
             "with --ray auto."
         )
+    if address not in (LOCAL, AUTO):
+        _call(address)
     options: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR}
     if address == LOCAL:
         options |= {"num_cpus": workers or os.cpu_count() or 1, "object_store_memory": _STORE_BYTES}
@@ -187,10 +194,25 @@ def _connect(ray: ModuleType, address: str, workers: int) -> None:
     try:
         ray.init(address=address, **options)
     except (OSError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
-        raise InputError(
-            f"No Ray cluster can be used at '{address}' ({str(error).strip()}). `ray start --head` starts one, and "
-            "`ray start --address HEAD:PORT` has a machine join it, this one too; --ray local needs neither."
-        ) from error
+        raise _no_cluster(address, error) from error
+
+
+def _call(address: str) -> None:
+    """Whether anybody answers there: Ray itself would try for minutes. Raises InputError."""
+    host, _, port = address.rpartition(":")
+    if not host or not port.isdigit():
+        raise InputError(f"--ray takes auto, local, or HOST:PORT of the head of a cluster, not '{address}'.")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), _ANSWER_S).close()
+    except (OSError, OverflowError) as error:
+        raise _no_cluster(address, error) from error
+
+
+def _no_cluster(address: str, error: Exception) -> InputError:
+    return InputError(
+        f"No Ray cluster can be used at '{address}' ({str(error).strip()}). `ray start --head` starts one, and "
+        "`ray start --address HEAD:PORT` has a machine join it, this one too; --ray local needs neither."
+    )
 
 
 def _far_side() -> Callable[..., Any]:
