@@ -76,7 +76,7 @@ class OraclePlanner:
     def _search(self, simulation: Simulation, now: Moment) -> _Plan:
         config = simulation.config
         left = config.max_picks - now.episode.pick
-        # What a proof adds to a likely answer is rarely a shorter order, and costs half as much again.
+        # A trial needs the order, not the proof that it is the best.
         found = best_order(simulation.sandbox, now, left, self.budget, simulation.say, likely_suffices=True)
         answer = answer_from(found, simulation.problem, config.seed, self.budget)
         return _Plan(found.best or found.outlook, answer)
