@@ -47,6 +47,19 @@ def test_several_directories_are_one_table(played, kept):
     assert set(read_tables([played, kept]).planners) == {*read_table(played).planners, "other"}
 
 
+def test_trials_of_a_problem_that_has_changed_are_left_out(played, kept):
+    table = read_table(played)
+    changed, text = table.rows[0], (kept / TRIALS_FILE).read_text()
+    assert changed.digest
+    (kept / TRIALS_FILE).write_text(text.replace(changed.digest, "changed").replace("dg-select", "other"))
+    both = read_tables([played, kept])
+    reasons = {why for _, why in both.left_out}
+    assert f"its {changed.problem} is not the one of {changed.directory}: it has changed" in reasons
+    assert not [r for r in both.rows if r.problem == changed.problem and r.planner == "other"]
+    other_way_round = read_tables([kept, played]).rows
+    assert {r.digest for r in other_way_round if r.problem == changed.problem} <= {"changed", ""}
+
+
 def test_trials_that_are_there_count_rather_than_an_earlier_table_of_them(played, tmp_path):
     here = tmp_path / "here"
     shutil.copytree(next((played / "trials").glob("*-random-0-*")), here / "one")

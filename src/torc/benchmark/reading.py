@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,8 @@ _MAX_DEPTH = 6
 def read_tables(roots: Sequence[Path]) -> Table:
     """All trials of several directories in one table, as if they had been played into one.
 
+    Where a problem has changed between them, only the trials of the first directory's version count.
+
     Raises:
         InputError: there is no trial in one of them.
     """
@@ -32,7 +35,7 @@ def read_tables(roots: Sequence[Path]) -> Table:
         return read_table(roots[0])
     tables = [read_table(root.resolve()) for root in roots]
     left_out = [one for table in tables for one in table.left_out]
-    rows = _one_per_cell((row for table in tables for row in table.rows), left_out)
+    rows = _one_per_cell(_of_one_problem([row for table in tables for row in table.rows], left_out), left_out)
     difficulties = {name: d for table in tables for name, d in table.difficulties.items()}
     return Table(Path(os.path.commonpath([t.root for t in tables])), *rows, difficulties)
 
@@ -56,7 +59,7 @@ def read_table(root: Path) -> Table:
             planned.add(directory)
             spec = trial_spec(trial, store.problem_path(trial.problem))
             found = _row(directory, spec, trial.id, trial.problem.category, store.result(trial))
-            rows.append(found)
+            rows.append(replace(found, digest=trial.problem.digest))
     for directory in _trial_directories(root):
         if directory in planned:
             continue
@@ -84,6 +87,19 @@ def _difficulties(rows: Iterable[TrialRow], store: Store) -> dict[str, Difficult
         if stated is not None:
             found[name] = stated
     return found
+
+
+def _of_one_problem(rows: Sequence[TrialRow], left_out: list[tuple[Path, str]]) -> Iterator[TrialRow]:
+    """Without trials of another problem by the same name as that of an earlier row."""
+    first: dict[str, TrialRow] = {}
+    for row in rows:
+        reference = first.setdefault(row.problem, row) if row.digest else row
+        if reference.digest == row.digest:
+            yield row
+        else:
+            left_out.append(
+                (row.directory, f"its {row.problem} is not the one of {reference.directory}: it has changed")
+            )
 
 
 def _one_per_cell(

@@ -70,6 +70,7 @@ class TrialRow:
         max_picks: the budget.
         picked: the attempts.
         version: torc's.
+        digest: of the problem as it was played, see `problem_fingerprint`; "" where that is not known.
     """
 
     id: str
@@ -89,6 +90,7 @@ class TrialRow:
     max_picks: int = 15
     picked: tuple[PickRow, ...] = ()
     version: str = ""
+    digest: str = ""
 
     @property
     def completed(self) -> bool:

@@ -1,6 +1,7 @@
 """What goes into the simulated world: physics options, lights, table, bin, objects, as a MuJoCo specification."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import mujoco
 import numpy as np
@@ -254,8 +255,9 @@ def _add_texture(spec: mujoco.MjSpec, name: str, image: np.ndarray, kind: mujoco
     texture.data = np.ascontiguousarray(image).tobytes()
 
 
+@cache
 def wood_texture(size: int = 256) -> np.ndarray:
-    """Planks with a grain, always the same: (size, size, 3) uint8."""
+    """Planks with a grain, always the same: (size, size, 3) uint8, read-only."""
     rng = np.random.default_rng(7)
     v, u = np.meshgrid(np.arange(size) / size, np.arange(size) / size, indexing="ij")
     plank = np.floor(v * 6).astype(int)
@@ -265,7 +267,9 @@ def wood_texture(size: int = 256) -> np.ndarray:
     seam = np.where((v * 6) % 1 < 0.03, 0.75, 1.0)
     light = (0.93 + tone + 0.07 * grain) * seam + 0.012 * rng.standard_normal((size, size))
     color = light[..., None] * np.array([0.80, 0.66, 0.48])
-    return np.asarray(np.clip(color, 0, 1) * 255, dtype=np.uint8)
+    texture = np.asarray(np.clip(color, 0, 1) * 255, dtype=np.uint8)
+    texture.flags.writeable = False
+    return texture
 
 
 def _checker(a: tuple[float, float, float], b: tuple[float, float, float], size: int = 64) -> np.ndarray:
