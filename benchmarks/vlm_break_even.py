@@ -134,8 +134,8 @@ def table(rows: list[dict], args: Args) -> str:
     base = Contender(args.baselines[0])
     lines = [
         "| planner | VLM | trials | errored | retrieved | with no drop | mean picks | mean drops "
-        f"| picks lost as no valid choice | retrieved, less {base.planner}'s |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        f"| picks lost as no valid choice | retrieved, less {base.planner}'s | picks to retrieval, less its |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for contender in contenders(args):
         mine = [r for r in rows if r["contender"] == contender]
@@ -148,22 +148,39 @@ def table(rows: list[dict], args: Args) -> str:
             picks(done).text(1),
             drops(done).text(),
             lost(done).text(),
-            "" if contender == base else more_retrieved(rows, contender, base).text(),
+            *(("", "") if contender == base else gaps(rows, contender, base)),
         ]
         counts = f"{len(mine)} | {len(mine) - len(done)}"
         lines.append(f"| {contender.planner} | {contender.vlm or ''} | {counts} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
-def more_retrieved(rows: list[dict], contender: Contender, base: Contender) -> Estimate:
-    """Success of one less that of the other, on the same problems and seeds."""
+def gaps(rows: list[dict], contender: Contender, base: Contender) -> tuple[str, str]:
+    """Success and cost of one less that of the other, on the same problems and seeds."""
+    more = _gap(rows, contender, base, lambda r: float(r["retrieved"]), 1.0)
+    longer = _gap(rows, contender, base, cost, float(MAX_PICKS))
+    return more.text(), longer.text(1)
+
+
+def cost(row: dict) -> float:
+    """Picks until the target was retrieved; the whole budget where it never was."""
+    return float(row["picks"]) if row["retrieved"] else float(MAX_PICKS)
+
+
+def _gap(
+    rows: list[dict],
+    contender: Contender,
+    base: Contender,
+    value: Callable[[dict], float],
+    largest: float,
+) -> Estimate:
     ours, theirs = (
         {(r["problem"], r["seed"]): r for r in _completed(r for r in rows if r["contender"] == c)}
         for c in (contender, base)
     )
     shared = sorted(ours.keys() & theirs.keys())
-    gaps = [float(ours[key]["retrieved"]) - float(theirs[key]["retrieved"]) for key in shared]
-    return difference(*_sums([ours[key] for key in shared], gaps), largest=1.0)
+    apart = [value(ours[key]) - value(theirs[key]) for key in shared]
+    return difference(*_sums([ours[key] for key in shared], apart), largest=largest)
 
 
 def panels(rows: list[dict], args: Args) -> list[Panel]:
