@@ -36,9 +36,14 @@ def with_no_drop(rows: Sequence[dict]) -> Estimate:
     return share(*_sums(rows, [r["retrieved"] and r["drops"] == 0 for r in rows]))
 
 
+def cost(row: dict) -> float:
+    """Picks until the target was retrieved; the whole budget where it never was."""
+    return float(row["picks"]) if row["retrieved"] else float(MAX_PICKS)
+
+
 def picks(rows: Sequence[dict]) -> Estimate:
-    """Mean picks of a trial."""
-    return mean(*_sums(rows, [r["picks"] for r in rows]), largest=MAX_PICKS)
+    """Mean picks to retrieval."""
+    return mean(*_sums(rows, [cost(r) for r in rows]), largest=MAX_PICKS)
 
 
 def drops(rows: Sequence[dict]) -> Estimate:
@@ -55,7 +60,7 @@ def lost(rows: Sequence[dict]) -> Estimate:
 PANELS: dict[str, tuple[Statistic, float | None]] = {
     "retrieved": (retrieved, 1.03),
     "retrieved, nothing dropped": (with_no_drop, 1.03),
-    "picks, mean": (picks, None),
+    f"picks to retrieval ({MAX_PICKS} if never), mean": (picks, None),
 }
 """Title -> what is drawn, and where its axis ends."""
 
@@ -133,8 +138,8 @@ def table(rows: list[dict], args: Args) -> str:
     """A row per contender."""
     base = Contender(args.baselines[0])
     lines = [
-        "| planner | VLM | trials | errored | retrieved | with no drop | mean picks | mean drops "
-        f"| picks lost as no valid choice | retrieved, less {base.planner}'s | picks to retrieval, less its |",
+        "| planner | VLM | trials | errored | retrieved | with no drop | picks to retrieval | mean drops "
+        f"| picks lost as no valid choice | retrieved, less {base.planner}'s | picks, less its |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for contender in contenders(args):
@@ -160,11 +165,6 @@ def gaps(rows: list[dict], contender: Contender, base: Contender) -> tuple[str, 
     more = _gap(rows, contender, base, lambda r: float(r["retrieved"]), 1.0)
     longer = _gap(rows, contender, base, cost, float(MAX_PICKS))
     return more.text(), longer.text(1)
-
-
-def cost(row: dict) -> float:
-    """Picks until the target was retrieved; the whole budget where it never was."""
-    return float(row["picks"]) if row["retrieved"] else float(MAX_PICKS)
 
 
 def _gap(
