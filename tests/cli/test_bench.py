@@ -108,9 +108,26 @@ def test_a_dry_run_leaves_nothing(bench, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_planners_may_ask_models_of_their_own(bench):
+    asking = "vlm-select:simulated:0.9,vlm-select,random,vlm-fixes-dg:simulated"
+    code, _, err = bench("--repeats", 1, "--planners", asking, "--vlm", "simulated:good", "--dry-run")
+    assert code == 0
+    for label in (
+        "vlm-select[simulated 0.9]",
+        "vlm-select[simulated good]",
+        "random",
+        "vlm-fixes-dg[simulated paper]",
+    ):
+        assert f"{label} on structured-04, seed 0" in err
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (["--planners", "random:simulated"], "'random' asks no model"),
+        (["--planners", "vlm-select:"], "names no VLM"),
+        (["--planners", "vlm-select:simulated,vlm-grasps"], "asks a model: name it"),
+        (["--planners", "random", "--vlm-seeded"], "no --vlm"),
         (["--planners", "dgselect"], "Did you mean 'dg-select'?"),
         (["--planners", "human"], "torc human"),
         (["--planners", "vlm-select"], "--vlm"),

@@ -16,7 +16,7 @@ from torc.errors import InputError
 from torc.plugins import parameters
 from torc.scenes.problem import Problem, load_problem
 from torc.scenes.problem_sets import select_problems, shipped_path
-from torc.task_planning.registry import BUILT_IN, load_planner_class
+from torc.task_planning.registry import BUILT_IN, load_planner_class, planner_paths
 from torc.vlm.cache import CacheConfig
 from torc.vlm.config import VlmConfig
 from torc.vlm.opening import planner_options
@@ -25,11 +25,19 @@ from torc.vlm.simulated.situation import Situation
 
 @dataclass(frozen=True)
 class Question:
-    """Which planner is looked at, and how it would be made."""
+    """Which planner is looked at, and how it would be made.
+
+    Attributes:
+        name: in the registry, or module:Class.
+        vlm: given to it if it takes a `client`.
+        vlm_cache: where the VLM's replies are kept.
+        own_vlm: the VLM was named for this planner alone, so that it must ask one.
+    """
 
     name: str
-    vlm: VlmConfig | None
-    vlm_cache: CacheConfig | None
+    vlm: VlmConfig | None = None
+    vlm_cache: CacheConfig | None = None
+    own_vlm: bool = False
 
 
 def find_problems(selection: str) -> dict[BenchProblem, Problem]:
@@ -43,37 +51,37 @@ def find_problems(selection: str) -> dict[BenchProblem, Problem]:
     return found
 
 
+def split_vlm(text: str) -> tuple[str, str | None]:
+    """A planner's name, and the VLM that a user named behind it, as in "vlm-select:simulated:0.9"."""
+    name, colon, vlm = text.partition(":")
+    return (name, vlm) if colon and name in planner_paths() else (text, None)
+
+
 def find_planners(
-    names: Sequence[str],
-    vlm: VlmConfig | None,
-    vlm_cache: CacheConfig | None,
-    backend: Backend,
-    log_directory: Path,
+    questions: Sequence[Question], backend: Backend, log_directory: Path
 ) -> tuple[BenchPlanner, ...]:
-    """The planners of these names, each made once to see whether that works.
+    """The planners that are meant, each made once to see whether that works.
 
     One that crashes here is kept: its trials will be errored, with the cause.
 
     Args:
-        names: in the registry, or module:Class.
-        vlm: given to the planners that take a `client`.
-        vlm_cache: where its replies are kept.
+        questions: which planners.
         backend: where they are made.
         log_directory: for what they print.
 
     Raises:
         InputError: a planner is unknown, or cannot be made (no key, missing options).
     """
-    tasks = [
-        Task(name, Question(name, vlm, vlm_cache), log_directory / f"{i}.txt") for i, name in enumerate(names)
-    ]
+    tasks = [Task(str(i), question, log_directory / f"{i}.txt") for i, question in enumerate(questions)]
     found: dict[str, BenchPlanner] = {}
     for ending in backend.run(look_at, tasks):
         failure = ending.failure
         if failure is not None and failure.kind is FailureKind.RAISED:
             raise InputError(failure.text)
-        found[ending.key] = BenchPlanner(ending.key) if failure is not None else ending.outcome
-    return tuple(found[name] for name in names)
+        found[ending.key] = (
+            BenchPlanner(questions[int(ending.key)].name) if failure is not None else ending.outcome
+        )
+    return tuple(found[task.key] for task in tasks)
 
 
 def look_at(question: Question) -> BenchPlanner:
@@ -83,6 +91,8 @@ def look_at(question: Question) -> BenchPlanner:
     vlm = question.vlm if maker is not None and "client" in parameters(maker) else None
     if vlm is None and BUILT_IN.get(name, "").startswith("torc.vlm."):
         raise InputError(f"The planner '{name}' asks a model: name it with --vlm, e.g. --vlm gemini:MODEL.")
+    if vlm is None and question.own_vlm:
+        raise InputError(f"The planner '{name}' asks no model: write '{name}' alone.")
     truth = _not_asked if vlm is not None and vlm.simulated else None
     make_trial_planner(name, **planner_options(vlm, question.vlm_cache if vlm else None, truth))
     return BenchPlanner(name, vlm, "" if name in BUILT_IN or name in PRIVILEGED else planner_source(maker))

@@ -16,6 +16,7 @@ from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 if TYPE_CHECKING:
     from torc.benchmark.dispatch import Backend
     from torc.benchmark.local_pool import PoolConfig
+    from torc.benchmark.preflight import Question
     from torc.benchmark.runner import Played
     from torc.benchmark.spec import BenchSpec
     from torc.benchmark.store import Store
@@ -51,7 +52,8 @@ class BenchCommand:
     problems: Annotated[str, tyro.conf.arg(metavar="SET")] = "torc40"
     """Sets, problems, problem files or directories of them, comma-separated (`torc problems list`)."""
     planners: Annotated[str, tyro.conf.arg(metavar="A,B,...")] = "random,dg-select"
-    """Task planners, comma-separated, as for `torc run --planner`."""
+    """Task planners, comma-separated, as for `torc run --planner`. One that asks a model may name its own behind it
+    (vlm-select:gemini:MODEL, vlm-fixes-dg:simulated:0.9), so that several models meet; else --vlm is asked."""
     repeats: int = 10
     """Trials of each planner on each problem: seeds 0 to N-1. All planners get the same seeds."""
     workers: int = 0
@@ -162,11 +164,23 @@ class BenchCommand:
         from torc.benchmark.spec import Settings, make_spec
 
         problems = find_problems(self.problems)
-        names = [name.strip() for name in self.planners.split(",") if name.strip()]
-        planners = find_planners(names, self.vlm.config(), self.vlm.cache(), self._backend(), log_directory)
+        planners = find_planners(self._questions(), self._backend(), log_directory)
         settings = Settings(self.max_picks, self.noise, min_score=self.min_score)
         spec = make_spec(tuple(problems), planners, range(self.repeats), settings, torc.__version__)
         return spec, {problem.name: problem for problem in problems.values()}
+
+    def _questions(self) -> list[Question]:
+        """What --planners names, each with its own VLM or that of --vlm."""
+        from torc.benchmark.preflight import Question, split_vlm
+
+        named = [split_vlm(text.strip()) for text in self.planners.split(",") if text.strip()]
+        # Options of a VLM may be meant for those named in --planners alone.
+        for_all = self.vlm.config() if self.vlm.vlm or all(vlm is None for _, vlm in named) else None
+        cache = self.vlm.cache()
+        return [
+            Question(name, for_all if vlm is None else self.vlm.config(vlm), cache, vlm is not None)
+            for name, vlm in named
+        ]
 
     @contextmanager
     def _players(

@@ -45,17 +45,18 @@ class VlmOptions:
     vlm_cache_mode: Literal["record", "replay", "off"] = "record"
     """record: ask only for what is missing in the cache; replay: never ask, no key needed; off: always ask."""
 
-    def config(self) -> VlmConfig | None:
-        """The model and how it is asked; None if none is named. Raises InputError."""
+    def config(self, named: str | None = None) -> VlmConfig | None:
+        """The model and how it is asked; None if none is named. `named` stands in for --vlm. Raises InputError."""
         from torc.errors import InputError
         from torc.vlm.config import VlmConfig, parse_thinking, parse_vlm
 
-        if self.vlm is None:
+        text = self.vlm if named is None else named
+        if text is None:
             if self != VlmOptions():
                 raise InputError("Options of a VLM are given, but no --vlm.")
             return None
         return VlmConfig(
-            *parse_vlm(self.vlm),
+            *parse_vlm(text),
             temperature=self.vlm_temperature,
             thinking=parse_thinking(self.vlm_thinking),
             max_output_tokens=self.vlm_max_tokens,
