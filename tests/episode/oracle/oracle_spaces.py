@@ -4,7 +4,7 @@ import itertools
 import zlib
 from dataclasses import dataclass, field
 
-from torc.episode.oracle.search import Cost
+from torc.episode.oracle.found import Cost
 from torc.episode.oracle.space import Arrival, Choice, Fate, Options
 
 TARGET = 0

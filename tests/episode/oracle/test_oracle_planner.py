@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from torc.episode.events import Decided, Executed
+from torc.episode.oracle.found import Cost, Found, Path, Spent
 from torc.episode.oracle.planner import OraclePlanner
-from torc.episode.oracle.search import Cost, Found, Path, Spent
 from torc.episode.oracle.solve import solve_problem
 from torc.episode.privileged import Moment
 from torc.episode.state import EpisodeState

@@ -4,8 +4,9 @@ import pytest
 from oracle_spaces import TARGET, toy_spaces
 
 from torc.episode.oracle.budget import LOOK_COST
+from torc.episode.oracle.found import Cost
 from torc.episode.oracle.rough import rough_plans
-from torc.episode.oracle.search import Cost, search
+from torc.episode.oracle.search import search
 from torc.episode.oracle.space import Arrival, Fate, Options
 
 MAX_PICKS = 5

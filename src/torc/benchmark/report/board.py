@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from torc.benchmark.report.content import outcome
 from torc.benchmark.report.links import address_of
+from torc.benchmark.report.wording import outcome
 from torc.benchmark.rows import Table, TrialRow
 
 

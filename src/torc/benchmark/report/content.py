@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from torc.benchmark.comparison import ALPHA, Comparison, compare_all, holm
-from torc.benchmark.intervals import Estimate
 from torc.benchmark.measures import (
     DECISION_S,
     DROP_FREE,
@@ -20,6 +19,7 @@ from torc.benchmark.measures import (
 from torc.benchmark.paper import paper_method
 from torc.benchmark.ranking import Standing
 from torc.benchmark.report.links import Link, trial_cell
+from torc.benchmark.report.wording import first_line, outcome, seconds_text, signed_text
 from torc.benchmark.rows import Table, TrialRow
 
 CATEGORIES = ("structured", "unstructured")
@@ -227,7 +227,7 @@ def errors_table(table: Table) -> TextTable:
     """The errored trials: never scored."""
     bad = [r for r in table.rows if r.status not in ("completed", "missing")]
     rows = tuple(
-        (r.planner, r.problem, str(r.seed), r.cause, _first_line(r.error), trial_cell(table, r)) for r in bad
+        (r.planner, r.problem, str(r.seed), r.cause, first_line(r.error), trial_cell(table, r)) for r in bad
     )
     header = ("planner", "problem", "seed", "cause", "what was said", "trial")
     return TextTable("Errored trials, which are not scored", header, rows)
@@ -248,22 +248,6 @@ def _told(c: Comparison, p: float) -> str:
     if not p < ALPHA:
         return "cannot be told"
     return f"{c.second} is better" if c.cost.value > 0 else f"{c.first} is better"
-
-
-def signed_text(found: Estimate, digits: int) -> str:
-    """A difference with its interval, signs and all; empty where there is none."""
-    if not np.isfinite(found.value):
-        return ""
-    low, high = (f"{v:+.{digits}f}" if np.isfinite(v) else "?" for v in (found.low, found.high))
-    return f"{found.value:+.{digits}f} [{low}, {high}]"
-
-
-def seconds_text(found: Estimate) -> str:
-    """The value alone, in two significant digits."""
-    value = found.value
-    if not np.isfinite(value):
-        return ""
-    return f"{value:.2g}" if value < 100 else f"{value:.0f}"
 
 
 def _median(values: Sequence[float]) -> str:
@@ -288,17 +272,5 @@ def _problem_cell(done: Sequence[TrialRow]) -> str:
     )
 
 
-def outcome(row: TrialRow) -> str:
-    """How a trial ended."""
-    if not row.completed:
-        return row.status
-    return "retrieved" if row.retrieved else f"not retrieved: {row.end}"
-
-
 def _counts(row: TrialRow) -> tuple[str, str]:
     return (str(row.picks), str(row.drops)) if row.completed else ("", "")
-
-
-def _first_line(text: str) -> str:
-    line = next((x for x in text.splitlines() if x.strip()), "")
-    return line if len(line) <= 200 else f"{line[:197]}..."

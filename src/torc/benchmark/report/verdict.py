@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from torc.benchmark.measures import DECISION_S
 from torc.benchmark.ranking import Standing
-from torc.benchmark.report.content import seconds_text, signed_text
+from torc.benchmark.report.wording import seconds_text, signed_text
 from torc.benchmark.rows import Table
 
 FEW_PROBLEMS = 10

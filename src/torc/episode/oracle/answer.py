@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from torc.episode.oracle.search import Found
+from torc.episode.oracle.found import Found
 from torc.episode.privileged import Moment
 from torc.records import PickOutcome
 from torc.records.serialization import to_plain

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from torc.episode.oracle.search import Found
+from torc.episode.oracle.found import Found
 
 _EVERY = 4.0
 

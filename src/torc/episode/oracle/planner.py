@@ -6,7 +6,7 @@ import numpy as np
 
 from torc.episode.oracle.answer import OracleAnswer, answer_from
 from torc.episode.oracle.budget import DEFAULT_BUDGET, check_budget
-from torc.episode.oracle.search import Path
+from torc.episode.oracle.found import Path
 from torc.episode.oracle.solve import best_order
 from torc.episode.privileged import Moment, Simulation
 from torc.errors import InputError

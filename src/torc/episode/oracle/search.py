@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from typing import Generic
 
 from torc.episode.oracle.budget import LOOK_COST
+from torc.episode.oracle.found import NOTHING, Cost, Found, Path, Spent
 from torc.episode.oracle.rough import RoughPlan, rough_plans
 from torc.episode.oracle.space import Choice, Fate, Options, Space, State
 
@@ -22,73 +23,6 @@ _FIRST_SHARE = 0.5
 """Share of the budget after which first choices are no longer followed."""
 _ROUGH_SHARE = 0.5
 """Share of the budget after which no more rough plans are made."""
-
-
-@dataclass(frozen=True, order=True)
-class Cost:
-    """Of a sequence, or a lower bound of it: picks first, then drops."""
-
-    picks: int
-    drops: int
-
-
-@dataclass(frozen=True)
-class Spent:
-    """What a search has used: picks tried, and looks, rough ones included."""
-
-    picks: int = 0
-    looks: int = 0
-
-    @property
-    def total(self) -> float:
-        """In picks."""
-        return self.picks + LOOK_COST * self.looks
-
-
-@dataclass(frozen=True)
-class Path(Generic[State]):
-    """A sequence of picks from the start.
-
-    Attributes:
-        choices: what is picked.
-        states: before each pick, and at the end.
-        notes: what a look at each of them told, in words; "" where nobody looked.
-        cost: picks and drops.
-    """
-
-    choices: tuple[Choice, ...]
-    states: tuple[State, ...]
-    notes: tuple[str, ...]
-    cost: Cost
-
-
-@dataclass(frozen=True)
-class Found(Generic[State]):
-    """The answer so far.
-
-    Attributes:
-        best: the best sequence that ends with the target, None if none was found.
-        bound: no sequence costs less; None if it is proved that none ends with the target.
-        rough_bound: picks that are needed at least if picks moved nothing else: near the truth, but no proof.
-        outlook: the most promising sequence that does not end with the target: what to do where there is no best.
-        spent: what it took.
-    """
-
-    best: Path[State] | None
-    bound: Cost | None
-    rough_bound: int
-    outlook: Path[State]
-    spent: Spent
-
-    @property
-    def proved(self) -> bool:
-        """Nothing is left to find out: `best` is the best there is, or there is none."""
-        return self.bound is None or (self.best is not None and self.best.cost <= self.bound)
-
-    @property
-    def likely(self) -> bool:
-        """The best has no drops, and no more picks than are needed if picks moved nothing else."""
-        return self.best is not None and self.best.cost <= Cost(self.rough_bound, 0)
 
 
 def search(
@@ -122,7 +56,7 @@ class _Node(Generic[State]):
     state: State
     parent: "_Node[State] | None" = None
     choice: Choice = None
-    cost: Cost = Cost(0, 0)
+    cost: Cost = NOTHING
     detour: int = 0
     options: Options = field(default_factory=lambda: Options(()))
     trials: "dict[Choice, _Trial[State]]" = field(default_factory=dict)

@@ -5,8 +5,9 @@ from collections.abc import Callable
 from torc.episode.oracle.answer import OracleAnswer, answer_from
 from torc.episode.oracle.branches import Branches
 from torc.episode.oracle.budget import DEFAULT_BUDGET, check_budget
+from torc.episode.oracle.found import Found
 from torc.episode.oracle.narration import Narration
-from torc.episode.oracle.search import Found, search
+from torc.episode.oracle.search import search
 from torc.episode.privileged import Moment, Sandbox, open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.motion.planner import OmplMotionPlanner
