@@ -85,6 +85,12 @@ def test_no_completed_trial_is_no_answer():
     assert "mine: all 1 played trials errored; it is not ranked." in found.warnings
 
 
+def test_references_alone_are_no_answer(made_up):
+    found = _answer(made_up(oracle=GOOD))
+    assert found.planner is None
+    assert "only references" in found.answer
+
+
 def test_few_problems_are_a_warning(made_up):
     assert any("Only 3 problems" in w for w in _answer(made_up(mine=GOOD[:3], theirs=WORSE[:3])).warnings)
 

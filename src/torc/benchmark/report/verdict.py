@@ -10,6 +10,9 @@ from torc.benchmark.report.wording import seconds_text, signed_text
 from torc.benchmark.rows import Table
 
 FEW_PROBLEMS = 10
+_ONLY_REFERENCES = (
+    "There are only references here, no planners to use: add some, or the directory of their trials."
+)
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,9 @@ def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
     leader = next((s for s in standings if s.is_leader), None)
     warnings = tuple(_warnings(table, standings))
     if leader is None:
-        return Verdict(None, "No planner has completed a trial yet.", (), warnings)
+        judged = any(s.completed for s in standings)
+        answer = _ONLY_REFERENCES if judged else "No planner has completed a trial yet."
+        return Verdict(None, answer, (), warnings)
     ties = [s for s in standings if s.ties and not s.reference]
     cleaner = [s for s in ties if s.behind is not None and s.behind.drops.high < 0]
     best = min(cleaner, key=lambda s: s.drops.value) if cleaner else leader
