@@ -175,7 +175,7 @@ def test_killed_at_random_moments_it_ends_with_the_same_table(tmp_path, whole, r
     for _ in range(40):
         runner = subprocess.Popen(command)
         try:
-            runner.wait(float(rng.uniform(0.5, 6.0)))
+            runner.wait(float(rng.uniform(0.5, 3.0)))
         except subprocess.TimeoutExpired:
             runner.send_signal(signal.SIGKILL)
             runner.wait()
