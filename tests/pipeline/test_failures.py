@@ -54,6 +54,11 @@ def test_scores_fall_for_grasps_alike_only():
     assert np.array_equal(lower_scores(_grasps(), (_failed(False),), (), CONFIG).scores, _grasps().scores)
 
 
+def test_a_failure_that_was_felt_says_more_than_its_likeness():
+    felt = replace(_failed(True), touched=np.zeros((1, 3)))
+    assert np.array_equal(lower_scores(_grasps(), (felt,), (), CONFIG).scores, _grasps().scores)
+
+
 def test_an_object_that_failed_stays_under_suspicion():
     failed = (PickOutcome(PickResult.MISSED, 1), PickOutcome(PickResult.SLIPPED, 1, held_after_lift=True))
     scores = lower_scores(_grasps(), (), failed, CONFIG).scores

@@ -119,10 +119,25 @@ def test_stopped_before_the_grasp(number: int, result: PickResult) -> None:
     np.testing.assert_allclose(arm.qpos, REST)
 
 
+def test_where_the_approach_touched_something_is_remembered() -> None:
+    guard = ContactGuard(relief_m=0.003)
+    for stop_at, touched in (({}, False), ({0: 0.5}, False), ({1: 0.5}, True), ({2: 0.5}, False)):
+        trace = run(
+            FakeArm(REST, stop_at=stop_at), FakeGripper(), config=ExecutionConfig(approach_guard=guard)
+        )
+        assert (trace.touch is not None) == touched
+        if trace.touch is not None:
+            step = trace.phases[phases(trace).index(Phase.APPROACH)]
+            np.testing.assert_allclose(trace.touch.qpos, step.qpos)
+            assert trace.touch.relief_m == 0.003
+            assert trace.touch.width_m == step.gripper.width_m
+
+
 def test_stopped_just_before_the_grasp_closes_all_the_same() -> None:
     arm = FakeArm(REST, stop_at={1: 0.75})
     trace = run(arm, FakeGripper())
     assert trace.result is PickResult.REMOVED
+    assert trace.touch is not None
     lift = arm.followed[2]
     np.testing.assert_allclose(lift.qpos[0], plan().approach.qpos[75])
     np.testing.assert_allclose(lift.qpos[-1], UP)

@@ -12,7 +12,9 @@ from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.timing import StageClock
+from torc.pipeline.touch import touched_points
 from torc.records import Decision, GraspStatus, PickOutcome, PickPlan, PickResult, PlanFailure
+from torc.robots.description import RobotDescription
 from torc.robots.protocols import Robot
 from torc.task_planning.protocol import TaskPlanner
 
@@ -105,7 +107,7 @@ class Steps:
         else:
             plan = self.plan(state, look, choice)
             outcome, seconds = self._execute(plan, choice)
-            failed = remembered(failed, look, plan, outcome)
+            failed = remembered(failed, look, plan, outcome, self.parts.robot.description)
         self._tell(Executed(state.pick, outcome, seconds))
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome))
 
@@ -147,7 +149,11 @@ def pick_request(look: Look, object_id: int) -> PickRequest:
 
 
 def remembered(
-    failed: tuple[FailedGrasp, ...], look: Look, plan: PickPlan | PlanFailure, outcome: PickOutcome
+    failed: tuple[FailedGrasp, ...],
+    look: Look,
+    plan: PickPlan | PlanFailure,
+    outcome: PickOutcome,
+    robot: RobotDescription,
 ) -> tuple[FailedGrasp, ...]:
     """The failed grasps to remember after this attempt.
 
@@ -166,8 +172,9 @@ def remembered(
         valid = grasps.of(outcome.object_id)
         tried = valid[report.status[valid] == GraspStatus.VALID][: plan.grasps_tried].tolist()
     executed = isinstance(plan, PickPlan)
+    touched = touched_points(outcome.touch, robot, look.context.volume)
     return failed + tuple(
-        FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed) for g in tried
+        FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed, touched) for g in tried
     )
 
 

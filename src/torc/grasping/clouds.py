@@ -19,10 +19,10 @@ class ObjectCloud:
 
     Attributes:
         id: object id.
-        points: seen points (the first `visible` rows), then those guessed on its hidden back; world frame.
+        points: seen points (the first `visible` rows), `felt` ones, then those guessed on its hidden back; world frame.
         normals: outward unit normals of these points; zero where unknown.
-        visible: how many of the points were seen.
-        cells: the same points grouped; the tag is 1 for seen ones, 0 for guessed ones.
+        visible, felt: how many of the points were seen, and felt.
+        cells: the same points grouped; the tag is 1 for seen and felt ones, 0 for guessed ones.
         hull: points that are outermost in some direction, for extents.
         completion: estimated centre and size.
         pixel_count: pixels of its mask.
@@ -32,6 +32,7 @@ class ObjectCloud:
     points: Float[np.ndarray, "n 3"]
     normals: Float[np.ndarray, "n 3"]
     visible: int
+    felt: int
     cells: PointCells
     hull: Float[np.ndarray, "h 3"]
     completion: Completion
@@ -72,8 +73,9 @@ def build_clouds(
         points, normals = thin_out(o.points, o.normals, config.voxel_m)
         thin.append((o.id, thin_out(points, normals, config.neighbour_voxel_m)[0]))
         if o.pixel_count >= config.min_pixels:
-            done = complete(points, normals, camera[:3, 3], o.id, volume, support_z_m, config)
-            objects.append(_object_cloud(o.id, points, normals, done, o.pixel_count, config))
+            felt = np.asarray(o.felt, dtype=points.dtype)
+            done = complete(points, normals, felt, camera[:3, 3], o.id, volume, support_z_m, config)
+            objects.append(_object_cloud(o.id, points, normals, felt, done, o.pixel_count, config))
     return SceneClouds(tuple(objects), _group_all(thin, config), forward_direction(camera), camera[:3, 3])
 
 
@@ -100,21 +102,23 @@ def _object_cloud(
     object_id: int,
     points: np.ndarray,
     normals: np.ndarray,
+    felt: np.ndarray,
     done: Completion,
     pixel_count: int,
     config: CloudConfig,
 ) -> ObjectCloud:
-    both = np.concatenate([points, done.points])
-    seen = np.zeros(len(both), dtype=np.int64)
-    seen[: len(points)] = 1
+    both = np.concatenate([points, felt, done.points])
+    known = np.zeros(len(both), dtype=np.int64)
+    known[: len(points) + len(felt)] = 1
     directions = _spread_directions(_HULL_DIRECTIONS)
     hull = both[np.unique(np.argmax(both @ directions.T, axis=0))]
     return ObjectCloud(
         object_id,
         both,
-        np.concatenate([normals, done.normals]),
+        np.concatenate([normals, np.zeros_like(felt), done.normals]),
         len(points),
-        group(both, seen, config.cell_m),
+        len(felt),
+        group(both, known, config.cell_m),
         hull,
         done,
         pixel_count,

@@ -28,7 +28,7 @@ class Completion:
         center: estimated centre of mass.
         view: horizontal unit direction from the camera to the object.
         size_m: extent along `view`, across it, and in height.
-        seen_depth_m: extent along `view` of what is seen.
+        seen_depth_m: extent along `view` of what is seen and felt.
     """
 
     points: Float[np.ndarray, "m 3"]
@@ -42,13 +42,14 @@ class Completion:
 def complete(
     points: Float[np.ndarray, "n 3"],
     normals: Float[np.ndarray, "n 3"],
+    felt: Float[np.ndarray, "k 3"],
     camera_position: Float[np.ndarray, "3"],
     object_id: int,
     volume: OcclusionVolume,
     support_z_m: float,
     config: CloudConfig,
 ) -> Completion:
-    """Guess the hidden back of one object's seen points (world frame)."""
+    """Guess the hidden back of one object from its seen points; it reaches as far as the felt ones (world frame)."""
     view = points.mean(axis=0) - camera_position
     view = np.array([view[0], view[1], 0.0])
     norm = np.linalg.norm(view)
@@ -58,6 +59,8 @@ def complete(
     if low[2] - support_z_m < _NEAR_SUPPORT_M:
         low[2] = support_z_m
     seen, width, height = high - low
+    if len(felt):
+        seen = max(seen, float((felt @ view).max() - low[0]))
     depth = float(hidden_depth(seen, width, height, config))
     middle = low[0] + depth / 2
     center = middle * view + (low[1] + high[1]) / 2 * across + np.array([0, 0, (low[2] + high[2]) / 2])

@@ -8,7 +8,7 @@ slippery or wedged in, and every failure says that it is harder to hold than it 
 """
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -28,12 +28,14 @@ class FailedGrasp:
         T_world_tcp: the grasp.
         seen_at: mean of the object's visible points at that time, world frame.
         executed: the robot tried it; else no motion was found.
+        touched: points that a finger touched where nothing was seen, world frame; see torc.pipeline.touch.
     """
 
     object_id: int
     T_world_tcp: Pose
     seen_at: Float[np.ndarray, "3"]
     executed: bool
+    touched: Float[np.ndarray, "n 3"] = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def lower_scores(
     """
     factor, tries = np.ones(len(grasps)), failed_tries(history)
     for f in failed:
-        if f.executed:
+        if f.executed and not len(f.touched):
             factor[_alike(grasps, f, config)] *= config.score_factor
     if not tries and np.all(factor == 1):
         return grasps

@@ -17,6 +17,7 @@ from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.pipeline.report import hold_back_unlikely
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.timing import StageClock
+from torc.pipeline.touch import with_touched
 from torc.records import (
     BACKGROUND,
     GraspReport,
@@ -114,8 +115,9 @@ class Pipeline:
             world = build_collision_world(volume, self.workspace)
         with clock.stage("grasps"):
             rng = stage_rng(seed, pick, "grasps")
-            grasps = ask_grasp_planner(self.grasp_planner, scene, volume, rng)
             failed = still_valid(failed, scene, self.failures)
+            felt = with_touched(scene, failed)
+            grasps = ask_grasp_planner(self.grasp_planner, felt, volume, rng)
             grasps = lower_scores(grasps, failed, history, self.failures)
         with clock.stage("validity"):
             report = veto(self._evaluate(grasps, scene, world), grasps, failed, self.failures)

@@ -42,6 +42,21 @@ _GRASP_TRIED = (
 
 
 @dataclass(frozen=True)
+class Touch:
+    """Where an unexpected contact ended an approach.
+
+    Attributes:
+        qpos: the arm afterwards, radians.
+        width_m: opening of the gripper.
+        relief_m: how far it had gone back by then, against the approach.
+    """
+
+    qpos: tuple[float, ...]
+    width_m: float
+    relief_m: float = 0.0
+
+
+@dataclass(frozen=True)
 class PickOutcome:
     """What the robot did and what happened.
 
@@ -56,6 +71,7 @@ class PickOutcome:
         detail: one sentence for people, e.g. which contact stopped the arm.
         duration_s: time on the robot's clock.
         at_home: the arm ended where it waits for the next pick; if not, that one starts from where it is.
+        touch: where an unexpected contact ended the approach, if one did.
     """
 
     result: PickResult
@@ -68,3 +84,4 @@ class PickOutcome:
     detail: str = ""
     duration_s: float = 0.0
     at_home: bool = True
+    touch: Touch | None = None

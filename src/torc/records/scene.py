@@ -1,6 +1,6 @@
 """What perception makes of a snapshot."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ class SegmentedObject:
         normals: unit normals, towards the camera.
         pixels: (row, column) of each point in the image.
         pixel_count: pixels of the object's mask, with or without a depth reading.
+        felt: points that a finger touched where no snapshot saw anything; in no image.
     """
 
     id: int
@@ -26,6 +27,7 @@ class SegmentedObject:
     normals: Float32[np.ndarray, "n 3"]
     pixels: Int32[np.ndarray, "n 2"]
     pixel_count: int
+    felt: Float32[np.ndarray, "k 3"] = field(default_factory=lambda: np.zeros((0, 3), np.float32))
 
 
 @dataclass(frozen=True)

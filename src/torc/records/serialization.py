@@ -107,8 +107,13 @@ def _decode(annotation: Any, value: Any, arrays: dict[str, np.ndarray]) -> Any:
         return tuple(_decode(a, v, arrays) for a, v in zip(items, value, strict=True))
     if dataclasses.is_dataclass(annotation) and isinstance(annotation, type):
         hints = typing.get_type_hints(annotation)
-        fields = {f.name for f in dataclasses.fields(annotation)}
+        fields = [f.name for f in dataclasses.fields(annotation) if f.name in value or _required(f)]
         return annotation(**{name: _decode(hints[name], value[name], arrays) for name in fields})
     if isinstance(annotation, type) and issubclass(annotation, enum.Enum):
         return annotation(value)
     return value
+
+
+def _required(field: dataclasses.Field) -> bool:
+    """Whether a file must have it; fields with a default may be younger than the file."""
+    return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING

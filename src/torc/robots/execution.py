@@ -10,7 +10,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
-from torc.records import TARGET_ID, PickPlan, PickResult, Trajectory
+from torc.records import TARGET_ID, PickPlan, PickResult, Touch, Trajectory
 from torc.robots.protocols import Arm, ContactGuard, FollowResult, Gripper, GripperState
 
 
@@ -97,6 +97,7 @@ class ExecutionTrace:
         delivered: it still did over the bin, and let go there.
         at_home: the arm ended where it should wait: the end of `home`, or the start of `free`.
         detail: one sentence for people.
+        touch: where an unexpected contact ended the approach, if one did.
     """
 
     result: PickResult
@@ -105,6 +106,7 @@ class ExecutionTrace:
     delivered: bool
     at_home: bool
     detail: str
+    touch: Touch | None = None
 
 
 def execute_pick(
@@ -207,6 +209,7 @@ class _Run:
         self.way: list[Trajectory] = []
         self.held_after_lift = False
         self.delivered = False
+        self.touch: Touch | None = None
 
     def opening_m(self) -> float:
         """How far the fingers are apart on the way to the object."""
@@ -229,7 +232,10 @@ class _Run:
         if np.abs(self.arm.qpos - trajectory.qpos[0]).max() > self.config.start_slack_rad:
             trajectory = starting_from(trajectory, self.arm.qpos)
         self.way.append(trajectory)
-        return self._move(phase, trajectory, guard)
+        arrived = self._move(phase, trajectory, guard)
+        if phase is Phase.APPROACH and guard is not None and self.phases[-1].stopped_by_contact:
+            self.touch = Touch(tuple(self.arm.qpos.tolist()), self.gripper.state.width_m, guard.relief_m)
+        return arrived
 
     def near_grasp(self) -> bool:
         """Whether the arm stopped close enough to the grasp to close the gripper all the same."""
@@ -256,7 +262,13 @@ class _Run:
         if not at_home:
             detail += "; the arm did not get home"
         return ExecutionTrace(
-            result, tuple(self.phases), self.held_after_lift, self.delivered, at_home, detail
+            result,
+            tuple(self.phases),
+            self.held_after_lift,
+            self.delivered,
+            at_home,
+            detail,
+            self.touch,
         )
 
     def _move(self, phase: Phase, trajectory: Trajectory, guard: ContactGuard | None) -> bool:

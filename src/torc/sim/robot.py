@@ -237,4 +237,5 @@ def _outcome(
         detail=trace.detail,
         duration_s=duration_s,
         at_home=trace.at_home,
+        touch=trace.touch,
     )

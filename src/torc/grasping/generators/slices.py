@@ -33,6 +33,7 @@ def propose_slices(given: GeneratorInput, rng: np.random.Generator) -> RawCandid
     n = _slices(
         cloud.points,
         cloud.visible,
+        cloud.felt,
         closings[frames],
         turned[frames],
         rng.random(len(frames)),
@@ -68,6 +69,7 @@ def _drawn_frames(total: int, first: int, limit: int, rng: np.random.Generator) 
 def _slices(
     points: np.ndarray,
     visible: int,
+    felt: int,
     closings: np.ndarray,
     approaches: np.ndarray,
     phases: np.ndarray,
@@ -101,7 +103,7 @@ def _slices(
                 side = abs(local[i, 1] - y)
                 if side < sizes[FINGER_Y]:
                     strip[count, 0], strip[count, 1] = local[i, 0], local[i, 2]
-                    strip[count, 2] = 1.0 if i < visible else 0.0
+                    strip[count, 2] = 1.0 if i < visible else (-1.0 if i < visible + felt else 0.0)
                     strip[count, 3] = 1.0 if side < sizes[PAD_Y] else 0.0
                     count += 1
             n = _reach_into(strip[:count], y, R, depths, limits, min_points, sizes, Rs, tips, widths, n)
@@ -123,7 +125,7 @@ def _reach_into(
     n: int,
 ) -> int:
     """Candidates of one slice at every depth: centred on all that is behind the fingertips if that fits, else on
-    each of its parts. Columns of `strip`: x, z, whether seen, whether within the pads."""
+    each of its parts. Columns of `strip`: x, z, 1 if seen and -1 if felt, whether within the pads."""
     top, left, right = 1e9, 1e9, -1e9
     for i in range(len(strip)):
         left, right = min(left, strip[i, 0]), max(right, strip[i, 0])
@@ -185,7 +187,10 @@ def _parts(
     widths: np.ndarray,
     n: int,
 ) -> int:
-    """One candidate per part of the slice that is separated from the others by a gap and fits."""
+    """One candidate per part of the slice that is separated from the others by a gap and fits.
+
+    Not where something was felt: nobody saw a gap there.
+    """
     bins = int((high - low) / _BIN_M) + 1
     filled = np.zeros(bins + 1, dtype=np.bool_)
     for i in range(len(strip)):
@@ -201,12 +206,23 @@ def _parts(
             x_low, x_high, count = _within(
                 strip, z, low + start * _BIN_M - 1e-9, low + (last + 1) * _BIN_M + 1e-9, sizes
             )
-            if x_high - x_low + limits[2] <= sizes[OPEN] and count >= min_points and n < len(widths):
+            fits = x_high - x_low + limits[2] <= sizes[OPEN] and count >= min_points
+            if fits and n < len(widths) and _felt_within(strip, z, x_low, x_high) == 0:
                 _write(x_low, x_high, y, z, R, Rs, tips, widths, n)
                 n += 1
             start = b
         last = b
     return n
+
+
+@njit(cache=True)
+def _felt_within(strip: np.ndarray, z: float, x_low: float, x_high: float) -> int:
+    """How many felt points lie behind the fingertips in a range of x."""
+    count = 0
+    for i in range(len(strip)):
+        if strip[i, 2] < 0.0 and strip[i, 1] <= z and x_low <= strip[i, 0] <= x_high:
+            count += 1
+    return count
 
 
 @njit(cache=True)
