@@ -12,11 +12,14 @@ from torc.episode.recorder import TrialRecorder
 from torc.episode.state import EndReason
 from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.errors import InputError, PlannerError
+from torc.geometry.transforms import make_pose
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
-from torc.records import Observation, PickOutcome, PickResult
+from torc.records import Observation, PickOutcome, PickResult, Touch
 from torc.records.serialization import load_record
+from torc.robots.ik import solve_ik
+from torc.robots.kinematics import tool0_from_tcp
 from torc.scenes.workspace import Workspace
 from torc.task_planning.registry import make_planner
 from torc.testing.fake_episode import FakeMotionPlanner, FakeRobot, ScriptedPlanner
@@ -29,9 +32,17 @@ TARGET = SyntheticBox(0, (0.66, -0.12, 1.08), (0.05, 0.05, 0.06))
 
 @pytest.fixture
 def play(robot):
-    def run(planner, shapes=(TARGET, TALL, SIDE), results=(), impossible=(), max_picks=5, listeners=()):
+    def run(
+        planner,
+        shapes=(TARGET, TALL, SIDE),
+        results=(),
+        impossible=(),
+        max_picks=5,
+        listeners=(),
+        grasps=None,
+    ):
         workspace = Workspace()
-        grasps = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
+        grasps = grasps or GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
         pipeline = Pipeline(LabelPerception(), grasps, robot.gripper, workspace)
         parts = EpisodeParts(
             FakeRobot(robot, shapes, results), pipeline, planner, FakeMotionPlanner(impossible)
@@ -168,6 +179,29 @@ def test_a_grasp_that_was_never_reached_did_not_fail(play, result, counts):
     after_the_attempt, executed = second_look(1)
     assert np.array_equal(after_nothing, after_the_attempt) == (not counts)
     assert executed == (2 if counts else 0)
+
+
+def test_what_a_finger_touched_is_felt_at_the_next_look(play, robot):
+    """One finger came down in front of the tall box, the other behind it. No contact, no feeling."""
+    down = make_pose(np.diag([1.0, -1.0, -1.0]), (TALL.center[0] - 0.0075, TALL.center[1], 1.22))
+    found = solve_ik(robot.arm, tool0_from_tcp(robot.gripper, down[None], np.array([0.085])))
+    touch, felt = Touch(tuple(found.qpos[0, 0].tolist()), 0.085), []
+
+    class Spy(GeometricGraspPlanner):
+        def plan(self, scene, volume, rng):
+            felt.append({o.id: o.felt for o in scene.objects})
+            return super().plan(scene, volume, rng)
+
+    spy = Spy(robot.gripper, Workspace().support_z_m)
+    for told in (touch, None):
+        result = PickOutcome(PickResult.STOPPED, TALL.id, touch=told)
+        play(ScriptedPlanner([TALL.id] * 2), results=[result] * 2, max_picks=2, grasps=spy)
+    before, after, *without = felt
+    assert all(len(points) == 0 for look in (before, *without) for points in look.values())
+    assert len(after[SIDE.id]) == 0
+    assert len(after[TALL.id]) > 10
+    assert np.all(after[TALL.id][:, 0] > TALL.center[0])
+    assert np.allclose(after[TALL.id][:, 2], 1.22, atol=0.006)
 
 
 def test_unwritable_directory_is_a_clear_error(tmp_path):

@@ -15,8 +15,10 @@ from sim_scenes import (
 )
 
 from torc.errors import InputError
+from torc.pipeline.touch import finger_ends
 from torc.records import PickPlan, PickResult
 from torc.robots.description import load_robot
+from torc.robots.kinematics import tcp_pose
 from torc.robots.protocols import Arm, Camera, ContactGuard, Gripper, Robot
 from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
@@ -105,6 +107,21 @@ def test_grasping_air_misses(world):
     assert outcome.held_id is None
     assert not outcome.held_after_lift
     assert world.present.all()
+
+
+def test_where_a_finger_stands_on_an_object_the_robot_knows(world):
+    """The outcome tells how the arm was; with the way back added, one finger's end lies on the top."""
+    robot = SimulatedRobot(world)
+    beside = tuple(world.positions[0] + [0.0, 0.05, 0.04])
+    outcome = robot.execute(plan_pick(0, grasp_pose(beside, 1.2), DROP_AT))
+    assert outcome.result is PickResult.STOPPED
+    assert outcome.touch is not None
+    pose = tcp_pose(ROBOT, np.array(outcome.touch.qpos), outcome.touch.width_m)
+    ends = finger_ends(pose, ROBOT.gripper, outcome.touch.width_m)
+    lowest = [end[:, 2].mean() + outcome.touch.relief_m * pose[2, 2] for end in ends]
+    top = world.positions[0, 2] + 0.5 * world.models[0].size_m[2]
+    assert np.allclose(lowest, top, atol=0.004)
+    assert robot.execute(plan_for(world, 0)).touch is None
 
 
 def test_after_a_miss_the_hand_does_not_go_down_on_what_it_moved(world):
