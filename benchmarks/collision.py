@@ -14,8 +14,9 @@ import numpy as np
 from torc.collision.checks import blockers, collides, edges_collide, robot_arrays
 from torc.collision.distance import distance_field
 from torc.collision.world import CollisionWorld, build_collision_world
-from torc.robots.description import RobotDescription, load_robot
+from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
+from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
 from torc.testing.views import reaching_qpos, view_of_clutter
 

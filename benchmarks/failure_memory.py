@@ -55,7 +55,7 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
     from torc.pipeline.defaults import default_pipeline
     from torc.pipeline.failures import FailureConfig, failed_tries
     from torc.records import PickOutcome, PickPlan
-    from torc.robots.description import load_robot
+    from torc.robots.loading import load_robot
     from torc.scenes.problem import load_problem
     from torc.scenes.workspace import Workspace
     from torc.sim.robot import SimulatedRobot

@@ -23,7 +23,8 @@ from torc.motion.protocol import PickRequest
 from torc.motion.queries import MotionQuery, PathSearch
 from torc.motion.space import FreeSpace
 from torc.records import PickPlan
-from torc.robots.description import RobotDescription, load_robot
+from torc.robots.description import RobotDescription
+from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
 from torc.testing.views import view_of_clutter
 

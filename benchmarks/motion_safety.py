@@ -24,7 +24,8 @@ from torc.pipeline.defaults import default_pipeline
 from torc.pipeline.look import Look
 from torc.pipeline.seeding import stage_rng
 from torc.records import PickPlan
-from torc.robots.description import RobotDescription, load_robot
+from torc.robots.description import RobotDescription
+from torc.robots.loading import load_robot
 from torc.scenes.problem import Problem, load_problem
 from torc.scenes.problem_sets import problem_names
 from torc.scenes.workspace import Workspace

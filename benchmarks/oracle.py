@@ -47,7 +47,7 @@ def solve(problem_name: str, seed: int, budget: float, likely: bool) -> dict:
     from torc.episode.steps import EpisodeConfig
     from torc.motion.planner import OmplMotionPlanner
     from torc.pipeline.defaults import default_pipeline
-    from torc.robots.description import load_robot
+    from torc.robots.loading import load_robot
     from torc.scenes.problem import load_problem
     from torc.scenes.workspace import Workspace
 

@@ -18,7 +18,7 @@ from torc.episode.loop import rehearse, run_episode
 from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.motion.planner import OmplMotionPlanner
 from torc.pipeline.defaults import default_pipeline
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.problem import load_problem
 from torc.scenes.problem_sets import problem_names
 from torc.scenes.workspace import Workspace

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torc.robots.description import RobotDescription, load_robot
+from torc.robots.description import RobotDescription
+from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
 
 

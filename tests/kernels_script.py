@@ -18,7 +18,7 @@ from torc.motion.config import MotionConfig
 from torc.motion.planner import OmplMotionPlanner, with_backend
 from torc.pipeline.defaults import default_pipeline
 from torc.records import Observation
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
 from torc.task_planning.registry import make_planner
 from torc.testing.fake_episode import FakeRobot

@@ -1,9 +1,11 @@
-"""Imports point only to earlier packages; nothing outside `testing` imports fakes; heavy extras stay optional."""
+"""Imports point only to earlier packages and never in circles; nothing outside `testing` imports fakes; heavy extras
+stay optional."""
 
 import ast
 import subprocess
 import sys
 from collections import Counter
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -74,6 +76,16 @@ def test_imports_point_to_earlier_packages(path):
         if parts[0] == "torc" and len(parts) > 1 and here != "__init__":
             assert parts[1] in ORDER, f"{name} is not for use at run time"
             assert ORDER.index(parts[1]) <= ORDER.index(here), f"{name} comes after {here}"
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    """Not even within functions, where Python would let them."""
+    paths = {".".join(p.relative_to(ROOT.parent).with_suffix("").parts): p for p in MODULES}
+    graph = {}
+    for name, path in paths.items():
+        if path.name != "__init__.py":
+            graph[name] = {found for found in _imported(path) if found in paths} - {name}
+    assert len(list(TopologicalSorter(graph).static_order())) >= len(graph)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from torc.episode.trial import TrialSpec, run_trial
 from torc.errors import UnknownNameError
 from torc.motion.planner import OmplMotionPlanner
 from torc.pipeline.defaults import default_pipeline
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.problem import load_problem
 from torc.scenes.workspace import Workspace
 from torc.task_planning.registry import make_planner

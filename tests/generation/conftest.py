@@ -5,7 +5,7 @@ from generation_configs import SMALL
 
 from torc.generation.generator import generate_problem
 from torc.generation.inspection import Inspector
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from torc.errors import GraspPlannerError, InputError, UnknownNameError
 from torc.grasping.asking import ask_grasp_planner, grasp_faults
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.registry import make_grasp_planner
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.testing import contexts
 from torc.testing.conformance import NonConformanceError
 from torc.testing.grasp_conformance import CASES, check_grasp_planner

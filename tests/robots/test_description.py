@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError, UnknownNameError
-from torc.robots.description import RobotDescription, load_robot, robot_names
+from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
+from torc.robots.loading import load_robot, robot_names
 
 WriteRobot = Callable[..., Path]
 

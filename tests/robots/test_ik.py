@@ -9,11 +9,12 @@ import pytest
 
 from torc.errors import InputError
 from torc.robots import ik
-from torc.robots.description import ArmDescription, RobotDescription, load_robot
+from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.ik import IkConfig, IkSolutions, solve_ik
 from torc.robots.ik_ranking import wrap_near
 from torc.robots.ik_srs import detect_srs
 from torc.robots.kinematics import tool0_poses
+from torc.robots.loading import load_robot
 
 
 def reachable(arm: ArmDescription, n: int, rng: np.random.Generator) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from torc.robots.description import ArmDescription, RobotDescription, load_robot
+from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.kinematics import (
     jacobian,
     link_poses,
@@ -17,6 +17,7 @@ from torc.robots.kinematics import (
     tool0_from_tcp,
     tool0_poses,
 )
+from torc.robots.loading import load_robot
 
 
 def random_qpos(arm: ArmDescription, n: int, rng: np.random.Generator) -> np.ndarray:

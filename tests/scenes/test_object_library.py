@@ -17,7 +17,7 @@ from torc.scenes.library import (
     load_object,
     object_description,
 )
-from torc.scenes.library.catalogue import all_kinds
+from torc.scenes.library.catalogue import ALL_KINDS
 from torc.scenes.library.labels import MAX_TEXTURE_PX
 from torc.scenes.models import ObjectModel, pieces_bounds
 
@@ -32,13 +32,13 @@ FILLER = {"the", "a", "of", "with", "and"}
 
 
 def _names(*kinds: str) -> list[str]:
-    return [v.name for kind in all_kinds() if kind.name in kinds for v in kind.variants]
+    return [v.name for kind in ALL_KINDS if kind.name in kinds for v in kind.variants]
 
 
 def test_the_library_is_large_and_varied() -> None:
     assert len(kind_names()) >= 60
     assert len(NAMES) >= 180
-    assert min(len(kind.variants) for kind in all_kinds()) >= 3
+    assert min(len(kind.variants) for kind in ALL_KINDS) >= 3
     assert len(held_out_kinds()) == 9
     assert {load_object(n).kind for n in NAMES} == set(kind_names())
 
@@ -66,7 +66,7 @@ def test_no_description_fits_another_object_too() -> None:
 
 def test_names_need_neither_pillow_nor_numpy() -> None:
     code = (
-        "import sys; from torc.scenes.library.catalogue import all_kinds; all_kinds();"
+        "import sys; from torc.scenes.library.catalogue import ALL_KINDS;"
         "sys.exit(int(bool({'numpy', 'PIL', 'scipy'} & set(sys.modules))))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sim_scenes import TABLE_Z, UPRIGHT, standing, world_of
 
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.problem import ObjectPlacement, load_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.contacts import ContactReader, deepest_overlap, lies_on

@@ -7,7 +7,7 @@ from sim_scenes import row, standing, world_of
 from torc.errors import InputError
 from torc.geometry.projection import project, unproject
 from torc.records import BACKGROUND, ROBOT
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
 from torc.sim.camera import SimulatedCamera
 from torc.sim.gl import gl_backend

@@ -17,8 +17,8 @@ from sim_scenes import (
 from torc.errors import InputError
 from torc.pipeline.touch import finger_ends
 from torc.records import PickPlan, PickResult
-from torc.robots.description import load_robot
 from torc.robots.kinematics import tcp_pose
+from torc.robots.loading import load_robot
 from torc.robots.protocols import Arm, Camera, ContactGuard, Gripper, Robot
 from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig

@@ -6,8 +6,8 @@ from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
 
 from torc.errors import InputError
 from torc.records import BACKGROUND, ROBOT
-from torc.robots.description import load_robot
 from torc.robots.kinematics import tool0_poses
+from torc.robots.loading import load_robot
 from torc.scenes.problem import Problem
 from torc.scenes.workspace import Workspace
 from torc.sim.world import Presence, build_world

@@ -8,7 +8,7 @@ import pytest
 from sim_scenes import row, world_of
 
 from torc.errors import InputError
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.sim.rendering import CameraRenderer
 from torc.sim.state import refresh, restore_state, save_state
 from torc.sim.world import Presence

@@ -5,8 +5,8 @@ import pytest
 from sim_scenes import problem, standing, world_of
 
 from torc.geometry.transforms import make_pose, rotation_about
-from torc.robots.description import load_robot
 from torc.robots.ik import solve_ik
+from torc.robots.loading import load_robot
 from torc.scenes.problem import load_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.gl import gl_backend

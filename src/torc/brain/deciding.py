@@ -14,7 +14,8 @@ from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.warm_up import rehearse_look
 from torc.records import OcclusionVolume
-from torc.robots.description import RobotDescription, load_robot
+from torc.robots.description import RobotDescription
+from torc.robots.loading import load_robot
 from torc.scenes.workspace import Bin, Box, Workspace
 from torc.task_planning.asking import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner

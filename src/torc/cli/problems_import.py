@@ -60,7 +60,7 @@ class ImportCommand:
         from torc.generation.import_runs import ImportRequest, run_import
         from torc.generation.imports import ImportConfig
         from torc.generation.inspection import Inspector
-        from torc.robots.description import load_robot
+        from torc.robots.loading import load_robot
 
         console = Console(stderr=self.json)
         request = ImportRequest(

@@ -36,7 +36,7 @@ class SolveCommand:
         from torc.episode.oracle.solve import solve_problem
         from torc.errors import InputError
         from torc.pipeline.warm_up import announced_compilation
-        from torc.robots.description import load_robot
+        from torc.robots.loading import load_robot
         from torc.scenes.problem import load_problem
         from torc.scenes.workspace import Workspace
 

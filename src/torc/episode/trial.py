@@ -26,7 +26,7 @@ from torc.motion.planner import OmplMotionPlanner
 from torc.pipeline.defaults import default_pipeline
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.pipeline.warm_up import announced_compilation
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.problem import Problem, load_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot

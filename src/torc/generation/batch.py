@@ -10,7 +10,7 @@ from torc.generation.config import GenerationConfig
 from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem
 from torc.generation.inspection import Inspector
 from torc.generation.rejections import Reason
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 
 Progress = Callable[["Job", int, Reason], None]
 """Told which job, the number of a rejected attempt, and why it was rejected."""

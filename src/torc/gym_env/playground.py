@@ -10,7 +10,7 @@ from torc.episode.stepwise import Episode
 from torc.motion.planner import OmplMotionPlanner
 from torc.pipeline.defaults import default_pipeline
 from torc.pipeline.warm_up import announced_compilation
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.problem import load_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.closing import Closing

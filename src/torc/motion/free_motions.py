@@ -13,8 +13,9 @@ from torc.motion.config import MotionConfig, even_yaws
 from torc.motion.failure import NoMotionError
 from torc.motion.geometry import rounded_path
 from torc.motion.lines import LineContext, LinePair
-from torc.motion.queries import MotionQuery, timed_motion
+from torc.motion.queries import MotionQuery
 from torc.motion.space import FreeSpace, free_space
+from torc.motion.timed_motions import timed_motion
 from torc.motion.timing import join, time_path
 from torc.motion.way_out import way_out
 from torc.records import PlanStage, Trajectory

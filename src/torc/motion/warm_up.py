@@ -9,9 +9,10 @@ from torc.motion.config import MotionConfig
 from torc.motion.following import follow_line, line_poses
 from torc.motion.geometry import rounded_path
 from torc.motion.lines import LineContext
-from torc.motion.queries import MotionQuery, path_search
+from torc.motion.queries import MotionQuery
 from torc.motion.smoothing import corner_blends, shortcut
 from torc.motion.space import free_space
+from torc.motion.timed_motions import path_search
 from torc.motion.timing import time_path
 
 

@@ -1,14 +1,12 @@
 """What the rest of the system knows about a robot: numbers only, derived from an MJCF file and a YAML beside it."""
 
-from copy import deepcopy
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from torc.errors import UnknownNameError
 from torc.geometry.transforms import Pose
 from torc.robots.gripper import GripperDescription, OrientedBox
 
@@ -18,11 +16,7 @@ __all__ = [
     "OrientedBox",
     "RobotDescription",
     "SphereModel",
-    "load_robot",
-    "robot_names",
 ]
-
-DATA = Path(__file__).parent / "data"
 
 
 @dataclass(frozen=True)
@@ -133,33 +127,3 @@ class RobotDescription:
     def link_names(self) -> tuple[str, ...]:
         """What SphereModel.link counts, in words for people."""
         return (*self.arm.joint_names, "gripper", "finger -x", "finger +x")
-
-
-def robot_names() -> tuple[str, ...]:
-    """The robots that are shipped."""
-    return tuple(sorted(p.name for p in DATA.iterdir() if (p / f"{p.name}.yaml").is_file()))
-
-
-def load_robot(name_or_path: str | Path = "sda10f_2f85") -> RobotDescription:
-    """A shipped robot by name, or any robot by the path of its YAML (which names its MJCF).
-
-    Raises:
-        UnknownNameError: neither a shipped name nor an existing file.
-        InputError: the files contradict the format, or each other.
-    """
-    from torc.robots.parsing import parse_robot
-
-    path = Path(name_or_path)
-    if path.suffix in {".yaml", ".yml"} and path.is_file():
-        return parse_robot(path)
-    if str(name_or_path) not in robot_names():
-        raise UnknownNameError("robot (nor a YAML file)", str(name_or_path), list(robot_names()))
-    return deepcopy(_shipped(path.name))  # its arrays can be written to: everyone gets his own
-
-
-@cache
-def _shipped(name: str) -> RobotDescription:
-    """A shipped robot, parsed once per process."""
-    from torc.robots.parsing import parse_robot
-
-    return parse_robot(DATA / name / f"{name}.yaml")

@@ -14,7 +14,7 @@ from torc.grasping.planner import GeometricGraspPlanner
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
 from torc.records import PickOutcome
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
 from torc.task_planning.protocol import TaskPlanner
 from torc.testing.fake_episode import FakeMotionPlanner, FakeRobot

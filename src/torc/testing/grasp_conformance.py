@@ -24,7 +24,8 @@ from torc.grasping.asking import grasp_faults
 from torc.grasping.protocol import GraspPlanner
 from torc.plugins import parameters
 from torc.records import GraspSet
-from torc.robots.description import GripperDescription, load_robot
+from torc.robots.description import GripperDescription
+from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
 from torc.testing.conformance import NonConformanceError
 from torc.testing.synthetic import Shape, SyntheticBox

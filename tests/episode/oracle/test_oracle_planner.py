@@ -16,7 +16,7 @@ from torc.episode.trial import TrialSpec, run_trial
 from torc.errors import InputError
 from torc.occlusion.volume import empty_volume
 from torc.records import PickOutcome, PickResult
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.problem import load_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.actuation import GripState

@@ -10,7 +10,7 @@ from torc.grasping.training.refresh import refresh
 from torc.grasping.training.sampling import SamplingConfig, choose_for_training
 from torc.grasping.training.scenes import SceneConfig, draw_models, make_scene
 from torc.grasping.training.train import TrainConfig, fit
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.library import load_object
 from torc.scenes.workspace import Workspace
 

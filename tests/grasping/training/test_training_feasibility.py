@@ -7,7 +7,8 @@ import pytest
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.training import feasibility
 from torc.grasping.training.feasibility import FeasibilityConfig, measure, measure_all
-from torc.robots.description import RobotDescription, load_robot
+from torc.robots.description import RobotDescription
+from torc.robots.loading import load_robot
 from torc.scenes.library import load_object
 from torc.scenes.library.grasp_facts import GraspFact, all_grasp_facts, model_digest, read_facts
 from torc.scenes.workspace import Workspace

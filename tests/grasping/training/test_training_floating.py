@@ -6,7 +6,7 @@ import pytest
 from torc.grasping.training.dataset import Cause
 from torc.grasping.training.floating import FloatingGripper, smooth_steps
 from torc.grasping.training.floating_model import build_floating
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.models import CollisionPiece, ObjectModel
 from torc.scenes.problem import ObjectPlacement, Problem
 from torc.scenes.workspace import Workspace

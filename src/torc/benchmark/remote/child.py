@@ -10,7 +10,7 @@ from typing import Any
 from torc.benchmark.identity import planner_source
 from torc.benchmark.playing import Order
 from torc.benchmark.remote.errand import Unfit
-from torc.benchmark.remote.node import Trip
+from torc.benchmark.remote.trip import Trip
 from torc.benchmark.spec import BenchPlanner
 from torc.errors import InputError
 from torc.scenes.object_store import ENVIRONMENT_VARIABLE

@@ -12,7 +12,6 @@ import tempfile
 from collections.abc import Callable
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,25 +20,7 @@ from torc.benchmark.local_pool import STARTS, Processes, no_start, open_processe
 from torc.benchmark.remote.aside import Aside
 from torc.benchmark.remote.errand import Errand, Luggage, Returned, TorcFacts, Unfit, torc_facts
 from torc.benchmark.remote.parcel import pack, unpack
-
-
-@dataclass(frozen=True)
-class Trip:
-    """What the child process is told.
-
-    Attributes:
-        cargo: of the errand.
-        directory: to play in.
-        problem: the problem's file; None for problems that come with torc.
-        code: directory of the user's modules.
-        objects: directory of the user's objects.
-    """
-
-    cargo: bytes
-    directory: Path
-    problem: Path | None
-    code: Path
-    objects: Path
+from torc.benchmark.remote.trip import Trip
 
 
 def travel(trip: Trip) -> Any:

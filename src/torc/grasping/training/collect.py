@@ -25,7 +25,8 @@ from torc.grasping.training.floating_model import build_floating
 from torc.grasping.training.sampling import SamplingConfig, choose_for_evaluation, choose_for_training
 from torc.grasping.training.scenes import SceneConfig, make_scene, take_away
 from torc.grasping.training.snapshot import Snapshot, take_snapshot
-from torc.robots.description import RobotDescription, load_robot
+from torc.robots.description import RobotDescription
+from torc.robots.loading import load_robot
 from torc.scenes.library import load_object
 from torc.scenes.problem import Problem
 from torc.scenes.workspace import Workspace

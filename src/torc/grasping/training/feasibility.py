@@ -20,7 +20,8 @@ from torc.grasping.protocol import GraspPlanner
 from torc.grasping.training.floating import FloatingGripper
 from torc.grasping.training.floating_model import build_floating
 from torc.grasping.training.snapshot import interpret, observe
-from torc.robots.description import RobotDescription, load_robot
+from torc.robots.description import RobotDescription
+from torc.robots.loading import load_robot
 from torc.scenes.library import builtin_object_names, load_object
 from torc.scenes.library.grasp_facts import FACTS_PATH, GraspFact, model_digest, read_facts, save_facts
 from torc.scenes.problem import ObjectPlacement, Problem

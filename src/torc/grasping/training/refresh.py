@@ -26,7 +26,7 @@ from torc.grasping.training.dataset import (
 )
 from torc.grasping.training.snapshot import perceive
 from torc.records import OcclusionVolume
-from torc.robots.description import load_robot
+from torc.robots.loading import load_robot
 from torc.scenes.problem import Problem
 from torc.scenes.workspace import Workspace
 

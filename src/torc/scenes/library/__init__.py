@@ -13,8 +13,9 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from torc.errors import UnknownNameError
-from torc.scenes.library.catalogue import Kind, Variant, all_kinds
+from torc.scenes.library.catalogue import ALL_KINDS
 from torc.scenes.library.grasp_facts import graspable
+from torc.scenes.library.kinds import Kind, Variant
 from torc.scenes.object_store import find_stored, load_stored, stored_objects
 
 if TYPE_CHECKING:  # the names alone need neither numpy nor Pillow
@@ -57,7 +58,7 @@ class ObjectFacts:
 
 @cache
 def _variants() -> dict[str, tuple[Kind, Variant]]:
-    return {variant.name: (kind, variant) for kind in all_kinds() for variant in kind.variants}
+    return {variant.name: (kind, variant) for kind in ALL_KINDS for variant in kind.variants}
 
 
 def object_names() -> tuple[str, ...]:
@@ -77,12 +78,12 @@ def has_object(name: str) -> bool:
 
 def kind_names() -> tuple[str, ...]:
     """Names of all built-in kinds, in catalogue order."""
-    return tuple(kind.name for kind in all_kinds())
+    return tuple(kind.name for kind in ALL_KINDS)
 
 
 def held_out_kinds() -> tuple[str, ...]:
     """Kinds that no grasp model is trained on."""
-    return tuple(kind.name for kind in all_kinds() if kind.held_out)
+    return tuple(kind.name for kind in ALL_KINDS if kind.held_out)
 
 
 def object_facts(name: str) -> ObjectFacts:

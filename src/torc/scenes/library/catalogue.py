@@ -1,78 +1,12 @@
 """What the library holds: kinds and their variants, as plain data. Light: no numpy, and nothing is built."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cache
-from typing import Any
+from torc.scenes.library.catalogue_food import KINDS as FOOD
+from torc.scenes.library.catalogue_household import KINDS as HOUSEHOLD
+from torc.scenes.library.catalogue_kitchen import KINDS as KITCHEN
+from torc.scenes.library.catalogue_packages import KINDS as PACKAGES
+from torc.scenes.library.catalogue_play import KINDS as PLAY
+from torc.scenes.library.catalogue_things import KINDS as THINGS
+from torc.scenes.library.kinds import Kind
 
-RED, BLUE, GREEN, YELLOW, ORANGE = "#c0281f", "#1f4fa8", "#2e8b3d", "#f2c230", "#e8771e"
-WHITE, BLACK, BROWN, CREAM, PINK, PURPLE = "#fafafa", "#1a1a1a", "#6b3f1d", "#f6ead0", "#e77fa8", "#6a3d9a"
-TEAL, GREY, SKY = "#1b8a8f", "#8a8f96", "#8fc7ea"
-
-
-@dataclass(frozen=True)
-class Variant:
-    """One model: its unique name, its unique short description, its mass and its builder's arguments."""
-
-    name: str
-    description: str
-    mass_kg: float
-    params: Mapping[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of thing.
-
-    Attributes:
-        name: e.g. "soup_can".
-        builder: "module:function" in this package; called with a variant's params.
-        variants: its models.
-        rolls: round: the simulator gives it rolling friction.
-        held_out: never used to train a grasp model.
-        friction: sliding friction coefficient.
-    """
-
-    name: str
-    builder: str
-    variants: tuple[Variant, ...]
-    rolls: bool = False
-    held_out: bool = False
-    friction: float = 0.8
-
-
-def look(
-    base: str,
-    text: str,
-    accent: str,
-    ink: str,
-    motif: str = "none",
-    color: str = WHITE,
-    trim: str | None = None,
-) -> dict[str, Any]:
-    """Fields of a label's `Design`."""
-    fields = {"base": base, "text": text, "accent": accent, "ink": ink, "motif": motif, "motif_color": color}
-    return fields if trim is None else {**fields, "trim": trim}
-
-
-@cache
-def all_kinds() -> tuple[Kind, ...]:
-    """Every kind of the library."""
-    from torc.scenes.library import (
-        catalogue_food,
-        catalogue_household,
-        catalogue_kitchen,
-        catalogue_packages,
-        catalogue_play,
-        catalogue_things,
-    )
-
-    modules = (
-        catalogue_packages,
-        catalogue_food,
-        catalogue_household,
-        catalogue_things,
-        catalogue_kitchen,
-        catalogue_play,
-    )
-    return tuple(kind for module in modules for kind in module.KINDS)
+ALL_KINDS: tuple[Kind, ...] = (*PACKAGES, *FOOD, *HOUSEHOLD, *THINGS, *KITCHEN, *PLAY)
+"""Every kind of the library."""

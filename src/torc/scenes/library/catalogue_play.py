@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from torc.scenes.library.catalogue import (
+from torc.scenes.library.kinds import (
     BLACK,
     BLUE,
     CREAM,

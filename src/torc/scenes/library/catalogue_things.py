@@ -1,6 +1,6 @@
 """Tools, toys, and things of the desk. Metres, kilograms."""
 
-from torc.scenes.library.catalogue import (
+from torc.scenes.library.kinds import (
     BLACK,
     BLUE,
     CREAM,

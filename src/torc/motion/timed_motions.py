@@ -1,0 +1,93 @@
+"""Free motions: search, shorten, round, time, and check once more."""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.motion.config import MotionConfig, SearchConfig
+from torc.motion.geometry import rounded_path
+from torc.motion.queries import MotionQuery, PathSearch
+from torc.motion.smoothing import corner_blends, shortcut
+from torc.motion.space import FreeSpace, loosened
+from torc.motion.timing import join, time_path
+from torc.records import PlanStage, Trajectory
+from torc.robots.description import ArmDescription
+
+
+def free_path(
+    query: MotionQuery, config: SearchConfig, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, "m dof"], int] | None:
+    """A free polyline from the start to one of the goals and that goal's index; None if none is found.
+
+    Only the soonest config.goals are looked at: the first that a straight edge reaches is taken; else a tree search
+    decides. Start and goals must be free.
+    """
+    space, start = query.space, query.start
+    usable = np.flatnonzero(~space.collides(query.goals))
+    if len(usable) == 0 or space.collides(start[None])[0]:
+        return None
+    order = usable[query.among(usable).by_time()][: config.goals]
+    for chosen in order:
+        if space.edge_free(start, query.goals[chosen]):
+            return np.stack([start, query.goals[chosen]]), int(chosen)
+    path = path_search(config)(query.among(order), config, rng)
+    if path is None:
+        return None
+    chosen = int(np.argmin(np.linalg.norm(query.goals - path[-1], axis=1)))
+    path[0], path[-1] = start, query.goals[chosen]
+    return shortcut(path, config.shortcut_rounds, space, rng), chosen
+
+
+def timed_motion(
+    query: MotionQuery, arm: ArmDescription, config: MotionConfig, rng: np.random.Generator
+) -> tuple[Trajectory, int] | PlanStage:
+    """A free, timed motion to one of the goals and that goal's index, or the stage that failed (FREE or
+    TIMING).
+
+    An edge is checked at steps; what grazes an obstacle between them shows in the trajectory, which is
+    checked finely. Then the search is repeated with smaller steps.
+    """
+    failed, space = PlanStage.FREE, query.space
+    for refinement in range(config.search.refinements + 1):
+        finer = replace(query, space=replace(space, step_m=space.step_m / 2**refinement))
+        found = free_path(finer, config.search, rng)
+        if found is None:
+            return failed
+        trajectory = _timed(found[0], finer.space, arm, config)
+        if trajectory is not None:
+            return trajectory, found[1]
+        failed = PlanStage.TIMING
+    return failed
+
+
+def path_search(config: SearchConfig) -> PathSearch:
+    """The search that the configuration names."""
+    # Imported here: OMPL takes a while to load, and only one of the two is ever needed.
+    if config.backend == "ompl":
+        from torc.motion.ompl_search import ompl_search
+
+        return ompl_search
+    from torc.motion.tree_search import tree_search
+
+    return tree_search
+
+
+def _timed(
+    path: Float[np.ndarray, "m dof"], space: FreeSpace, arm: ArmDescription, config: MotionConfig
+) -> Trajectory | None:
+    """The polyline with rounded corners, timed; where that is not free after all, it stops at the corners."""
+    if np.all(np.abs(path - path[0]) < 1e-9):
+        return Trajectory(np.array([0.0, config.timing.sample_s]), path[[0, 0]], np.zeros((2, path.shape[1])))
+    strict = loosened(space, config.search.grazing_m)
+    for blends in (corner_blends(path, config.search.blend_rad, space), np.zeros(len(path))):
+        parts = [time_path(part, arm, config.timing) for part in rounded_path(path, blends)]
+        complete = [p for p in parts if p is not None]
+        if len(complete) < len(parts):
+            continue
+        trajectory = join(complete)
+        if not strict.collides(trajectory.qpos).any():
+            return trajectory
+        if not blends.any():
+            break
+    return None

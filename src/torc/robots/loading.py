@@ -1,0 +1,37 @@
+"""Robots by name or file."""
+
+from copy import deepcopy
+from functools import cache
+from pathlib import Path
+
+from torc.errors import UnknownNameError
+from torc.robots.description import RobotDescription
+from torc.robots.parsing import parse_robot
+
+DATA = Path(__file__).parent / "data"
+
+
+def robot_names() -> tuple[str, ...]:
+    """The robots that are shipped."""
+    return tuple(sorted(p.name for p in DATA.iterdir() if (p / f"{p.name}.yaml").is_file()))
+
+
+def load_robot(name_or_path: str | Path = "sda10f_2f85") -> RobotDescription:
+    """A shipped robot by name, or any robot by the path of its YAML (which names its MJCF).
+
+    Raises:
+        UnknownNameError: neither a shipped name nor an existing file.
+        InputError: the files contradict the format, or each other.
+    """
+    path = Path(name_or_path)
+    if path.suffix in {".yaml", ".yml"} and path.is_file():
+        return parse_robot(path)
+    if str(name_or_path) not in robot_names():
+        raise UnknownNameError("robot (nor a YAML file)", str(name_or_path), list(robot_names()))
+    return deepcopy(_shipped(path.name))  # its arrays can be written to: everyone gets his own
+
+
+@cache
+def _shipped(name: str) -> RobotDescription:
+    """A shipped robot, parsed once per process."""
+    return parse_robot(DATA / name / f"{name}.yaml")
