@@ -5,10 +5,11 @@
     python learn_next_object.py --problems ../practice --held-out validation --curve curve.svg
 
 It is the smallest thing that learns, meant to show the environment, not to win. It plays on one set of problems and is
-judged on another, with the same seeds each time, beside RANDOM. An episode takes 5 to 10 s. docs/gym.md has the curve.
+judged on another, with the same seeds each time, beside RANDOM. An episode takes 5 to 10 s.
 """
 
 import argparse
+import importlib.util
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -222,6 +223,8 @@ def main() -> None:
         "--curve", help="draw the learning curve into this file, e.g. curve.svg (needs matplotlib)"
     )
     a = parser.parse_args()
+    if a.curve and importlib.util.find_spec("matplotlib") is None:
+        parser.error("--curve needs matplotlib: scripts/setup report")
     env, held_out = (
         gymnasium.make("torc.gym_env:torc/Retrieval-v0", problems=p) for p in (a.problems, a.held_out)
     )

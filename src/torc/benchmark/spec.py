@@ -33,6 +33,8 @@ class Settings:
     def __post_init__(self) -> None:
         if self.max_picks < 1:
             raise InputError("--max-picks must be at least 1.")
+        if not 0.0 <= self.min_score <= 1.0:
+            raise InputError(f"--min-score {self.min_score} is no probability; give 0 to 1.")
         object.__setattr__(self, "min_score", float(self.min_score))
 
 

@@ -80,7 +80,10 @@ BROKEN_ARRAYS: dict[str, tuple[Callable[[], dict[str, Any]], str]] = {
     ),
     "misspelt key": (lambda: {"suport_z_m": 1.05}, "Did you mean 'support_z_m'"),
     "misspelt depth scale": (lambda: {"depth_scal": 0.001}, "Did you mean 'depth_scale'"),
-    "no background": (lambda: {"labels": np.where(observe().label_image < 0, 5, 0)}, "support_z_m"),
+    "no background": (
+        lambda: {"labels": np.where(observe().label_image < 0, 5, 0), "target": 5},
+        "support_z_m",
+    ),
     "too many objects": (lambda: {"labels": many_labels()}, "73 instances"),
     "odd negative label": (lambda: {"labels": np.where(observe().label_image == 1, -7, -1)}, "negative"),
     "target not in labels": (lambda: {"target": 9}, "label 9 has no pixel"),

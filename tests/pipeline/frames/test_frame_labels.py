@@ -22,13 +22,17 @@ def test_labels_from_anywhere_become_ids(tmp_path: Path) -> None:
     assert frame.target_id == 0
 
 
-def test_target_is_hidden_when_said_so_or_not_there(tmp_path: Path) -> None:
+def test_target_is_hidden_when_said_so(tmp_path: Path) -> None:
     frame = load_frame(npz(tmp_path, target="hidden"))
     assert frame.target_id is None
     assert 0 not in frame.labels
     assert frame.labels[3] == 0  # label 0 is an object here, but not the target
+
+
+def test_a_forgotten_target_is_not_taken_for_a_hidden_one(tmp_path: Path) -> None:
     labels = observe().label_image + 1  # 0 is the background now
-    assert load_frame(npz(tmp_path, labels=labels)).target_id is None
+    with pytest.raises(InputError, match=r"one of \[1, 2, 3\], or 'hidden'"):
+        load_frame(npz(tmp_path, labels=labels))
 
 
 def test_target_by_name(tmp_path: Path) -> None:

@@ -63,7 +63,12 @@ def _check(raw: RawFrame, present: list[int], background: int) -> None:
 
 def _target_label(raw: RawFrame, present: list[int]) -> int | None:
     """The target's label, None if it is hidden."""
-    given = raw.settings.get("target", 0 if 0 in present else HIDDEN)
+    given = raw.settings.get("target", 0 if 0 in present else None)
+    if given is None:
+        raise InputError(
+            f"{raw.where}: there is no target. Give the target's label, one of {present[:20]}, or '{HIDDEN}' if it is "
+            "not in sight."
+        )
     if given == HIDDEN:
         return None
     if isinstance(given, str):
