@@ -124,3 +124,16 @@ def test_names_must_differ():
         fake_spec(("random", "random"))
     with pytest.raises(InputError, match="nothing to play"):
         fake_spec(repeats=0)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"max_picks": 0}, "--max-picks"),
+        ({"min_score": 3.0}, "--min-score"),
+        ({"min_score": float("nan")}, "--min-score"),
+    ],
+)
+def test_settings_that_no_trial_could_have_are_refused_before_any_is_played(wrong, said):
+    with pytest.raises(InputError, match=said):
+        Settings(**wrong)
