@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from torc_command import run_torc
 
+import torc
 from torc.cli.run import RunCommand
 from torc.scenes.problem import load_problem, problem_text
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
@@ -41,16 +42,27 @@ def test_every_command_has_help(command, capsys):
     assert "usage: torc" in out
 
 
-def test_help_imports_nothing_heavy():
-    probe = "import sys, torc.cli.main; print([m for m in ('mujoco', 'numba', 'cv2', 'numpy') if m in sys.modules])"
+@pytest.mark.parametrize(("argument", "told"), [("--help", "usage: torc"), ("--version", torc.__version__)])
+def test_help_and_version_import_nothing_heavy(argument, told):
+    probe = f"""
+import sys, torc.cli.main
+try:
+    torc.cli.main.main(['{argument}'])
+finally:
+    print([m for m in ('mujoco', 'numba', 'cv2', 'numpy') if m in sys.modules])
+"""
     out = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
-    assert out.strip() == "[]"
+    assert told in out
+    assert out.splitlines()[-1] == "[]"
 
 
 def test_doctor_answers_in_json(capsys):
     code, out, _ = run_torc("doctor", "--json", capsys=capsys)
     assert code in (0, 1)
-    assert {"name", "ok", "remedy"} <= set(json.loads(out)[0])
+    first = json.loads(out)[0]
+    assert {"name", "ok", "remedy"} <= set(first)
+    assert first["name"] == "torc"
+    assert first["detail"].startswith(torc.__version__)
 
 
 def test_problems_are_listed_and_shown(capsys):

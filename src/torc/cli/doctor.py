@@ -7,10 +7,12 @@ import shutil
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Annotated
 
 import tyro
 
+import torc
 from torc.errors import extra_remedy
 
 _LIBRARIES = {
@@ -63,9 +65,14 @@ class DoctorCommand:
 
 def all_checks() -> Iterator[Check]:
     """All findings, required ones first; each as it is found, since some take seconds."""
+    yield _torc()
     yield _python()
     yield _libraries()
     yield from (_rendering(), _cores(), _kernels(), _cache(), *_extras(), _disk())
+
+
+def _torc() -> Check:
+    return Check("torc", True, f"{torc.__version__}, in {Path(torc.__file__).parent}")
 
 
 def _python() -> Check:

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import tyro
 
+import torc
 from torc.cli.bench import BenchCommand
 from torc.cli.decide import DecideCommand
 from torc.cli.doctor import DoctorCommand
@@ -49,6 +50,7 @@ First steps:
   torc objects list             what can lie on the table; `import` adds your own meshes
   torc decide FRAME             only the decision, for a saved RGB-D frame
   torc doctor                   what is missing on this machine, and how to get it
+  torc --version                which version this is
 """
 _NO_CACHE = (
     "Compiled kernels can be kept neither beside the program nor in your home directory. "
@@ -74,6 +76,9 @@ def parse(arguments: list[str] | None) -> Command:
 
 
 def _run(arguments: list[str] | None) -> int:
+    if (sys.argv[1:] if arguments is None else arguments) == ["--version"]:
+        print(f"torc {torc.__version__}")
+        return 0
     try:
         return parse(arguments).run()
     except InputError as error:
