@@ -208,9 +208,16 @@ def test_report_answers_in_json(bench, tmp_path, monkeypatch, capsys):
 
 
 def test_report_of_nothing_is_explained(tmp_path, capsys):
-    code, _, err = run_torc("report", tmp_path, capsys=capsys)
-    assert code == 2
-    assert "torc bench" in err
+    (tmp_path / "file").write_text("")
+    for directory, told in (
+        (tmp_path, "no finished trial"),
+        (tmp_path / "nowhere", "There is no directory"),
+        (tmp_path / "file", "is a file"),
+    ):
+        code, _, err = run_torc("report", directory, capsys=capsys)
+        assert code == 2
+        assert told in err
+        assert "torc bench" in err
 
 
 @pytest.mark.parametrize("command", ["bench", "report"])

@@ -17,7 +17,9 @@ from torc.testing.fake_trial import play_fake_trial
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["view", "nowhere"], "nowhere"),
+        (["view", "nowhere"], "There is no directory 'nowhere'. `torc run --out DIR` makes one"),
+        (["view", __file__], "is a file, not a directory"),
+        (["view", "x" * 5000], "There is no directory"),
         (["view", "."], "no recorded trial"),
         (["human", "structured-1"], "Did you mean"),
         (["human", "--experts", "a/b"], "expert's name"),

@@ -13,6 +13,7 @@ from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.benchmark.spec import BenchPlanner
 from torc.benchmark.store import PROBLEMS, TRIALS, WORK, Store
 from torc.benchmark.table_files import holds_tables, read_rows
+from torc.episode.recorded import check_directory
 from torc.episode.trial import TrialSpec
 from torc.errors import InputError
 from torc.generation.difficulty import Difficulty, stated_difficulty
@@ -48,8 +49,7 @@ def read_table(root: Path) -> Table:
     Raises:
         InputError: there is no trial.
     """
-    if not root.is_dir():
-        raise InputError(f"There is no directory '{root}'. `torc bench --out DIR` makes one.")
+    check_directory(root, "torc bench")
     store, rows = Store(root), []
     left_out: list[tuple[Path, str]] = []
     planned: set[Path] = set()

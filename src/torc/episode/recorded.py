@@ -109,6 +109,16 @@ def _picks(events: list[Any]) -> tuple[RecordedPick, ...]:
     return tuple(picks)
 
 
+def check_directory(root: Path, maker: str = "torc run") -> None:
+    """Raises InputError where there is no such directory, and names the command that makes one."""
+    if os.path.isdir(root):  # unlike Path.is_dir, False for names that no directory can have
+        return
+    wrong = (
+        f"'{root}' is a file, not a directory" if os.path.exists(root) else f"There is no directory '{root}'"
+    )
+    raise InputError(f"{wrong}. `{maker} --out DIR` makes one with trials in it.")
+
+
 def find_trials(root: Path) -> list[Path]:
     """The directories of the trials below a directory, or itself if it is one; unfinished ones are among them.
 

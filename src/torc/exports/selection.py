@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from torc.episode.recorded import RecordedPick, RecordedTrial, find_trials, read_trial
-from torc.errors import InputError, UnknownNameError
+from torc.episode.recorded import RecordedPick, RecordedTrial, check_directory, find_trials, read_trial
+from torc.errors import InputError
 from torc.records import PickResult
 
 SPLITS = ("train", "test")
@@ -44,8 +44,7 @@ def select_trials(root: Path, every: bool) -> Iterator[Source]:
     Raises:
         InputError: there is no recorded trial, or one cannot be read.
     """
-    if not root.is_dir():
-        raise UnknownNameError("directory", str(root), [])
+    check_directory(root)
     directories = sorted(find_trials(root))
     if not directories:
         raise InputError(f"There is no recorded trial in '{root}'. `torc run --out DIR` makes one.")

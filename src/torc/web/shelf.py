@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from torc.episode.recorded import LOG, RecordedTrial, find_trials, read_trial
+from torc.episode.recorded import LOG, RecordedTrial, check_directory, find_trials, read_trial
 from torc.episode.trial_lines import ResultFacts, SpecFacts, read_facts
 from torc.episode.viewer_links import PARTIAL, trial_key
-from torc.errors import InputError, UnknownNameError
+from torc.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,7 @@ class Shelf:
 def open_shelf(root: Path) -> Shelf:
     """The trials of a directory. Raises InputError where there are none."""
     shelf = Shelf(root)
-    if not root.is_dir():
-        raise UnknownNameError("directory", str(root), [])
+    check_directory(root)
     if not shelf.directories():
         raise InputError(
             f"There is no recorded trial in '{root}': none of its directories holds {LOG}. `torc run` makes one."
