@@ -59,6 +59,48 @@ def test_what_cannot_be_made_is_said_in_a_sentence(name, told):
     assert "sort of part" in str(caught.value).lower()
 
 
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("mine", "Write mine:CLASS."),
+        ("mine.py", "Write mine:CLASS."),
+        ("deep down/mine.py", "Write mine:CLASS, after cd 'deep down'."),
+        ("deep down/mine", "Write mine:CLASS, after cd 'deep down'."),
+        ("deep down/mine.py:Mine", "Write mine:Mine, after cd 'deep down'."),
+        ("mine.py:Mine", "Write mine:Mine."),
+        ("no_such_module.py:Mine", "Write no_such_module:Mine."),
+        ("package.mine.Mine", "Write package.mine:Mine."),
+        ("package.mine", "Write package.mine:CLASS."),
+        ("vendor/model-2.5", None),
+        ("no_such_module", None),
+        ("no_such_module:Mine", None),
+        ("needs_more:Mine", None),
+    ],
+)
+def test_a_part_that_is_named_by_its_file_or_by_dots_is_spelt_out(name, told, tmp_path, monkeypatch):
+    (tmp_path / "deep down").mkdir()
+    for file in ("mine.py", "deep down/mine.py"):
+        (tmp_path / file).write_text("class Mine: pass")
+    (tmp_path / "needs_more.py").write_text("import no_such_library")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(InputError) as caught:
+        make_part(KIND, name, {})
+    assert str(caught.value).endswith(told or ".")
+    assert ("Write" in str(caught.value)) == (told is not None)
+    if ":" not in name:
+        assert "Known: ours, or your own as module:Class (a .py file in the working" in str(caught.value)
+
+
+def test_where_modules_are_looked_for_is_said(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for found in (False, True):
+        with pytest.raises(InputError, match="no_such_module") as caught:
+            make_part(KIND, "no_such_module:Mine", {})
+        assert (str(tmp_path) in str(caught.value)) == found
+        monkeypatch.syspath_prepend(tmp_path)
+
+
 def test_installed_packages_add_names_but_replace_none(monkeypatch):
     class Point:
         def __init__(self, name, value):

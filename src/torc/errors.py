@@ -17,7 +17,8 @@ class UnknownNameError(InputError):
 
     MANY = 60
 
-    def __init__(self, what: str, name: str, valid: list[str]) -> None:
+    def __init__(self, what: str, name: str, valid: list[str], more: str = "") -> None:
+        """more: said behind the valid names, where others than these will do."""
         import difflib
 
         near = difflib.get_close_matches(name, valid, n=6, cutoff=0.5)
@@ -25,7 +26,7 @@ class UnknownNameError(InputError):
         few = len(valid) <= self.MANY
         known = f"Known: {', '.join(sorted(valid))}" if few else f"There are {len(valid)}"
         others = "" if few else f", among them {', '.join(near)}" if near else ", none of them like it"
-        super().__init__(f"Unknown {what} '{name}'.{hint} {known}{others}.")
+        super().__init__(f"Unknown {what} '{name}'.{hint} {known}{others}{more}.")
         self.name = name
 
 

@@ -6,12 +6,16 @@ fail in any way: what comes out is an InputError where the part is made, and the
 """
 
 import inspect
+import os
+import shlex
+import sys
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
+from pathlib import PurePath
 from typing import Any
 
 from torc.errors import InputError, TorcError, UnknownNameError
@@ -42,6 +46,30 @@ class PartKind:
     def method(self) -> str:
         """Name of the method."""
         return self.call.partition("(")[0]
+
+
+def unknown_part(kind: PartKind, name: str, known: Iterable[str]) -> UnknownNameError:
+    """The error for a name that nobody registered; says how a part of one's own is named."""
+    more = f", or your own as module:Class (a .py file in the working directory).{own_spelling(name)}"
+    return UnknownNameError(kind.what, name, list(known), more.removesuffix("."))
+
+
+def own_spelling(name: str) -> str:
+    """A sentence on how to write what a user seems to mean by a file or by dots alone; empty if that is not to be seen.
+
+    It begins with a space, to stand behind others.
+    """
+    text, _, attribute = name.partition(":")
+    file = PurePath(text.removesuffix(".py") + ".py")
+    *module, last = text.split(".")
+    if text.endswith(".py") or os.path.isfile(file):
+        where = "" if file.parent == PurePath() else f", after cd {shlex.quote(str(file.parent))}"
+        own = f"{file.stem}:{attribute or 'CLASS'}{where}"
+    elif not attribute and module and all(part.isidentifier() for part in (*module, last)):
+        own = f"{'.'.join(module)}:{last}" if last[0].isupper() else f"{text}:CLASS"
+    else:
+        return ""
+    return "" if own == name else f" Write {own}."
 
 
 def part_paths(kind: PartKind) -> dict[str, str]:
@@ -109,7 +137,7 @@ def kind_of_value(value: Any) -> str:
 def _path(kind: PartKind, name: str) -> str:
     known = part_paths(kind)
     if name not in known and ":" not in name:
-        raise UnknownNameError(kind.what, name, list(known))
+        raise unknown_part(kind, name, known)
     return known.get(name, name)
 
 
@@ -124,16 +152,26 @@ def _load(kind: PartKind, name: str, path: str) -> Any:
             found = getattr(found, part)
     except TorcError:
         raise
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"{what}: importing {module_name} failed: {error}. {_searched()}{own_spelling(name)}"
+        ) from error
     except AttributeError as error:
         raise InputError(f"{what}: module {module_name} has no '{attribute}' ({error}).") from error
     except (Exception, SystemExit) as error:  # a stranger's module may fail in any way while it is imported
         raise InputError(
-            f"{what}: importing {module_name} failed with {type(error).__name__}: {error}. "
-            "Is it installed in this environment, or on PYTHONPATH?"
+            f"{what}: importing {module_name} failed with {type(error).__name__}: {error}."
         ) from error
     if not callable(found):
         raise InputError(f"{what}: {path} is a {type(found).__name__}, not a class.")
     return found
+
+
+def _searched() -> str:
+    """Where modules are looked for."""
+    here = os.getcwd()
+    local = f"the working directory ({here}), " if {here, ""} & set(sys.path) else ""
+    return f"Looked for in {local}this environment and PYTHONPATH."
 
 
 def _signature(factory: Any) -> inspect.Signature | None:

@@ -105,5 +105,9 @@ def test_privileged_planners_are_known_to_trials_alone():
     assert not isinstance(make_trial_planner("random"), PrivilegedPlanner)
     with pytest.raises(UnknownNameError, match="Did you mean 'oracle'"):
         make_trial_planner("oracel")
+    with pytest.raises(
+        UnknownNameError, match="oracle.*or your own as module:Class.* Write mine:CLASS, after cd x"
+    ):
+        make_trial_planner("x/mine.py")
     with pytest.raises(UnknownNameError):
         make_planner("oracle")

@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from torc.errors import InputError, UnknownNameError
+from torc.errors import InputError
+from torc.plugins import unknown_part
 from torc.task_planning.protocol import TaskPlanner
-from torc.task_planning.registry import make_planner, planner_paths
+from torc.task_planning.registry import PLANNERS, make_planner, planner_paths
 
 PRIVILEGED: Mapping[str, str] = MappingProxyType({"oracle": "torc.episode.oracle.planner:OraclePlanner"})
 """Name -> "module:Class" of the planners that only a simulated trial can have."""
@@ -18,5 +19,5 @@ def make_trial_planner(name: str, **options: Any) -> TaskPlanner:
     if name == "human" and name not in known:
         raise InputError("A person chooses at a page in the browser: `torc human PROBLEM` opens it.")
     if name not in known and ":" not in name:
-        raise UnknownNameError("task planner", name, list(known))
+        raise unknown_part(PLANNERS, name, known)
     return make_planner(PRIVILEGED.get(name, name), **options)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from urllib.parse import urlsplit
 
-from torc.errors import InputError, UnknownNameError
-from torc.plugins import PartKind, part_paths
+from torc.errors import InputError
+from torc.plugins import PartKind, own_spelling, part_paths, unknown_part
 
 PROVIDERS = {
     "gemini": "https://generativelanguage.googleapis.com",
@@ -73,7 +73,7 @@ class VlmConfig:
         if self.provider not in CLIENTS.built_in and ":" not in self.provider:
             known = part_paths(CLIENTS)
             if self.provider not in known:
-                raise UnknownNameError("VLM provider", self.provider, list(known))
+                raise unknown_part(CLIENTS, self.provider, known)
         _check_model(self.model, may_lack=self.third_party)
         if self.base_url is not None:
             _check_url(self.base_url)
@@ -143,7 +143,7 @@ def parse_vlm(text: str) -> tuple[str, str, str | None]:
     raise InputError(
         f"'{text}' names no VLM. Write gemini:MODEL, anthropic:MODEL, openai:MODEL, or, for a server of your own, "
         "openai:MODEL@URL, e.g. openai:qwen2.5-vl@http://localhost:8000/v1; simulated, or simulated:PROFILE, in "
-        "simulated trials; module:Class for a client of your own."
+        "simulated trials; module:Class for a client of your own." + own_spelling(text)
     )
 
 
