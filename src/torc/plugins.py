@@ -187,6 +187,14 @@ def parameters(factory: Any) -> frozenset[str]:
     return frozenset() if signature is None else frozenset(signature.parameters)
 
 
+def refuses(factory: Any, argument: str) -> bool:
+    """Whether something tells that it takes no argument of that name."""
+    signature = _signature(factory)
+    return signature is not None and not any(
+        p.name == argument or p.kind is p.VAR_KEYWORD for p in signature.parameters.values()
+    )
+
+
 def _construct(factory: Any, what: str, arguments: dict[str, Any]) -> Any:
     signature = _signature(factory)
     try:

@@ -91,6 +91,8 @@ def test_problems_are_listed_and_shown(capsys):
         (["objects", "sheet", "mug", "--out", "/proc/nowhere/sheet.png"], "Choose another --out"),
         (["run", "--out", "/proc/nowhere/trial"], "Choose another --out"),
         (["decide", "no_such_frame.npz"], "no_such_frame.npz"),
+        (["decide", "f", "--planner", "oracle"], "oracle needs the simulation: torc run --planner oracle"),
+        (["decide", "f", "--planner", "human"], "human needs the simulation: torc human"),
         (["decide", "no_such_frame.npz", "--seed", "-1"], "--seed must be at least 0"),
         (["problems", "show", "nothing-like-it"], "Known:"),
     ],
@@ -137,6 +139,11 @@ def test_decide_says_where_it_cannot_write(frame, tmp_path, capsys):
         (["--planner", "vlm-select", "--vlm", "anthropic:m"], "export ANTHROPIC_API_KEY"),
         (["--vlm", "openai:m", "--vlm-cache-mode", "replay"], "--vlm-cache DIR"),
         (["--vlm-temperature", "1"], "no --vlm"),
+        (
+            ["--planner", "random", "--vlm", "anthropic:m"],
+            "random asks no model: leave out --vlm, or choose one of vlm-select, vlm-grasps, vlm-fixes-dg",
+        ),
+        (["--planner", "oracle", "--vlm", "simulated"], "oracle asks no model"),
     ],
 )
 def test_a_vlm_that_cannot_be_asked_is_said_in_one_line(options, text, tmp_path, capsys, monkeypatch):

@@ -6,17 +6,16 @@ Planners are strangers' code, so they are looked at in a process of their own.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from torc.benchmark.dispatch import Backend, FailureKind, Task
 from torc.benchmark.identity import planner_source, problem_fingerprint
 from torc.benchmark.spec import BenchPlanner, BenchProblem
-from torc.episode.planners import PRIVILEGED, make_trial_planner
+from torc.episode.planners import PRIVILEGED, load_trial_planner, make_trial_planner
 from torc.errors import InputError
 from torc.plugins import parameters
 from torc.scenes.problem import Problem, load_problem
 from torc.scenes.problem_sets import select_problems, shipped_path
-from torc.task_planning.registry import BUILT_IN, load_planner_class, planner_paths
+from torc.task_planning.registry import ASKING, BUILT_IN, planner_paths
 from torc.vlm.cache import CacheConfig
 from torc.vlm.config import VlmConfig
 from torc.vlm.opening import planner_options
@@ -87,27 +86,17 @@ def find_planners(
 def look_at(question: Question) -> BenchPlanner:
     """What decides a planner's answers, in a worker. Raises InputError, MissingDependencyError."""
     name = question.name
-    maker = None if name in PRIVILEGED else _planner_class(name)
-    vlm = question.vlm if maker is not None and "client" in parameters(maker) else None
-    if vlm is None and BUILT_IN.get(name, "").startswith("torc.vlm."):
+    maker = load_trial_planner(name)
+    vlm = question.vlm if "client" in parameters(maker) else None
+    if vlm is None and name in ASKING:
         raise InputError(f"The planner '{name}' asks a model: name it with --vlm, e.g. --vlm gemini:MODEL.")
     if vlm is None and question.own_vlm:
         raise InputError(f"The planner '{name}' asks no model: write '{name}' alone.")
     truth = _not_asked if vlm is not None and vlm.simulated else None
-    make_trial_planner(name, **planner_options(vlm, question.vlm_cache if vlm else None, truth))
+    make_trial_planner(name, **planner_options(name, maker, vlm, question.vlm_cache if vlm else None, truth))
     return BenchPlanner(name, vlm, "" if name in BUILT_IN or name in PRIVILEGED else planner_source(maker))
 
 
 def _not_asked() -> Situation:
     """Stands in for a trial's truth while a simulated VLM is only made."""
     raise InputError("There is no trial yet to tell the truth of.")
-
-
-def _planner_class(name: str) -> Any:
-    if name == "human":
-        make_trial_planner(name)  # says what to do instead
-    try:
-        return load_planner_class(name)
-    except InputError:
-        make_trial_planner(name)  # knows the privileged ones too when it lists what there is
-        raise

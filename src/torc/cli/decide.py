@@ -58,15 +58,18 @@ class DecideCommand:
         import sys
 
         from torc.brain import answer_text, decide_frame, load_frame, rehearse
+        from torc.episode.planners import refuse_simulated
         from torc.errors import InputError
         from torc.pipeline.warm_up import announced_compilation
         from torc.records.files import write_json
-        from torc.task_planning.registry import make_planner
+        from torc.task_planning.registry import load_planner_class, make_planner
         from torc.vlm.opening import planner_options
 
         if self.seed < 0:
             raise InputError("--seed must be at least 0.")
-        options = planner_options(self.vlm.config(), self.vlm.cache())
+        refuse_simulated(self.planner)
+        maker = load_planner_class(self.planner)
+        options = planner_options(self.planner, maker, self.vlm.config(), self.vlm.cache())
         planner, frame = make_planner(self.planner, **options), load_frame(self.frame)
         robot = None if self.robot == "none" else self.robot
         with announced_compilation(lambda text: print(text, file=sys.stderr)):

@@ -12,7 +12,7 @@ from torc.episode.event_log import result_facts
 from torc.episode.events import Ended, Event, Listener, Started
 from torc.episode.loop import rehearse, run_episode
 from torc.episode.pick_view import view_of
-from torc.episode.planners import make_trial_planner
+from torc.episode.planners import load_trial_planner, make_trial_planner
 from torc.episode.privileged import Privileged, Simulation, open_sandbox
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig, EpisodeParts
@@ -35,7 +35,7 @@ from torc.sim.world import World, build_world
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
 from torc.vlm.config import VlmConfig
-from torc.vlm.opening import planner_options
+from torc.vlm.opening import Truth, planner_options
 from torc.vlm.simulated.profiles import find_profile
 
 RESULT_FORMAT = "torc-trial/1"
@@ -137,7 +137,7 @@ def run_trial(
     problem = load_problem(spec.problem)
     witness = Witness() if spec.vlm is not None and spec.vlm.simulated else None
     truth = None if witness is None else witness.situation
-    planner = planner or make_trial_planner(spec.planner, **planner_options(spec.vlm, vlm_cache, truth))
+    planner = planner or _make_planner(spec, vlm_cache, truth)
     privileged = [part for part in (planner, witness) if isinstance(part, Privileged)]
     about: dict[str, Any] = {
         "vlm": None if spec.vlm is None else spec.vlm.text,
@@ -172,6 +172,12 @@ def run_trial(
     result = _result({**facts, **about})
     recorder.complete(result)
     return Trial(out, result)
+
+
+def _make_planner(spec: TrialSpec, vlm_cache: CacheConfig | None, truth: Truth | None) -> TaskPlanner:
+    maker = load_trial_planner(spec.planner)
+    options = planner_options(spec.planner, maker, spec.vlm, vlm_cache, truth)
+    return make_trial_planner(spec.planner, **options)
 
 
 def _play(

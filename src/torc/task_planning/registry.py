@@ -21,6 +21,8 @@ BUILT_IN: Mapping[str, str] = MappingProxyType(
     }
 )
 """Name -> "module:Class" of the planners that come with torc. Those of `torc.vlm` take a `client` that asks a model."""
+ASKING = tuple(name for name, path in BUILT_IN.items() if path.startswith("torc.vlm."))
+"""Names of the planners that come with torc and ask a model."""
 PLANNERS = PartKind("task planner", "torc.planners", "decide(context, rng)", BUILT_IN)
 
 

@@ -1,9 +1,11 @@
 """From a configuration to a client that is ready to be asked."""
 
 from collections.abc import Callable
+from typing import Any
 
 from torc.errors import InputError
-from torc.plugins import make_part, takes
+from torc.plugins import make_part, refuses, takes
+from torc.task_planning.registry import ASKING
 from torc.vlm.cache import CacheConfig, CachedClient, CacheMode
 from torc.vlm.config import CLIENTS, VlmConfig
 from torc.vlm.protocol import VlmClient
@@ -14,10 +16,21 @@ Truth = Callable[[], Situation]
 
 
 def planner_options(
-    config: VlmConfig | None, cache: CacheConfig | None, truth: Truth | None = None
+    name: str, maker: Any, config: VlmConfig | None, cache: CacheConfig | None, truth: Truth | None = None
 ) -> dict[str, VlmClient]:
-    """The options of a planner that asks this model; none without a model. Raises as `open_client`."""
-    return {} if config is None else {"client": open_client(config, cache, truth)}
+    """The options of a planner that asks this model; none without a model.
+
+    Args:
+        name, maker: the planner's name, and what makes it.
+        config, cache, truth: as for `open_client`.
+
+    Raises InputError for a planner that asks no model, and as `open_client`.
+    """
+    if config is None:
+        return {}
+    if refuses(maker, "client"):
+        raise InputError(f"{name} asks no model: leave out --vlm, or choose one of {', '.join(ASKING)}.")
+    return {"client": open_client(config, cache, truth)}
 
 
 def open_client(config: VlmConfig, cache: CacheConfig | None = None, truth: Truth | None = None) -> VlmClient:
