@@ -16,17 +16,29 @@ class UnknownNameError(InputError):
     """A name that is not in a registry; names the nearest one, and lists the valid ones, or those near it of many."""
 
     MANY = 60
+    FEW = 5
 
-    def __init__(self, what: str, name: str, valid: list[str], more: str = "") -> None:
-        """more: said behind the valid names, where others than these will do."""
+    def __init__(self, what: str, name: str, valid: list[str], more: str = "", lister: str = "") -> None:
+        """Two things that may be known besides the valid names.
+
+        Args:
+            more: said behind them, where others than these will do.
+            lister: the command that lists them, so that few are listed here.
+        """
         import difflib
 
         near = difflib.get_close_matches(name, valid, n=6, cutoff=0.5)
-        hint = f" Did you mean '{near[0]}'?" if near and difflib.get_close_matches(name, near[:1]) else ""
-        few = len(valid) <= self.MANY
-        known = f"Known: {', '.join(sorted(valid))}" if few else f"There are {len(valid)}"
-        others = "" if few else f", among them {', '.join(near)}" if near else ", none of them like it"
-        super().__init__(f"Unknown {what} '{name}'.{hint} {known}{others}{more}.")
+        hinted = bool(near and difflib.get_close_matches(name, near[:1]))
+        hint = f" Did you mean '{near[0]}'?" if hinted else ""
+        if lister:
+            some = "" if hinted else f"Known: {', '.join(valid[: self.FEW])}, ... "
+            known = f"{some}`{lister}` lists all {len(valid)}"
+        elif len(valid) <= self.MANY:
+            known = f"Known: {', '.join(sorted(valid))}"
+        else:
+            others = f"among them {', '.join(near)}" if near else "none of them like it"
+            known = f"There are {len(valid)}, {others}"
+        super().__init__(f"Unknown {what} '{name}'.{hint} {known}{more}.")
         self.name = name
 
 

@@ -12,6 +12,7 @@ from torc_command import run_torc
 import torc
 from torc.cli.run import RunCommand
 from torc.scenes.problem import load_problem, problem_text
+from torc.scenes.problem_sets import problem_names, problem_sets
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 
 
@@ -70,6 +71,10 @@ def test_problems_are_listed_and_shown(capsys):
     rows = json.loads(out)
     assert code == 0
     assert len(rows) >= 10
+    _, out, _ = run_torc("problems", "list", capsys=capsys)
+    headings = [line for line in out.splitlines() if not line.startswith(" ")]
+    assert headings == [f"{s}: {len(problem_names(s))} problems" for s in problem_sets()]
+    assert len(out.splitlines()) == len(headings) + len(rows)
     code, out, _ = run_torc("problems", "show", rows[0]["name"], capsys=capsys)
     assert code == 0
     assert rows[0]["description"] in out
@@ -79,6 +84,7 @@ def test_problems_are_listed_and_shown(capsys):
     ("arguments", "told"),
     [
         (["run", "structured-1"], "Did you mean"),
+        (["run", "torc40"], "torc40 is a set of 40 problems: name one of them (torc problems list torc40)"),
         (["run", "no/such/file.yaml"], "no/such/file.yaml"),
         (["run", "--planner", "dg-selct"], "Did you mean 'dg-select'"),
         (["run", "--planner", "nowhere:Nobody"], "nowhere"),

@@ -18,7 +18,7 @@ from torc.scenes.problem import (
     problem_text,
     save_problem,
 )
-from torc.scenes.problem_sets import problem_names
+from torc.scenes.problem_sets import problem_names, problem_sets
 
 GOOD = """\
 format: torc-problem/1
@@ -194,8 +194,17 @@ def test_shipped_problems_load_under_their_own_name() -> None:
 
 
 def test_unknown_problems_are_reported() -> None:
-    with pytest.raises(UnknownNameError, match="Did you mean 'structured-"):
+    with pytest.raises(UnknownNameError, match="Did you mean 'structured-") as near:
         load_problem("structured-1")
+    assert "Known:" not in str(near.value)
+    with pytest.raises(UnknownNameError) as far:
+        load_problem("nothing-like-it")
+    for told in (near, far):
+        assert f"`torc problems list` lists all {len(problem_names())}" in str(told.value)
+    assert sum(name in str(far.value) for name in problem_names()) == UnknownNameError.FEW
+    for name in problem_sets():
+        with pytest.raises(InputError, match=f"play all with torc bench --problems {name}"):
+            load_problem(name)
     with pytest.raises(InputError, match="no problem file"):
         load_problem("nowhere/problem.yaml")
 

@@ -23,11 +23,12 @@ class ListCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
     def run(self) -> int:
-        """Print a line per problem."""
+        """Print each selection with a line per problem."""
         from torc.scenes.problem import load_problem
         from torc.scenes.problem_sets import problem_sets, select_problems
 
-        problems = [load_problem(name) for name in select_problems(self.set or ",".join(problem_sets()))]
+        selections = (self.set,) if self.set else problem_sets()
+        groups = {text: [load_problem(name) for name in select_problems(text)] for text in selections}
         if self.json:
             rows = [
                 {
@@ -36,12 +37,17 @@ class ListCommand:
                     "objects": len(p.objects),
                     "description": p.description,
                 }
+                for problems in groups.values()
                 for p in problems
             ]
             print(json_module.dumps(rows, indent=2))
             return 0
-        for p in problems:
-            print(f"{p.name:<18} {p.category:<13} {len(p.objects):>2} objects   target: {p.description}")
+        for text, problems in groups.items():
+            print(f"{text}: {len(problems)} problem{'s' if len(problems) > 1 else ''}")
+            for p in problems:
+                print(
+                    f"  {p.name:<18} {p.category:<13} {len(p.objects):>2} objects   target: {p.description}"
+                )
         return 0
 
 

@@ -24,7 +24,7 @@ from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.scenes.models import Quat, Vec3
 from torc.scenes.problem_file import FORMAT, MAX_BYTES, Category, Scalar, read_problem_file
-from torc.scenes.problem_sets import problem_names, shipped_path
+from torc.scenes.problem_sets import problem_names, problem_sets, shipped_path
 
 
 @dataclass(frozen=True)
@@ -144,9 +144,15 @@ def _find(name_or_path: str | os.PathLike[str]) -> Path:
         return path
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
         raise InputError(f"There is no problem file {path}. `torc problems list` shows the shipped problems.")
-    shipped = shipped_path(str(path))
+    name = str(path)
+    if name in problem_sets():
+        raise InputError(
+            f"{name} is a set of {len(problem_names(name))} problems: name one of them (torc problems list {name}), "
+            f"or play all with torc bench --problems {name}."
+        )
+    shipped = shipped_path(name)
     if shipped is None:
-        raise UnknownNameError("problem", str(path), list(problem_names()))
+        raise UnknownNameError("problem", name, list(problem_names()), lister="torc problems list")
     return shipped
 
 

@@ -48,7 +48,9 @@ def select_problems(selection: str) -> tuple[str, ...]:
                 raise InputError(f"There is no problem file (*.yaml) in '{part}'.")
             chosen += files
         else:
-            raise UnknownNameError("problem or problem set", part, [*problem_sets(), *_paths()])
+            raise UnknownNameError(
+                "problem or problem set", part, [*problem_sets(), *_paths()], lister="torc problems list"
+            )
     if not chosen:
         raise InputError(f"No problems are named in '{selection}'. `torc problems list` shows what there is.")
     return tuple(dict.fromkeys(chosen))
