@@ -140,10 +140,20 @@ def test_planners_may_ask_models_of_their_own(bench):
         (["--vlm-temperature", "0.5"], "--vlm"),
     ],
 )
-def test_bad_arguments_are_explained(bench, arguments, said):
+def test_bad_arguments_are_explained_and_leave_nothing(bench, arguments, said, tmp_path):
     code, _, err = bench(*arguments)
     assert code == 2
     assert said in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("more", [[], ["--dry-run"]])
+def test_a_directory_that_cannot_be_written_is_said_before_anything_is_played(bench, more, tmp_path):
+    (tmp_path / "file").write_text("")
+    for out in ("/proc/nope", tmp_path / "file", tmp_path / "file" / "below", tmp_path / ("x" * 300)):
+        code, _, err = bench(*more, out=out)
+        assert code == 2
+        assert f"Cannot write to '{out}'" in err
 
 
 def test_ray_without_its_extra_is_explained(bench, monkeypatch, tmp_path):

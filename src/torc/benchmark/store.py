@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import IO, Any
 
 from torc.benchmark.dispatch import Failure
@@ -72,10 +73,18 @@ class Store:
                 save_problem(problem, self.root / PROBLEMS / f"{name}.yaml")
             write_json(self.root / SPEC, to_json(whole))
         except OSError as error:
-            raise InputError(
-                f"Cannot write to '{self.root}': {error.strerror}. Choose another --out."
-            ) from error
+            raise self._unwritable(error) from error
         return whole
+
+    def check_writable(self) -> None:
+        """Raises InputError where the directory cannot be made or written; leaves nothing."""
+        try:
+            there = next(path for path in (self.root, *self.root.parents) if path.exists())
+            # Made rather than asked about: the answer for root, or on a network's disk, may be wrong.
+            with TemporaryDirectory(prefix=".torc-", dir=there):
+                pass
+        except OSError as error:
+            raise self._unwritable(error) from error
 
     @contextmanager
     def locked(self) -> Iterator[None]:
@@ -154,6 +163,9 @@ class Store:
         """The entries of manifest.json; none where it is missing."""
         path = self.root / MANIFEST
         return list(_read(path).get("calls", [])) if path.is_file() else []
+
+    def _unwritable(self, error: OSError) -> InputError:
+        return InputError(f"Cannot write to '{self.root}': {error.strerror}. Choose another --out.")
 
     def _write_manifest(self, calls: list[dict[str, Any]]) -> None:
         write_json(self.root / MANIFEST, {"format": MANIFEST_FORMAT, "calls": calls})

@@ -80,17 +80,20 @@ class BenchCommand:
 
     def run(self) -> int:
         """Play what is missing; returns the exit code."""
-        import tempfile
+        from tempfile import TemporaryDirectory
 
         from torc.benchmark.store import Store
 
         self._check()
         store = Store(self.out)
+        store.check_writable()
+        # Before the benchmark's directory is made: wrong arguments leave nothing.
+        with TemporaryDirectory() as aside:
+            spec, problems = self._plan(Path(aside))
         if self.dry_run:
-            with tempfile.TemporaryDirectory() as aside:
-                return self._foretell(store, Path(aside))
+            return self._foretell(store, spec)
         with store.locked():
-            return self._play(store)
+            return self._play(store, spec, problems)
 
     def _check(self) -> None:
         from torc.errors import InputError
@@ -104,17 +107,15 @@ class BenchCommand:
 
             load_ray()  # now rather than after the planners were looked at
 
-    def _play(self, store: Store) -> int:
+    def _play(self, store: Store, spec: BenchSpec, problems: dict[str, Problem]) -> int:
         import os
         import sys
 
         from torc.benchmark.manifest import call_facts, ended_facts
         from torc.benchmark.progress import shown
         from torc.benchmark.runner import run_missing
-        from torc.benchmark.store import WORK
         from torc.pipeline.warm_up import MESSAGE, kernel_cache
 
-        spec, problems = self._plan(store.root / WORK)
         store.extend(spec, problems)
         left = len(store.left(spec))
         todo = left if self.limit is None else min(left, self.limit)
@@ -148,8 +149,7 @@ class BenchCommand:
         self._tell(store, spec, played, errored)
         return 1 if errored else 0
 
-    def _foretell(self, store: Store, aside: Path) -> int:
-        spec, _ = self._plan(aside)
+    def _foretell(self, store: Store, spec: BenchSpec) -> int:
         store.extended(spec)
         left = store.left(spec)
         for trial in left[: self.limit]:
