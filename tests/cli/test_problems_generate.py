@@ -1,6 +1,7 @@
 """`torc problems generate` and `validate` as a user meets them: files, words, exit codes."""
 
 import json
+from collections import Counter
 from dataclasses import replace
 from functools import partial
 
@@ -62,6 +63,30 @@ def test_without_a_category_both_come_in_turn(jobs, tmp_path, capsys):
     assert [failed["seed"] for failed in facts["failed"]] == [1, 3]
     assert facts["rejections"] == {Reason.TRIVIAL.value: 122}
     assert not (tmp_path / "unstructured-s0001.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("reasons", "hinted", "remedy"),
+    [
+        ([Reason.DOES_NOT_FIT] * 60, True, "fewer --objects"),
+        ([Reason.DOES_NOT_FIT] * 7, False, "fewer --objects"),
+        ([Reason.TRIVIAL] + [Reason.DOES_NOT_FIT] * 20, False, "fewer --objects"),
+        ([Reason.TRIVIAL] * 60, False, "another --hidden"),
+    ],
+)
+def test_too_many_objects_are_said_early_and_in_the_end(
+    reasons, hinted, remedy, monkeypatch, tmp_path, capsys
+):
+    def fake(config, seed, inspector, progress):
+        for attempt, reason in enumerate(reasons, start=1):
+            progress(attempt, reason)
+        return NotGenerated(len(reasons), Counter(reasons))
+
+    monkeypatch.setattr(batch, "generate_problem", fake)
+    code, out, err = _torc("generate", "--objects", "50", "--out", tmp_path, capsys=capsys)
+    assert code == 1
+    assert err.count("Ctrl-C ends this") == hinted
+    assert remedy in out
 
 
 def test_files_that_are_there_are_kept_unless_told_otherwise(jobs, tmp_path, capsys):

@@ -13,8 +13,12 @@ import tyro
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from torc.generation.batch import Job
+    from torc.generation.batch import Job, Progress
     from torc.generation.generator import GeneratedProblem, NotGenerated
+
+_MANY_CROWDED = 8
+"""Scenes from the first one on that are too crowded, after which there is little hope."""
+_FEWER = "So many objects seldom fit side by side: ask for fewer --objects (8-20 are typical)."
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,8 @@ class GenerateCommand:
     unstructured: bool = False
     """Dumped piles."""
     objects: Annotated[str, tyro.conf.arg(metavar="N|N-M")] = "8-20"
-    """Number of objects, or a range of it."""
+    """Number of objects, or a range of it, from 2 to 64; 8-20 are typical. Standing objects must fit side by side: 24
+    do in about one scene of three, 32 in hardly any."""
     count: int = 1
     """How many problems; their seeds are SEED, SEED+1, ..."""
     seed: int = 0
@@ -188,22 +193,36 @@ class _Summary:
         }
 
     def text(self) -> str:
+        from torc.generation.rejections import Reason
+
         lines = [
             f"\n{len(self.made)} of {len(self.made) + len(self.failed)} made, {self.scenes} scenes tried"
         ]
         lines += [f"  {n:>4} rejected: {reason}" for reason, n in self.rejections.most_common()]
         if self.failed:
-            lines.append("Ask for more --attempts, another --hidden, or other --objects.")
+            crowded = self.rejections.most_common(1)[0][0] == Reason.DOES_NOT_FIT
+            lines.append(
+                _FEWER if crowded else "Ask for more --attempts, another --hidden, or other --objects."
+            )
         return "\n".join(lines)
 
 
-def _teller(console: Console) -> Any:
-    def tell(job: Job, attempt: int, reason: Any) -> None:
+def _teller(console: Console) -> Progress:
+    """Tells of each rejected scene, and what to do where all of the first ones were too crowded."""
+    from torc.generation.rejections import Reason
+
+    crowded: Counter[Job] = Counter()
+
+    def tell(job: Job, attempt: int, reason: Reason) -> None:
+        crowded[job] += reason is Reason.DOES_NOT_FIT
         console.print(
             f"  {job.config.category} seed {job.seed}, scene {attempt}: {reason.value}",
             style="dim",
             highlight=False,
         )
+        # Later scenes may fit yet, and which problem a seed gives must not depend on patience: no more than a hint.
+        if attempt == crowded[job] == _MANY_CROWDED:
+            console.print(f"{_FEWER} Ctrl-C ends this.", highlight=False, soft_wrap=True)
 
     return tell
 
