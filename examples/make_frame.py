@@ -1,0 +1,48 @@
+"""Makes frame.npz, a frame for `torc decide`: what the simulated robot sees first in a shipped problem.
+
+cd examples
+python make_frame.py
+torc decide frame.npz
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from torc.robots.loading import load_robot
+from torc.scenes.problem import load_problem
+from torc.scenes.workspace import Workspace
+from torc.sim.robot import SimulatedRobot
+from torc.sim.world import build_world
+
+DEPTH_SCALE_M = 0.0001
+"""Metres per unit of the stored depth."""
+DEFAULT_OUT = Path(__file__).with_name("frame.npz")
+
+
+def main(out: Path = DEFAULT_OUT, problem_name: str = "validation-structured-02") -> None:
+    """Looks once and writes the file. A camera of your own has to deliver the same arrays."""
+    problem = load_problem(problem_name)
+    workspace = Workspace()
+    with SimulatedRobot(build_world(problem, load_robot(), workspace)) as robot:
+        robot.take_over()
+        seen = robot.capture()
+    labels = seen.label_image
+    assert labels is not None  # the simulator knows them
+    np.savez_compressed(
+        out,
+        rgb=seen.rgb,
+        depth=np.round(seen.depth_m / DEPTH_SCALE_M).astype(np.uint16),
+        depth_scale=DEPTH_SCALE_M,
+        K=seen.K,
+        T_world_camera=seen.T_world_camera,
+        labels=labels.astype(np.int16),  # -1 background, -2 the robot, else the number of the object
+        target=0 if (labels == 0).any() else "hidden",
+        target_description=problem.description,
+        support_z_m=workspace.support_z_m,
+    )
+
+
+if __name__ == "__main__":
+    main(*map(Path, sys.argv[1:2]))
