@@ -1,15 +1,19 @@
 """How long a DG-SELECT decision takes, and how the exact sums compare with enumerating all simple paths.
 
-Run: python benchmarks/paths.py. Ratios are of two measurements in the same run, so they hold on any machine; times
+    python benchmarks/paths.py [--repeats 5] [--decisions 20]
+
+Ratios are of two measurements in the same run, so they hold on any machine; times
 are this machine's.
 """
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import islice, pairwise
 
 import networkx as nx
 import numpy as np
+import tyro
 
 from torc.scenes.workspace import CameraMount
 from torc.task_planning.dg_select import DgSelectPlanner, decide_by_graph
@@ -20,6 +24,16 @@ from torc.testing.contexts import cluttered_context
 
 ENUMERATED_PATHS = 200_000
 """Enumeration stops here; its time is then a lower bound."""
+
+
+@dataclass(frozen=True)
+class Args:
+    """Time the exact sums beside an enumeration of all simple paths, then DG-SELECT's decisions."""
+
+    repeats: int = 5
+    """How often each call is timed; medians and percentiles are over these."""
+    decisions: int = 20
+    """Scenes that a decision is timed for, every other one with a hidden target."""
 
 
 def seconds(call: Callable[[], object], repeats: int) -> np.ndarray:
@@ -56,7 +70,7 @@ def enumerate_paths(w: np.ndarray) -> int:
     return count
 
 
-def compare_with_enumeration() -> None:
+def compare_with_enumeration(repeats: int) -> None:
     print("graph              paths   enumerated      exact sums        ratio")
     for n, degree, sinks in [
         (10, 3, 3),
@@ -69,7 +83,7 @@ def compare_with_enumeration() -> None:
         (40, 36, 5),
     ]:
         w = random_weights(np.random.default_rng(0), n, degree, sinks)
-        fast = float(np.median(seconds(lambda w=w: sink_probabilities(w, 0), 5)))
+        fast = float(np.median(seconds(lambda w=w: sink_probabilities(w, 0), repeats)))
         result = sink_probabilities(w, 0)
         start = time.perf_counter()
         paths = enumerate_paths(w)
@@ -84,26 +98,32 @@ def compare_with_enumeration() -> None:
         )
 
 
-def decision_time() -> None:
+def decision_time(scenes: int, repeats: int) -> None:
     decisions, parts = [], {"relations": [], "graph": [], "choice": []}
     rng = np.random.default_rng(0)
     planner = DgSelectPlanner()
-    for seed in range(20):
+    for seed in range(scenes):
         context = cluttered_context(15, seed, CameraMount(), hidden_target=bool(seed % 2))
-        decisions.append(seconds(lambda c=context: planner.decide(c, rng), 5))
+        decisions.append(seconds(lambda c=context: planner.decide(c, rng), repeats))
         relations = find_relations(context.scene)
         graph = build_dependency_graph(context, relations=relations)
-        parts["relations"].append(seconds(lambda c=context: find_relations(c.scene), 5))
+        parts["relations"].append(seconds(lambda c=context: find_relations(c.scene), repeats))
         parts["graph"].append(
-            seconds(lambda c=context, r=relations: build_dependency_graph(c, relations=r), 5)
+            seconds(lambda c=context, r=relations: build_dependency_graph(c, relations=r), repeats)
         )
-        parts["choice"].append(seconds(lambda c=context, g=graph: decide_by_graph(g, c), 5))
+        parts["choice"].append(seconds(lambda c=context, g=graph: decide_by_graph(g, c), repeats))
     ms = 1e3 * np.concatenate(decisions)
     print(f"\nDG-SELECT, 15 objects at 640x480: median {np.median(ms):.1f} ms (budget 10), p95 "
           f"{np.percentile(ms, 95):.1f} ms (budget 50)")  # fmt: skip
     print(", ".join(f"{name} {1e3 * np.median(np.concatenate(t)):.1f} ms" for name, t in parts.items()))
 
 
+def main() -> None:
+    """Print both comparisons."""
+    args = tyro.cli(Args)
+    compare_with_enumeration(args.repeats)
+    decision_time(args.decisions, args.repeats)
+
+
 if __name__ == "__main__":
-    compare_with_enumeration()
-    decision_time()
+    main()
