@@ -1,5 +1,6 @@
 """Descriptions against MuJoCo's own view of the same file, and what happens to bad files."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from torc.errors import InputError, UnknownNameError
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
 from torc.robots.loading import load_robot, robot_names
+from torc.robots.schema import EXAMPLE
 
 WriteRobot = Callable[..., Path]
 
@@ -139,6 +141,12 @@ class TestAnotherRobot:
     def test_unknown_name(self) -> None:
         with pytest.raises(UnknownNameError, match="sda10f_2f85"):
             load_robot("sda10f_2f58")
+
+    def test_what_to_compare_with_is_there(self, write_other_robot: WriteRobot) -> None:
+        for bad in ("sda10f_2f58", write_other_robot("name: other", "nmae: other")):
+            with pytest.raises(InputError, match=re.escape(str(EXAMPLE))):
+                load_robot(bad)
+        assert load_robot(EXAMPLE).name in robot_names()
 
 
 def test_nobody_can_change_the_shipped_robot_of_others():

@@ -7,6 +7,7 @@ from pathlib import Path
 from torc.errors import UnknownNameError
 from torc.robots.description import RobotDescription
 from torc.robots.parsing import parse_robot
+from torc.robots.schema import EXAMPLE
 
 DATA = Path(__file__).parent / "data"
 
@@ -27,7 +28,8 @@ def load_robot(name_or_path: str | Path = "sda10f_2f85") -> RobotDescription:
     if path.suffix in {".yaml", ".yml"} and path.is_file():
         return parse_robot(path)
     if str(name_or_path) not in robot_names():
-        raise UnknownNameError("robot (nor a YAML file)", str(name_or_path), list(robot_names()))
+        own = f", or a YAML file of your own; compare {EXAMPLE}"
+        raise UnknownNameError("robot (nor a YAML file)", str(name_or_path), list(robot_names()), own)
     return deepcopy(_shipped(path.name))  # its arrays can be written to: everyone gets his own
 
 

@@ -8,6 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationErro
 
 from torc.errors import InputError
 
+EXAMPLE = Path(__file__).parent / "data" / "sda10f_2f85" / "sda10f_2f85.yaml"
+"""A shipped robot file, to compare with."""
 Names = Annotated[list[str], Field(min_length=1)]
 
 
@@ -91,5 +93,5 @@ def read_robot_file(path: Path) -> RobotFile:
         lines = [f"  {'.'.join(map(str, e['loc'])) or 'file'}: {e['msg']}" for e in error.errors()]
         text = "\n".join(lines)
         raise InputError(
-            f"{path} is not a valid robot file:\n{text}\nCompare it with a shipped one, e.g. sda10f_2f85."
+            f"{path} is not a valid robot file:\n{text}\nCompare it with a shipped one: {EXAMPLE}."
         ) from error
