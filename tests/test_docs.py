@@ -8,7 +8,10 @@ from pathlib import Path
 import pytest
 
 from torc.cli.main import parse
+from torc.pipeline.frames import directory_form, npz_form
 from torc.records import GraspStatus, PickResult, PlanningContext
+from torc.robots import schema
+from torc.scenes.problem import parse_problem
 from torc.task_planning.graph import EdgeKind
 from torc.task_planning.registry import BUILT_IN
 from torc.testing.planner_conformance import check_planner
@@ -68,3 +71,55 @@ def test_the_page_on_the_simulated_vlm_has_its_numbers():
     rows = [[c.strip() for c in line[1:-1].split("|")] for line in VLM.splitlines() if line.startswith("|")]
     shown = {row[0].strip("`"): tuple(map(float, row[1:])) for row in rows if row[0].strip("`") in PROFILES}
     assert shown == {name: tuple(round(n, 3) for n in astuple(p)[1:]) for name, p in PROFILES.items()}
+
+
+def _blocks(page, language):
+    return re.findall(rf"```{language}\n(.*?)```", (ROOT / "docs" / page).read_text(), re.DOTALL)
+
+
+@pytest.fixture
+def beside_the_examples(tmp_path, monkeypatch):
+    """An empty directory to work in, with the examples in it."""
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_code_on_the_page_on_frames_runs(beside_the_examples, capsys):
+    for code in _blocks("frames.md", "python"):
+        exec(code, {})
+    assert capsys.readouterr().out.splitlines()[1] == "6"
+    assert (beside_the_examples / "mine" / "frame.json").is_file()
+
+
+def test_the_page_on_frames_names_every_key():
+    text = (ROOT / "docs" / "frames.md").read_text()
+    keys = {*npz_form._REQUIRED_ARRAYS, *npz_form._OPTIONAL, *directory_form._JSON_KEYS}
+    assert {key for key in keys if f"`{key}`" not in text} == set()
+
+
+def test_the_robot_on_the_page_works(beside_the_examples, capsys):
+    for name, language in (("my_robot.yaml", "yaml"), ("my_robot.xml", "xml")):
+        (beside_the_examples / name).write_text(_blocks("robots.md", language)[0])
+    (code,) = _blocks("robots.md", "python")
+    exec(code, {})
+    assert capsys.readouterr().out.splitlines() == ["6 0.085", "6"]
+
+
+def test_the_page_on_robots_names_every_field():
+    text = (ROOT / "docs" / "robots.md").read_text()
+    words = {name for name in schema.RobotFile.model_fields if name in ("format", "name", "mjcf")}
+    for prefix, part in (
+        ("arm.", schema.ArmEntry),
+        ("gripper.", schema.GripperEntry),
+        ("gripper.fingers[].", schema.FingerEntry),
+        ("spheres.", schema.SphereEntry),
+        ("self_collision.", schema.SelfCollisionEntry),
+    ):
+        words |= {prefix + name for name in part.model_fields}
+    assert {word for word in words if f"`{word}`" not in text} == set()
+
+
+def test_the_problem_on_the_page_is_one():
+    (text,) = _blocks("problem_files.md", "yaml")
+    assert parse_problem(text).target == "can"
