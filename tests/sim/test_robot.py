@@ -71,6 +71,14 @@ def test_it_implements_the_protocols(world):
     assert isinstance(robot.camera, Camera)
 
 
+@pytest.mark.parametrize("limit", ["ctrl", "force"])
+def test_a_gripper_that_could_never_close_is_refused(world, limit):
+    actuator = world.model.actuator(ROBOT.gripper_actuator_name).id
+    getattr(world.model, f"actuator_{limit}limited")[actuator] = False
+    with pytest.raises(InputError, match=f"needs a {limit}range"):
+        SimulatedRobot(world)
+
+
 def test_a_box_is_retrieved(world):
     robot = SimulatedRobot(world)
     outcome = robot.execute(plan_for(world, 0))

@@ -27,7 +27,8 @@ class DecideCommand:
 
     and, if you like, target_description, background and robot (their labels, if others than 0 or -1, and -2), and
     support_z_m, the height of the table, which is estimated otherwise. The directory holds rgb.png, depth.png,
-    labels.png and frame.json with the same.
+    labels.png and frame.json with the rest, where depth_scale is called depth_scale_m: docs/frames.md. Try it out with
+    examples/frame.npz.
 
     The answer names the object by your label. Reasons, pictures and JSON use torc's own numbers, in which the target is
     0 and labels 1..63 stay as they are; both stand in the table that is printed, and in JSON under "objects".
