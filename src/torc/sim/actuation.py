@@ -67,9 +67,8 @@ class SimulatedGripper:
         self._actuator = world.model.actuator(robot.gripper_actuator_name).id
         for limit in ("ctrl", "force"):
             if not getattr(world.model, f"actuator_{limit}limited")[self._actuator]:
-                raise InputError(
-                    f"{robot.mjcf_path}: the actuator '{robot.gripper_actuator_name}' needs a {limit}range to be simulated."
-                )
+                where = f"{robot.mjcf_path}: the actuator '{robot.gripper_actuator_name}'"
+                raise InputError(f"{where} needs a {limit}range to be simulated.")
         self._max_force = float(world.model.actuator_forcerange[self._actuator, 1])
         self._tips = [world.model.site(name).id for name in robot.tip_site_names]
         self._base = world.model.body(robot.gripper_body_name).id
