@@ -79,6 +79,8 @@ gripper:
   fingers:
     - {body: left, tip_site: left_tip, pad_geoms: [left_pad]}
     - {body: right, tip_site: right_tip, pad_geoms: [right_pad]}
+self_collision:
+  never_with_static: [a1]
 """
 
 WriteRobot = Callable[..., Path]

@@ -153,3 +153,19 @@ def test_nobody_can_change_the_shipped_robot_of_others():
     spoiled = load_robot()
     spoiled.arm.rest_qpos[:] = 9.0
     assert (load_robot().arm.rest_qpos < 9.0).all()
+
+
+class TestRest:
+    def test_parts_that_are_in_each_other_where_it_waits_are_named_with_the_remedy(
+        self, write_other_robot: WriteRobot
+    ) -> None:
+        path = write_other_robot("never_with_static: [a1]", "never_with_static: []")
+        with pytest.raises(
+            InputError, match=r"'a1' moves touches the robot's fixed parts.*never_with_static"
+        ):
+            load_robot(path)
+        folded = write_other_robot(
+            "rest_qpos_rad: [0, 0.5, 0.5, 0.2, 0, 0]", "rest_qpos_rad: [0, 0, 2.5, 2.5, 0, 0]"
+        )
+        with pytest.raises(InputError, match=r"move touch each other.*self_collision\.pairs"):
+            load_robot(folded)

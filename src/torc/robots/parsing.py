@@ -16,6 +16,7 @@ from torc.geometry.transforms import invert
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.gripper_parsing import parse_gripper
 from torc.robots.model import Model
+from torc.robots.rest import check_rest
 from torc.robots.schema import ArmEntry, RobotFile, read_robot_file
 from torc.robots.sphere_parsing import parse_spheres, static_spheres
 
@@ -30,7 +31,7 @@ def parse_robot(path: Path) -> RobotDescription:
     links = _links(model, entry)
     spheres = parse_spheres(model, entry, arm, gripper, links)
     fingers = entry.gripper.fingers
-    return RobotDescription(
+    robot = RobotDescription(
         name=entry.name,
         arm=arm,
         gripper=gripper,
@@ -48,6 +49,8 @@ def parse_robot(path: Path) -> RobotDescription:
         tool0_site_name=entry.arm.tool0_site,
         root_body_names=tuple(model.m.body(b).name for b in model.children(0)),
     )
+    check_rest(robot, path)
+    return robot
 
 
 def _compile(mjcf_path: Path) -> Any:
