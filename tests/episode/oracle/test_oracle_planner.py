@@ -57,7 +57,11 @@ def test_a_trial_goes_as_the_oracle_foresees(name, seed, picks, tmp_path):
     assert (trial.result["picks"], trial.result["drops"]) == (answer.picks, answer.drops)
     assert outcomes == [pick.outcome for pick in answer.foreseen]
     assert [names[d.object_id] for d in decided] == list(answer.order)
-    assert all(d.evidence["foreseen"] == answer.to_dict() for d in decided)
+    # A trial does without the proof, so that it may have tried out less.
+    effort = {"proved", "lower_bound", "picks_tried", "looks"}
+    foreseen = {key: value for key, value in answer.to_dict().items() if key not in effort}
+    for decision in decided:
+        assert foreseen.items() <= decision.evidence["foreseen"].items()
     assert sum("trying out" in text for text in said) == 1
 
 
