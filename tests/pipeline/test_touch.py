@@ -9,7 +9,7 @@ from torc.geometry.transforms import invert, transform_points
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.touch import finger_ends, touched_points, with_touched
-from torc.records import SegmentedObject, SegmentedScene, Touch, VoxelGrid
+from torc.records import EMPTY, SegmentedObject, SegmentedScene, Touch, VoxelGrid
 from torc.robots.kinematics import tcp_pose
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 
@@ -62,6 +62,17 @@ def test_nothing_is_felt_where_all_was_seen_free_or_no_contact_was(robot, pose, 
     assert touched_points(None, robot, volume_around(pose, lambda p: p[..., 0] < 0)).shape == (0, 3)
     elsewhere = empty_volume(VoxelGrid(pose[:3, 3] + 5.0, 0.01, (2, 2, 2)))
     assert touched_points(touch, robot, elsewhere).shape == (0, 3)
+
+
+def test_free_voxels_are_those_seen_without_a_surface(rng):
+    volume = empty_volume(VoxelGrid(np.array([0.1, -0.2, 1.0]), 0.01, (5, 6, 7)))
+    label = np.where(rng.random(volume.grid.shape) < 0.3, np.int16(2), np.int16(EMPTY))
+    volume = replace(volume, seen=rng.random(volume.grid.shape) < 0.6, surface_label=label)
+    points = rng.uniform(volume.grid.origin - 0.02, volume.grid.upper + 0.02, (500, 3))
+    for point, free in zip(points, volume.free_at(points)):
+        i, j, k = np.floor((point - volume.grid.origin) / 0.01).astype(int)
+        inside = 0 <= i < 5 and 0 <= j < 6 and 0 <= k < 7
+        assert free == (inside and volume.seen[i, j, k] and label[i, j, k] == EMPTY)
 
 
 def test_an_opening_a_little_beyond_the_largest_is_no_error(robot, pose, touch):

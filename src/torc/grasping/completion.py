@@ -93,13 +93,11 @@ def hidden_depth(seen_m: float, width_m: float, height_m: float, config: CloudCo
 
 def _contradicted(points: np.ndarray, object_id: int, volume: OcclusionVolume) -> Bool[np.ndarray, "n"]:
     """Points in voxels that were seen to be free, or to hold another object."""
+    out = volume.free_at(points)
     index = volume.grid.index_of(points)
     inside = volume.grid.contains(index)
-    i, j, k = index[inside].T
-    label = volume.surface_label[i, j, k]
-    other = (label != EMPTY) & (label != object_id) & (label != BACKGROUND)
-    out = np.zeros(len(points), dtype=bool)
-    out[inside] = (volume.seen[i, j, k] & (label == EMPTY)) | other
+    label = volume.surface_label[tuple(index[inside].T)]
+    out[inside] |= (label != EMPTY) & (label != object_id) & (label != BACKGROUND)
     return out
 
 

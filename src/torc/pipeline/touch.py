@@ -8,11 +8,11 @@ felt points of the object for as long as that lies where it was, for grasp plann
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from torc.geometry.transforms import Pose, transform_points
 from torc.pipeline.failures import FailedGrasp
-from torc.records import EMPTY, OcclusionVolume, SegmentedScene, Touch
+from torc.records import OcclusionVolume, SegmentedScene, Touch
 from torc.robots.description import GripperDescription, RobotDescription
 from torc.robots.kinematics import tcp_pose
 
@@ -43,7 +43,13 @@ def touched_points(
     T_world_tcp = tcp_pose(robot, np.array(touch.qpos), width_m)
     ahead = (touch.relief_m + _INSIDE_M) * T_world_tcp[:3, 2]
     ends = [end + ahead for end in finger_ends(T_world_tcp, robot.gripper, width_m)]
-    return max((end[~_seen_free(end, volume)] for end in ends), key=len)
+    return max((_not_seen_free(end, volume) for end in ends), key=len)
+
+
+def _not_seen_free(points: Float[np.ndarray, "n 3"], volume: OcclusionVolume) -> Float[np.ndarray, "m 3"]:
+    """Those in the volume that lie where nothing was seen to be free."""
+    inside = volume.grid.contains(volume.grid.index_of(points))
+    return points[inside & ~volume.free_at(points)]
 
 
 def finger_ends(
@@ -60,16 +66,6 @@ def finger_ends(
         end = np.column_stack([grid, np.full(len(grid), box.center[2] + box.half_size[2])])
         ends.append(transform_points(T_world_tcp, end))
     return ends
-
-
-def _seen_free(points: Float[np.ndarray, "n 3"], volume: OcclusionVolume) -> Bool[np.ndarray, "n"]:
-    """Whether each point lies in a voxel that was seen to be free, or outside of the volume."""
-    index = volume.grid.index_of(points)
-    inside = volume.grid.contains(index)
-    free = ~inside
-    at = tuple(index[inside].T)
-    free[inside] = volume.seen[at] & (volume.surface_label[at] == EMPTY)
-    return free
 
 
 def with_touched(scene: SegmentedScene, failed: tuple[FailedGrasp, ...]) -> SegmentedScene:

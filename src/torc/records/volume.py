@@ -61,6 +61,15 @@ class OcclusionVolume:
     surface_label: Int16[np.ndarray, "nx ny nz"]
     snapshots: int
 
+    def free_at(self, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
+        """Which points (world frame) lie in voxels that were seen and hold no surface; none outside of the grid."""
+        index = self.grid.index_of(points)
+        inside = self.grid.contains(index)
+        at = tuple(index[inside].T)
+        free = np.zeros(len(points), dtype=bool)
+        free[inside] = self.seen[at] & (self.surface_label[at] == EMPTY)
+        return free
+
     def hidden_volume_m3(self, object_id: int) -> float:
         """Volume of the unseen voxels that this object hides, cubic metres."""
         bit = np.uint64(1) << np.uint64(object_id)
