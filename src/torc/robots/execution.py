@@ -209,7 +209,6 @@ class _Run:
         self.way: list[Trajectory] = []
         self.held_after_lift = False
         self.delivered = False
-        self.touch: Touch | None = None
 
     def opening_m(self) -> float:
         """How far the fingers are apart on the way to the object."""
@@ -232,10 +231,7 @@ class _Run:
         if np.abs(self.arm.qpos - trajectory.qpos[0]).max() > self.config.start_slack_rad:
             trajectory = starting_from(trajectory, self.arm.qpos)
         self.way.append(trajectory)
-        arrived = self._move(phase, trajectory, guard)
-        if phase is Phase.APPROACH and guard is not None and self.phases[-1].stopped_by_contact:
-            self.touch = Touch(tuple(self.arm.qpos.tolist()), self.gripper.state.width_m, guard.relief_m)
-        return arrived
+        return self._move(phase, trajectory, guard)
 
     def near_grasp(self) -> bool:
         """Whether the arm stopped close enough to the grasp to close the gripper all the same."""
@@ -268,8 +264,15 @@ class _Run:
             self.delivered,
             at_home,
             detail,
-            self.touch,
+            self._touch(),
         )
+
+    def _touch(self) -> Touch | None:
+        guard = self.config.approach_guard
+        stops = [p for p in self.phases if p.phase is Phase.APPROACH and p.stopped_by_contact]
+        if guard is None or not stops:
+            return None
+        return Touch(tuple(stops[0].qpos.tolist()), stops[0].gripper.width_m, guard.relief_m)
 
     def _move(self, phase: Phase, trajectory: Trajectory, guard: ContactGuard | None) -> bool:
         result = self.arm.follow(trajectory, guard)
