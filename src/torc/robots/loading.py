@@ -7,9 +7,7 @@ from pathlib import Path
 from torc.errors import UnknownNameError
 from torc.robots.description import RobotDescription
 from torc.robots.parsing import parse_robot
-from torc.robots.schema import EXAMPLE
-
-DATA = Path(__file__).parent / "data"
+from torc.robots.schema import DATA, EXAMPLE
 
 
 def robot_names() -> tuple[str, ...]:

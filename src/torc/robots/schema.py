@@ -8,7 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationErro
 
 from torc.errors import InputError
 
-EXAMPLE = Path(__file__).parent / "data" / "sda10f_2f85" / "sda10f_2f85.yaml"
+DATA = Path(__file__).parent / "data"
+"""Where the shipped robots are."""
+EXAMPLE = DATA / "sda10f_2f85" / "sda10f_2f85.yaml"
 """A shipped robot file, to compare with."""
 Names = Annotated[list[str], Field(min_length=1)]
 
