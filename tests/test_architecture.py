@@ -15,6 +15,7 @@ import torc
 ORDER = [
     "errors",
     "plugins",
+    "processes",
     "records",
     "geometry",
     "scenes",

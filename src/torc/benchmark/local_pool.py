@@ -14,8 +14,9 @@ from typing import Any
 from pebble import ProcessExpired, ProcessPool
 
 from torc.benchmark.dispatch import Ending, Failure, FailureKind, Task, Work
-from torc.benchmark.worker import THREADS, carry_out, set_up
+from torc.benchmark.worker import carry_out, set_up
 from torc.errors import TorcError
+from torc.processes import one_thread_each
 
 _TASKS_PER_PROCESS = 100
 """A process is replaced after so many, so that what libraries leak does not add up."""
@@ -114,7 +115,7 @@ class Processes:
 @contextmanager
 def open_processes(config: PoolConfig) -> Iterator[Processes]:
     """Processes that wait for work; all end with the context."""
-    with _one_thread_each():
+    with one_thread_each():
         pool = ProcessPool(
             config.workers,
             _TASKS_PER_PROCESS,
@@ -141,18 +142,3 @@ def _death(code: int) -> str:
         except ValueError:
             return f"was ended by signal {-code}"
     return f"ended with code {code}"
-
-
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """The environment that child processes inherit: the libraries read it when they are loaded."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(THREADS)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value

@@ -17,10 +17,6 @@ from typing import Any
 from torc.benchmark.dispatch import Failure, FailureKind, Work
 from torc.errors import InputError, TorcError
 
-THREADS = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
-"""One thread each: the processes share the cores, and sums are the same however many there are."""
 _PR_SET_PDEATHSIG = 1
 
 
