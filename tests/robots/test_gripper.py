@@ -121,3 +121,13 @@ def test_finger_boxes_leave_exactly_the_opening_between_them(robot: RobotDescrip
 def test_openings_it_does_not_have(robot: RobotDescription, width_m: float) -> None:
     with pytest.raises(InputError, match="opens 0"):
         robot.gripper.T_tool0_tcp(width_m)
+
+
+def test_many_openings_at_once_are_those_one_by_one(robot: RobotDescription) -> None:
+    gripper = robot.gripper
+    widths = np.concatenate([np.linspace(0.0, gripper.max_width_m, 50), gripper.widths_m])
+    one_by_one = np.stack([gripper.T_tool0_tcp(float(w)) for w in widths])
+    np.testing.assert_array_equal(gripper.Ts_tool0_tcp_at(widths), one_by_one)
+    assert gripper.Ts_tool0_tcp_at(np.zeros(0)).shape == (0, 4, 4)
+    with pytest.raises(InputError, match=r"asked for 0\.2"):
+        gripper.Ts_tool0_tcp_at(np.array([0.05, 0.2, 0.01]))

@@ -174,7 +174,7 @@ def robot_arrays(robot: RobotDescription) -> RobotArrays:
         parents=kernel_array(arm.Ts_parent_joint)[:, :3].copy(),
         axes=kernel_array(arm.axes),
         tool=kernel_array(arm.T_last_tool0)[:3].copy(),
-        tcps=kernel_array(np.stack([robot.gripper.T_tool0_tcp(w)[:3] for w in openings])),
+        tcps=kernel_array(robot.gripper.Ts_tool0_tcp_at(openings)[:, :3]),
         tcp_step_m=float(openings[1]),
         link_start=np.searchsorted(link, np.arange(dof + 4)).astype(np.int64),
         centers=centers,

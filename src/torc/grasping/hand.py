@@ -64,7 +64,7 @@ def hand_geometry(gripper: GripperDescription) -> HandGeometry:
     palm = np.array(pieces).reshape(-1, 6)
     grid = np.arange(0.0, width + REACH_STEP_M, REACH_STEP_M)
     open_z = gripper.T_tool0_tcp(width)[2, 3]
-    reach = np.array([gripper.T_tool0_tcp(min(w, width))[2, 3] - open_z for w in grid])
+    reach = gripper.Ts_tool0_tcp_at(np.minimum(grid, width))[:, 2, 3] - open_z
     return HandGeometry(sizes, palm, _ranges(palm), reach)
 
 

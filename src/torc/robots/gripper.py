@@ -57,6 +57,10 @@ class GripperDescription:
         """TCP in the flange's frame when the pads are width_m apart. Raises InputError outside 0..max_width_m."""
         return self._at(self.Ts_tool0_tcp, width_m)
 
+    def Ts_tool0_tcp_at(self, widths_m: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 4 4"]:
+        """The same for many openings at once. Raises InputError if one is outside 0..max_width_m."""
+        return self._at(self.Ts_tool0_tcp, np.asarray(widths_m, dtype=np.float64))
+
     def qpos(self, width_m: float) -> Float[np.ndarray, "j"]:
         """Positions of joint_names at that opening."""
         return self._at(self.joint_qpos, width_m)
@@ -79,10 +83,15 @@ class GripperDescription:
         """What all the rest of the gripper (palm, links, knuckles) occupies, TCP frame."""
         return tuple(OrientedBox(c, h) for c, h in self._at(self.palm_boxes_table, width_m))
 
-    def _at(self, table: np.ndarray, width_m: float) -> np.ndarray:
-        if not -1e-6 <= width_m <= self.max_width_m + 1e-6:
-            raise InputError(f"{self.name} opens 0..{self.max_width_m:.3f} m; asked for {width_m:.4f} m.")
-        width = min(max(width_m, 0.0), self.max_width_m)
-        i = int(np.clip(np.searchsorted(self.widths_m, width) - 1, 0, len(self.widths_m) - 2))
-        s = (width - self.widths_m[i]) / (self.widths_m[i + 1] - self.widths_m[i])
-        return (1.0 - s) * table[i] + s * table[i + 1]
+    def _at(self, table: np.ndarray, width_m: float | Float[np.ndarray, "n"]) -> np.ndarray:
+        """Linear interpolation in a table; a row per opening if there are several."""
+        widths = np.asarray(width_m)
+        wrong = ~((widths >= -1e-6) & (widths <= self.max_width_m + 1e-6))
+        if wrong.any():
+            asked = float(np.atleast_1d(widths)[np.atleast_1d(wrong)][0])
+            raise InputError(f"{self.name} opens 0..{self.max_width_m:.3f} m; asked for {asked:.4f} m.")
+        widths = np.clip(widths, 0.0, self.max_width_m)
+        i = np.clip(np.searchsorted(self.widths_m, widths) - 1, 0, len(self.widths_m) - 2)
+        s = (widths - self.widths_m[i]) / (self.widths_m[i + 1] - self.widths_m[i])
+        s = s.reshape(s.shape + (1,) * (table.ndim - 1))
+        return np.asarray((1.0 - s) * table[i] + s * table[i + 1])

@@ -35,8 +35,7 @@ def tool0_from_tcp(
     gripper: GripperDescription, Ts_world_tcp: Float[np.ndarray, "n 4 4"], width_m: Float[np.ndarray, "n"]
 ) -> Float[np.ndarray, "n 4 4"]:
     """Flange poses that put the TCP at Ts_world_tcp at those openings."""
-    inverses = np.array([invert(gripper.T_tool0_tcp(float(w))) for w in width_m]).reshape(-1, 4, 4)
-    return np.asarray(Ts_world_tcp, dtype=np.float64) @ inverses
+    return np.asarray(Ts_world_tcp, dtype=np.float64) @ invert(gripper.Ts_tool0_tcp_at(width_m))
 
 
 def tcp_pose(robot: RobotDescription, q: Float[np.ndarray, "dof"], width_m: float) -> Pose:
@@ -53,8 +52,7 @@ def sphere_centers(
     """
     poses, link = link_poses(robot.arm, qpos), robot.spheres.link
     widths = np.broadcast_to(np.asarray(width_m, dtype=np.float64), len(poses))
-    tcps = [robot.gripper.T_tool0_tcp(float(w)) for w in widths]
-    fingers = poses[:, -1] @ np.array(tcps).reshape(-1, 4, 4)
+    fingers = poses[:, -1] @ robot.gripper.Ts_tool0_tcp_at(widths)
     frames = np.concatenate([poses, fingers[:, None], fingers[:, None]], axis=1)[:, link]
     side = np.select([link == robot.arm.dof + 1, link == robot.arm.dof + 2], [-0.5, 0.5], 0.0)
     local = np.tile(robot.spheres.centers, (len(poses), 1, 1))
