@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from torc.generation import clutter
 from torc.generation.clutter import (
     ClutterConfig,
     ObjectRange,
@@ -20,6 +21,7 @@ from torc.scenes.arrangements import sample_models
 from torc.scenes.library import load_object
 from torc.scenes.problem import ObjectPlacement, Problem, load_problem
 from torc.scenes.workspace import Workspace
+from torc.sim.contacts import Overlap
 from torc.sim.settling import UNSEEN
 from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
 from torc.sim.world import build_world
@@ -121,3 +123,37 @@ def test_the_worst_mover_is_measured_against_the_limits():
     names = [o.name for o in world.problem.ordered()]
     assert worst_mover(world, report, StillnessConfig(distance_m=0.001, angle_rad=0.1)) == names[2]
     assert worst_mover(world, report, StillnessConfig(distance_m=0.1, angle_rad=0.01)) == names[4]
+
+
+@pytest.mark.parametrize("fewest", [5, 12])
+def test_of_two_that_are_wedged_the_higher_one_is_taken_away_if_it_can_be_spared(monkeypatch, fewest):
+    scene, wedged = load_problem("unstructured-03"), (2, 7)
+    names = [scene.ordered()[k].name for k in wedged]
+    assert len(scene.objects) == 12
+    first = iter([Overlap(0.003, ("", ""), wedged)])
+    monkeypatch.setattr(clutter, "deepest_overlap", lambda world: next(first, Overlap(0.0)))
+    again = again_at_rest(scene, (), ObjectRange(fewest, 20), WORKSPACE, CONFIG)
+    if fewest == 12:
+        assert again is Reason.WEDGED
+        return
+    assert isinstance(again, Problem)
+    heights = {o.name: o.position[2] for o in scene.objects}
+    higher, lower = sorted(names, key=heights.__getitem__, reverse=True)
+    left = [o.name for o in again.objects]
+    assert higher not in left
+    assert lower in left
+
+
+def test_what_creeps_on_with_nothing_to_spare_is_given_up_soon(monkeypatch):
+    scene, watches = load_problem("structured-04"), []
+
+    def moving(world, limits):
+        watches.append(world.object_count)
+        still = np.zeros(world.object_count)
+        return StillnessReport(False, 0.25, still + 0.01, still, ())
+
+    monkeypatch.setattr(clutter, "watch_stillness", moving)
+    count = len(scene.objects)
+    end = again_at_rest(scene, (), ObjectRange(count - 1, count), WORKSPACE, CONFIG)
+    assert end is Reason.NOT_AT_REST
+    assert watches == [count] + [count - 1] * (CONFIG.idle_rounds + 1)

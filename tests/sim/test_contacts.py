@@ -85,6 +85,8 @@ def test_the_deepest_overlap_is_measured_and_named():
     assert overlap.depth_m == pytest.approx(0.005, abs=1e-6)
     assert any("can" in name for name in overlap.between)
     assert "table" in overlap.between
+    assert overlap.object_ids == (0,)
+    assert deepest_overlap(apart).object_ids == ()
 
 
 def _on(name: str, model: str, x: float, y: float, height: float) -> ObjectPlacement:

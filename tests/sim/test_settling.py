@@ -5,11 +5,12 @@ import pytest
 from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
 
 from torc.errors import PhysicsError
-from torc.scenes.problem import ObjectPlacement
+from torc.scenes.problem import ObjectPlacement, load_problem
 from torc.scenes.workspace import Workspace
-from torc.sim.settling import SettleConfig, dump, run, settle, settle_problem
+from torc.sim.settling import COARSE, UNSEEN, SettleConfig, dump, run, settle, settle_problem
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.watchdog import Watchdog
+from torc.sim.world import build_world
 
 KINDS = ("soup_can_red", "mug_red", "apple_red", "bowl_blue", "cracker_box_red", "tuna_can_blue")
 
@@ -31,6 +32,19 @@ def test_a_settled_scene_hardly_drifts():
     assert report.still
     assert report.distance_m < 0.002
     assert report.angle_rad < 0.02
+
+
+@pytest.mark.parametrize("name", ["validation-unstructured-02", "validation-unstructured-04"])
+def test_a_pile_creeps_no_less_in_coarse_steps(name):
+    moved = []
+    for config in (UNSEEN, COARSE):
+        world = build_world(load_problem(name), None, Workspace(), config)
+        report = watch_stillness(world, StillnessConfig(1.0, 1.0, seconds=4.0))
+        moved.append((report.distance_m, report.angle_rad))
+    assert world.model.opt.timestep == pytest.approx(0.004)
+    (fine_m, fine_rad), (coarse_m, coarse_rad) = moved
+    assert coarse_m == pytest.approx(fine_m, rel=0.3)
+    assert coarse_rad == pytest.approx(fine_rad, rel=0.3)
 
 
 def test_a_ball_at_the_edge_rolls_off_and_is_reported():

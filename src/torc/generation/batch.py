@@ -10,7 +10,9 @@ from torc.generation.config import GenerationConfig
 from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem
 from torc.generation.inspection import Inspector
 from torc.generation.rejections import Reason
+from torc.processes import one_thread_each
 from torc.robots.loading import load_robot
+from torc.robots.names import DEFAULT_ROBOT
 
 Progress = Callable[["Job", int, Reason], None]
 """Told which job, the number of a rejected attempt, and why it was rejected."""
@@ -25,7 +27,7 @@ class Job:
 
 
 def generate_batch(
-    jobs: Sequence[Job], robot: str = "sda10f_2f85", workers: int = 1, progress: Progress | None = None
+    jobs: Sequence[Job], robot: str = DEFAULT_ROBOT, workers: int = 1, progress: Progress | None = None
 ) -> Iterator[tuple[Job, GeneratedProblem | NotGenerated]]:
     """The problems of some jobs, each as soon as it and those before it are done.
 
@@ -40,7 +42,7 @@ def generate_batch(
             told = None if progress is None else _for_job(progress, job)
             yield job, generate_problem(job.config, job.seed, inspector_for(robot), progress=told)
         return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    with one_thread_each(), ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         yield from zip(jobs, pool.map(_generate, jobs, [robot] * len(jobs)))
 
 

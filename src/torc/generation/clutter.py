@@ -13,7 +13,7 @@ from torc.scenes.problem import ObjectPlacement, Problem
 from torc.scenes.problem_file import Category
 from torc.scenes.workspace import Workspace
 from torc.sim.contacts import deepest_overlap
-from torc.sim.settling import UNSEEN, DumpConfig, SettleConfig, dump, settle_problem, with_poses_of
+from torc.sim.settling import COARSE, DumpConfig, SettleConfig, dump, settle_problem, with_poses_of
 from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
 from torc.sim.world import World, build_world
 
@@ -38,7 +38,8 @@ class ClutterConfig:
         drop_s: simulated time between two objects of a pile.
         rough: when a pile counts as settled for now.
         calm: when a settled scene is calm enough to look for a target in it; what is chosen is watched for longer.
-        calm_rounds: how often a scene that is not calm may move on, or lose what keeps moving.
+        calm_rounds: how often a scene that is not calm may lose what moves most, or move on ...
+        idle_rounds: ... and how often it may move on with no object to spare: what still creeps then rarely stops.
         spare: share of objects dumped beyond those wanted, at least two: some roll away, some creep on and on, some end
             up so that no gripper can pick them up.
     """
@@ -62,7 +63,8 @@ class ClutterConfig:
             distance_m=0.00035, angle_rad=float(np.deg2rad(0.35)), seconds=2.5, early_s=1.25
         )
     )
-    calm_rounds: int = 10
+    calm_rounds: int = 12
+    idle_rounds: int = 2
     spare: float = 0.15
 
 
@@ -112,7 +114,7 @@ def again_at_rest(
     if len(scene.objects) - len(gone) < wanted.fewest:
         return Reason.TOO_FEW_LEFT
     try:
-        scene = settle_problem(without(scene, gone), workspace, config.rough)[0]
+        scene = settle_problem(without(scene, gone), workspace, config.rough, COARSE)[0]
         tidied = _tidied(scene, wanted, workspace, config)
         return tidied if isinstance(tidied, Reason) else _calmed(tidied, wanted, workspace, config)
     except PhysicsError:
@@ -142,7 +144,7 @@ def _arrange(
         scene = _scene(category, drop_arrangement(models, rng))
         walls = _shrunk(config.walls_m, sum(map(_mean_shadow_m2, map(load_object, models))) / config.heap)
         dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s)
-        return dump(scene, workspace, rng, dumping, config.rough)[0]
+        return dump(scene, workspace, rng, dumping, config.rough, COARSE)[0]
     footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in map(load_object, models))
     for fill in config.fill:
         lengths = _shrunk(config.region_m, footprints_m2 / fill)
@@ -164,34 +166,51 @@ def _tidied(
     while gone := astray(scene, workspace, config):
         if len(scene.objects) - len(gone) < wanted.fewest:
             return Reason.TOO_FEW_LEFT
-        scene = settle_problem(without(scene, gone), workspace, config.rough)[0]
+        scene = settle_problem(without(scene, gone), workspace, config.rough, COARSE)[0]
     return scene
 
 
 def _calmed(
     scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig
 ) -> Problem | Reason:
-    """Moved on until it hardly moves any more, each time from rest, as a problem file starts.
+    """Moved on until it hardly moves any more, each time watched from rest, as a problem file starts.
 
-    What moves most is taken away as long as there are objects to spare. A pile in which one thing slowly slips or
-    rolls does so for minutes; contacts in a simulation give way a little for ever.
+    What moves most is taken away as long as there are objects to spare: a pile in which one thing slowly slips or rolls
+    does so for minutes, and contacts in a simulation give way a little for ever. What lay on it then falls, so that the
+    scene comes to rest again before anything else is blamed.
     """
+    idle = 0
     for _ in range(config.calm_rounds):
-        world = build_world(scene, None, workspace, UNSEEN)
-        wedged = deepest_overlap(world).depth_m > MAX_OVERLAP_M
-        report = watch_stillness(world, config.calm)
-        count, moved, gone = len(scene.objects), with_poses_of(world), tuple[str, ...]()
-        if report.still and count <= wanted.most:
-            return Reason.WEDGED if wedged else scene
-        if report.still:
-            gone = (_outermost(scene, config),)
-        elif count > wanted.fewest:
-            gone = (worst_mover(world, report, config.calm),)
-        tidied = _tidied(without(moved, gone), wanted, workspace, config)
+        world = build_world(scene, None, workspace, COARSE)
+        to_spare, overlap = len(scene.objects) > wanted.fewest, deepest_overlap(world)
+        gone = tuple[str, ...]()
+        if overlap.depth_m > MAX_OVERLAP_M:
+            if not to_spare:
+                return Reason.WEDGED
+            gone = (_highest(world, overlap.object_ids),)
+        else:
+            report = watch_stillness(world, config.calm)
+            if report.still and len(scene.objects) <= wanted.most:
+                return scene
+            if report.still:
+                gone = (_outermost(scene, config),)
+            elif to_spare:
+                gone = (worst_mover(world, report, config.calm),)
+            elif idle == config.idle_rounds:
+                return Reason.NOT_AT_REST
+            else:
+                idle += 1
+        scene = settle_problem(without(with_poses_of(world), gone), workspace, config.rough, COARSE)[0]
+        tidied = _tidied(scene, wanted, workspace, config)
         if isinstance(tidied, Reason):
             return tidied
         scene = tidied
     return Reason.NOT_AT_REST
+
+
+def _highest(world: World, object_ids: tuple[int, ...]) -> str:
+    """The one of these objects that lies highest: the least lies on it."""
+    return world.problem.ordered()[max(object_ids, key=lambda k: float(world.positions[k, 2]))].name
 
 
 def without(scene: Problem, names: tuple[str, ...]) -> Problem:

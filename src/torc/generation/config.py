@@ -9,7 +9,7 @@ from torc.perception.segmentation import PerceptionConfig
 from torc.records import MAX_OBJECTS
 from torc.scenes.problem_file import Category
 
-GENERATOR_VERSION = 1
+GENERATOR_VERSION = 2
 """Raised whenever the same configuration and seed give another problem than before."""
 
 

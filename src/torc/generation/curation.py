@@ -20,11 +20,11 @@ from torc.errors import InputError
 from torc.generation.batch import inspector_for
 from torc.generation.difficulty import difficulty_of
 from torc.generation.oracle_orders import ORDER_KEY, join_order
+from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.problem import Problem, load_problem, save_problem
 from torc.scenes.problem_file import Category
 from torc.scenes.problem_sets import select_problems
 
-ROBOT = "sda10f_2f85"
 HIDDENNESS = ("hidden", "partly")
 BANDS = ((8, 11), (12, 15), (16, 20))
 """Numbers of objects; every band is filled alike."""
@@ -174,7 +174,7 @@ def _with_facts(problem: Problem) -> Problem:
     """With its difficulty in `origin`, measured if it is not there."""
     if "hiddenness" in problem.origin:
         return problem
-    facts = difficulty_of(problem, inspector_for(ROBOT)).facts()
+    facts = difficulty_of(problem, inspector_for(DEFAULT_ROBOT)).facts()
     return replace(problem, origin={**problem.origin, **facts})
 
 

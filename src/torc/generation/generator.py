@@ -165,9 +165,7 @@ def _choose_target(
     scene, reason = view.problem, Reason.NONE_SO_HIDDEN
     ungraspable: dict[str, bool] = {}
     for name in _candidates(view, config, inspector, rng):
-        if inspector.graspable_at_first(view, name, config.first_looks):
-            reason = max(reason, Reason.TRIVIAL, key=list(Reason).index)
-            continue
+        # What stands around the next candidate is mostly known from the last one: that question is the cheaper one.
         for other in (name, *inspector.around(scene, name).all):
             if other not in ungraspable:
                 ungraspable[other] = not inspector.graspable_at_all(scene, other)
@@ -175,7 +173,9 @@ def _choose_target(
                 reason = Reason.CANNOT_BE_GRASPED
                 break
         else:
-            return name
+            if not inspector.graspable_at_first(view, name, config.first_looks):
+                return name
+            reason = max(reason, Reason.TRIVIAL, key=list(Reason).index)
     return _NoTarget(reason, tuple(name for name, bad in ungraspable.items() if bad))
 
 

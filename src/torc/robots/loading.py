@@ -6,6 +6,7 @@ from pathlib import Path
 
 from torc.errors import UnknownNameError
 from torc.robots.description import RobotDescription
+from torc.robots.names import DEFAULT_ROBOT
 from torc.robots.parsing import parse_robot
 from torc.robots.schema import DATA, EXAMPLE
 
@@ -15,7 +16,7 @@ def robot_names() -> tuple[str, ...]:
     return tuple(sorted(p.name for p in DATA.iterdir() if (p / f"{p.name}.yaml").is_file()))
 
 
-def load_robot(name_or_path: str | Path = "sda10f_2f85") -> RobotDescription:
+def load_robot(name_or_path: str | Path = DEFAULT_ROBOT) -> RobotDescription:
     """A shipped robot by name, or any robot by the path of its YAML (which names its MJCF).
 
     Raises:

@@ -89,10 +89,12 @@ class Overlap:
     Attributes:
         depth_m: how deep; 0 or less where nothing touches.
         between: what they are, for messages; empty where nothing touches.
+        object_ids: those of the two that are objects.
     """
 
     depth_m: float
     between: tuple[str, str] = ("", "")
+    object_ids: tuple[int, ...] = ()
 
 
 def deepest_overlap(world: World) -> Overlap:
@@ -103,7 +105,8 @@ def deepest_overlap(world: World) -> Overlap:
         return Overlap(0.0)
     worst = int(np.argmin(contact.dist))
     a, b = (world.body_name_of_geom(int(g)) for g in contact.geom[worst])
-    return Overlap(-float(contact.dist[worst]), (a, b))
+    labels = world.geom_labels[contact.geom[worst]]
+    return Overlap(-float(contact.dist[worst]), (a, b), tuple(int(k) for k in labels if k >= 0))
 
 
 def lies_on(world: World) -> frozenset[tuple[int, int]]:

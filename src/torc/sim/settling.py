@@ -12,6 +12,9 @@ from torc.sim.world import Presence, World, WorldConfig, build_world
 
 UNSEEN = WorldConfig(surfaces=False)
 """Of worlds that nobody looks at."""
+COARSE = replace(UNSEEN, timestep_s=0.004, implicit=False)
+"""Of worlds in which objects are only piled up, let down, and tried for whether they creep: half as dear to compute,
+and piles creep no less. Where numbers matter, the final word is that of a world like those of trials."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +128,7 @@ def dump(
     rng: np.random.Generator,
     config: DumpConfig | None = None,
     settle_config: SettleConfig | None = None,
+    world_config: WorldConfig | None = None,
 ) -> tuple[Problem, SettleReport]:
     """An unstructured pile of the problem's objects, whatever their poses were: let go in a random order and
     orientation between temporary walls, which are then taken away.
@@ -133,6 +137,9 @@ def dump(
         problem: which objects.
         workspace: the table.
         rng: decides order, orientations and positions.
+        config: walls and timing.
+        settle_config: when the pile counts as settled, with the walls and without.
+        world_config: physics.
 
     Returns:
         The problem with settled poses, and the report of settling after the walls were gone.
@@ -141,14 +148,15 @@ def dump(
         PhysicsError: the simulation broke.
     """
     config = config or DumpConfig()
-    world = build_world(problem, None, workspace, UNSEEN, _walls(workspace, config))
+    world_config = world_config or UNSEEN
+    world = build_world(problem, None, workspace, world_config, _walls(workspace, config))
     for object_id in range(world.object_count):
         world.park(object_id, Presence.DROPPED)
     for object_id in rng.permutation(world.object_count):
         world.unpark(int(object_id), *_pose_above(world, int(object_id), rng, config))
         run(world, config.interval_s)
     settle(world, settle_config)
-    return settle_problem(with_poses_of(world), workspace, settle_config)
+    return settle_problem(with_poses_of(world), workspace, settle_config, world_config)
 
 
 def run(world: World, seconds: float, check_s: float = 0.05) -> None:
