@@ -1,10 +1,12 @@
 """A trial's id follows from what decides its result, and from nothing else."""
 
+import re
+import shutil
 from dataclasses import replace
 
 import pytest
 
-from torc.benchmark.identity import problem_fingerprint
+from torc.benchmark.identity import problem_fingerprint, robot_source
 from torc.benchmark.spec import (
     BenchPlanner,
     BenchProblem,
@@ -16,6 +18,8 @@ from torc.benchmark.spec import (
     to_json,
 )
 from torc.errors import InputError
+from torc.robots.names import DEFAULT_ROBOT
+from torc.robots.schema import EXAMPLE
 from torc.scenes.problem import load_problem
 from torc.testing.fake_bench import fake_spec
 from torc.vlm.config import VlmConfig
@@ -46,6 +50,9 @@ def test_ids_are_those_of_all_times():
         replace(TRIAL, settings=Settings(noise=True)),
         replace(TRIAL, settings=Settings(max_picks=10)),
         replace(TRIAL, settings=Settings(min_score=0.0)),
+        replace(TRIAL, settings=Settings(robot="mine.yaml", robot_source="a1")),
+        replace(TRIAL, settings=Settings(grasps="mine:Grasps")),
+        replace(TRIAL, settings=Settings(grasps="mine:Grasps", grasps_source="b2")),
     ],
 )
 def test_what_decides_a_result_changes_the_id(other):
@@ -63,6 +70,21 @@ def test_what_decides_a_result_changes_the_id(other):
 )
 def test_what_does_not_decide_it_leaves_the_id(other):
     assert other.id == TRIAL.id
+
+
+def test_a_robot_of_ones_own_is_what_is_in_its_files(tmp_path):
+    own = [replace(TRIAL, settings=Settings(robot=f"{where}/mine.yaml", robot_source="a1")) for where in "ab"]
+    assert own[0].id == own[1].id
+    assert robot_source(DEFAULT_ROBOT) == ""
+    here, there = tmp_path / "here", tmp_path / "there"
+    shutil.copytree(EXAMPLE.parent, here)
+    source = robot_source(str(here / EXAMPLE.name))
+    assert len(source) == 64
+    here.rename(there)
+    assert robot_source(str(there / EXAMPLE.name)) == source
+    (mjcf,) = there.glob("*.xml")
+    mjcf.write_text(re.sub('damping="[^"]*"', 'damping="0.123"', mjcf.read_text(), count=1))
+    assert robot_source(str(there / EXAMPLE.name)) != source
 
 
 def test_a_problem_is_what_lies_where_and_what_is_said_of_the_target():
@@ -97,6 +119,20 @@ def test_seeds_come_first_so_that_an_unfinished_benchmark_is_balanced():
     cells = [t.cell for t in fake_spec(problems=2, repeats=2).trials]
     assert [seed for _, _, seed in cells] == [0] * 4 + [1] * 4
     assert [planner for planner, _, _ in cells[:2]] == ["random", "dg-select"]
+
+
+def test_a_robot_that_has_moved_is_the_same_and_one_that_has_changed_is_not():
+    def spec(planner, robot, source):
+        settings = Settings(robot=robot, robot_source=source)
+        return make_spec([PROBLEM], [BenchPlanner(planner)], [0], settings, "0.1")
+
+    both = merged(spec("random", "a/mine.yaml", "a1"), spec("dg-select", "b/mine.yaml", "a1"))
+    assert {t.settings.robot for t in both.trials} == {"b/mine.yaml"}
+    assert from_json(to_json(both), "here") == both
+    with pytest.raises(InputError, match="which has changed since"):
+        merged(spec("random", "mine.yaml", "a1"), spec("random", "mine.yaml", "a2"))
+    with pytest.raises(InputError, match=f"robot {DEFAULT_ROBOT} there, mine.yaml now"):
+        merged(spec("random", DEFAULT_ROBOT, ""), spec("random", "mine.yaml", "a1"))
 
 
 def test_a_benchmark_grows_and_new_trials_take_the_place_of_old_ones():

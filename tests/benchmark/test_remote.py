@@ -73,6 +73,7 @@ def test_the_users_files_go_where_a_planner_lies_among_them(user, monkeypatch):
     code = _luggage(user, monkeypatch, ["random", "travelling_planner:Mine"]).code
     assert [name for name, _ in code.files] == ["travelling_planner.py", "helpers_of_travelling/__init__.py"]
     assert code.folders == ()
+    assert pack_luggage(LIMITS, [], [], user, grasps="travelling_planner:Mine").code == code
 
 
 @pytest.mark.parametrize(
@@ -130,6 +131,10 @@ def test_what_comes_back_is_as_if_it_had_been_played_here(away, user, tmp_path):
         assert (returned.outcome and returned.outcome.kind) is kind
     assert "differs" in away(_order(tmp_path, "travelling_planner:Mine", "other"))
     assert "no_such_module" in away(_order(tmp_path, "no_such_module:Mine", "any"))
+    for grasps, said in (("travelling_planner:Mine", "differs"), ("no_such_grasps:Mine", "no_such_grasps")):
+        order = _order(tmp_path, "random")
+        settings = replace(order.trial.settings, grasps=grasps, grasps_source="other")
+        assert said in away(replace(order, trial=replace(order.trial, settings=settings)))
     (seat,) = node._seats.values()
     assert {p.name for p in seat._root.iterdir()} == {".lock", "code", "objects", "own.yaml"}
     seat.close()

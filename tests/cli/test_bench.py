@@ -16,6 +16,7 @@ from torc.benchmark.playing import play
 from torc.benchmark.reading import read_table
 from torc.benchmark.store import Store
 from torc.benchmark.table_files import trial_records
+from torc.robots.schema import EXAMPLE
 from torc.testing.fake_bench import InlineBackend, play_quickly
 
 PROBLEMS = "structured-04,unstructured-02"
@@ -138,6 +139,12 @@ def test_planners_may_ask_models_of_their_own(bench):
         (["--timeout", "0"], "--timeout"),
         (["--max-picks", "0"], "--max-picks"),
         (["--vlm-temperature", "0.5"], "--vlm"),
+        (["--robot", "no_such_robot"], "sda10f_2f85"),
+        (["--robot", "no_such_file.yaml"], "no_such_file.yaml"),
+        (["--robot", "mine.yaml", "--ray", "local"], "--ray sends no robot along"),
+        (["--grasps", "geometrc"], "Did you mean 'geometric'"),
+        (["--grasps", "no_such_grasps:Mine"], "no_such_grasps"),
+        (["--grasps", "json:JSONDecoder"], "needs a method `plan(scene, volume, rng)`"),
     ],
 )
 def test_bad_arguments_are_explained_and_leave_nothing(bench, arguments, said, tmp_path):
@@ -184,6 +191,35 @@ def test_a_planner_that_was_changed_is_played_again(bench, tmp_path, monkeypatch
     table = read_table(tmp_path / "out")
     assert len(table.rows) == 4
     assert len(table.left_out) == 2
+
+
+def test_ones_own_robot_and_grasp_planner_count_with_what_is_in_their_files(bench, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(tmp_path))
+    module = tmp_path / "some_grasps.py"
+    module.write_text("class Mine:\n    def plan(self, scene, volume, rng):\n        return 1\n")
+    here, there = tmp_path / "here", tmp_path / "there"
+    shutil.copytree(EXAMPLE.parent, here)
+
+    def again(directory):
+        robot = directory / EXAMPLE.name
+        return bench("--planners", "random", "--repeats", 1, "--robot", robot, "--grasps", "some_grasps:Mine")
+
+    assert again(here)[0] == 0
+    here.rename(there)
+    assert "2 complete already, 0 to play now" in again(there)[2]
+    robot = there / EXAMPLE.name
+    robot.write_text(robot.read_text() + "\n# changed\n")
+    code, _, err = again(there)
+    assert code == 2
+    assert f"robot {robot}, which has changed since" in err
+    robot.write_text(robot.read_text().removesuffix("\n# changed\n"))
+    module.write_text(module.read_text().replace("1", "2"))
+    code, _, err = again(there)
+    assert code == 2
+    assert "grasps some_grasps:Mine, which has changed since" in err
+    code, _, err = bench("--planners", "random", "--repeats", 1)
+    assert code == 2
+    assert "grasps some_grasps:Mine there, geometric now" in err
 
 
 def test_ones_own_problem_is_kept_as_it_was_played(bench, tmp_path):

@@ -90,6 +90,25 @@ def test_a_grasp_planner(method, code, status, told, frame, theirs, capsys):
     assert told in err
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("human", "structured-04", "--out", "made"),
+        ("problems", "generate", "--out", "made"),
+        ("problems", "validate", "structured-04"),
+        ("problems", "solve", "structured-04"),
+        ("problems", "gallery", "structured-04", "--out", "made"),
+        ("problems", "import", "made", "--paper"),
+    ],
+)
+def test_an_unknown_robot_is_refused_before_any_work(command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run_torc(*command, "--robot", "sda10f_2f58", capsys=capsys)
+    assert status == 2
+    assert "sda10f_2f85" in err
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_trial_with_a_broken_part_is_errored_and_one_with_none_is_not_begun(theirs, tmp_path, capsys):
     broken = theirs("plan(self, scene, volume, rng)", "return 1 / 0")
     trial = run_trial(
@@ -99,13 +118,14 @@ def test_a_trial_with_a_broken_part_is_errored_and_one_with_none_is_not_begun(th
     assert "Grasp planner Theirs" in trial.result["error"]
     assert "picks" not in trial.result
     assert "ZeroDivisionError" in (tmp_path / "a" / "error.txt").read_text()
-    for options in (("--grasps", "no_such:Planner"), ("--grasps", "geometrc"), ("--vlm", "no_such:Client")):
-        out = tmp_path / "b"
+    refused = ("--grasps", "no_such:Planner"), ("--grasps", "geometrc"), ("--vlm", "no_such:Client")
+    for options in (*refused, ("--robot", "no_such.yaml")):
+        out = tmp_path / "b" / "c" / "d"
         planner = ("--planner", "vlm-select") if "--vlm" in options else ()
         status, _, err = run_torc("run", "structured-04", "--out", out, *planner, *options, capsys=capsys)
         assert status == 2
         assert "no_such" in err or "Did you mean 'geometric'" in err
-        assert not out.exists()
+        assert not (tmp_path / "b").exists()
 
 
 def test_the_simulated_vlm_decides_in_simulated_trials_alone(frame, capsys):

@@ -8,6 +8,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import mujoco
+import numpy as np
+
+from torc.robots.loading import load_robot, robot_names
 from torc.scenes.library import builtin_object_names
 from torc.scenes.object_store import find_stored
 from torc.scenes.problem import Problem
@@ -66,7 +70,26 @@ def file_fingerprint(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def planner_source(maker: Any) -> str:
+def robot_source(name_or_path: str) -> str:
+    """Fingerprint of a robot's files with all that its MJCF pulls in; "" for robots that come with torc.
+
+    Raises InputError for one that cannot be used.
+    """
+    robot = load_robot(name_or_path)
+    if name_or_path in robot_names():
+        return ""
+    model = mujoco.MjSpec.from_file(str(robot.mjcf_path)).compile()
+    compiled = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, compiled)
+    return fingerprint(
+        {
+            "description": file_fingerprint(Path(name_or_path)),
+            "model": hashlib.sha256(compiled.tobytes()).hexdigest(),
+        }
+    )
+
+
+def part_source(maker: Any) -> str:
     """Fingerprint of the file that defines a planner; "" where there is none, e.g. compiled ones."""
     try:
         path = inspect.getsourcefile(maker)

@@ -40,6 +40,7 @@ def trial_spec(trial: PlannedTrial, problem: str) -> TrialSpec:
         s.robot,
         trial.planner.vlm,
         s.min_score,
+        grasps=s.grasps,
     )
 
 

@@ -4,17 +4,21 @@ Planners are strangers' code, so they are looked at in a process of their own.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from torc.benchmark.dispatch import Backend, FailureKind, Task
-from torc.benchmark.identity import planner_source, problem_fingerprint
-from torc.benchmark.spec import BenchPlanner, BenchProblem
+from torc.benchmark.identity import part_source, problem_fingerprint, robot_source
+from torc.benchmark.spec import BenchPlanner, BenchProblem, Settings
 from torc.episode.planners import PRIVILEGED, load_trial_planner, make_trial_planner
 from torc.errors import InputError
-from torc.plugins import parameters
+from torc.grasping.names import DEFAULT_GRASPS
+from torc.grasping.registry import GRASP_PLANNERS, make_grasp_planner
+from torc.plugins import load_part, parameters
+from torc.robots.loading import load_robot
 from torc.scenes.problem import Problem, load_problem
 from torc.scenes.problem_sets import select_problems, shipped_path
+from torc.scenes.workspace import Workspace
 from torc.task_planning.registry import ASKING, BUILT_IN, planner_paths
 from torc.vlm.cache import CacheConfig
 from torc.vlm.config import VlmConfig
@@ -83,6 +87,40 @@ def find_planners(
     return tuple(found[task.key] for task in tasks)
 
 
+@dataclass(frozen=True)
+class GraspQuestion:
+    """Which grasp planner is looked at, and for which robot it is made."""
+
+    name: str
+    robot: str
+
+
+def find_settings(settings: Settings, backend: Backend, log_directory: Path) -> Settings:
+    """The settings with the fingerprints of what does not come with torc.
+
+    The grasp planner is made once to see whether that works. One that crashes here is kept, as planners are.
+
+    Raises:
+        InputError: the robot or the grasp planner is unknown, or cannot be used.
+    """
+    settings = replace(settings, robot_source=robot_source(settings.robot))
+    if settings.grasps == DEFAULT_GRASPS:
+        return settings
+    task = Task("grasps", GraspQuestion(settings.grasps, settings.robot), log_directory / "grasps.txt")
+    (ending,) = backend.run(look_at_grasps, [task])
+    failure = ending.failure
+    if failure is not None and failure.kind is FailureKind.RAISED:
+        raise InputError(failure.text)
+    return replace(settings, grasps_source="" if failure is not None else ending.outcome)
+
+
+def look_at_grasps(question: GraspQuestion) -> str:
+    """The fingerprint of a grasp planner that can be made, in a worker. Raises InputError, MissingDependencyError."""
+    robot, workspace = load_robot(question.robot), Workspace()
+    make_grasp_planner(question.name, robot.gripper, workspace.support_z_m)
+    return part_source(load_part(GRASP_PLANNERS, question.name))
+
+
 def look_at(question: Question) -> BenchPlanner:
     """What decides a planner's answers, in a worker. Raises InputError, MissingDependencyError."""
     name = question.name
@@ -94,7 +132,7 @@ def look_at(question: Question) -> BenchPlanner:
         raise InputError(f"The planner '{name}' asks no model: write '{name}' alone.")
     truth = _not_asked if vlm is not None and vlm.simulated else None
     make_trial_planner(name, **planner_options(name, maker, vlm, question.vlm_cache if vlm else None, truth))
-    return BenchPlanner(name, vlm, "" if name in BUILT_IN or name in PRIVILEGED else planner_source(maker))
+    return BenchPlanner(name, vlm, "" if name in BUILT_IN or name in PRIVILEGED else part_source(maker))
 
 
 def _not_asked() -> Situation:

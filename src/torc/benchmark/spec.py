@@ -2,13 +2,15 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 from torc.benchmark.identity import ID_FORMAT, fingerprint, vlm_facts
 from torc.errors import InputError
+from torc.grasping.names import DEFAULT_GRASPS
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
+from torc.robots.names import DEFAULT_ROBOT
 from torc.vlm.config import VlmConfig
 
 SPEC_FORMAT = "torc-bench/1"
@@ -21,14 +23,19 @@ class Settings:
     Attributes:
         max_picks: attempts, failed ones included.
         noise: add sensor noise.
-        robot: name of the robot description.
+        robot: name or file of the robot description.
         min_score: less likely grasps wait until there are no better ones.
+        grasps: name of the grasp planner, or module:Class.
+        robot_source, grasps_source: fingerprints of what does not come with torc; "" else.
     """
 
     max_picks: int = 15
     noise: bool = False
-    robot: str = "sda10f_2f85"
+    robot: str = DEFAULT_ROBOT
     min_score: float = DEFAULT_MIN_SCORE
+    grasps: str = DEFAULT_GRASPS
+    robot_source: str = ""
+    grasps_source: str = ""
 
     def __post_init__(self) -> None:
         if self.max_picks < 1:
@@ -36,6 +43,18 @@ class Settings:
         if not 0.0 <= self.min_score <= 1.0:
             raise InputError(f"--min-score {self.min_score} is no probability; give 0 to 1.")
         object.__setattr__(self, "min_score", float(self.min_score))
+
+    def facts(self) -> dict[str, Any]:
+        """What of them decides results: of a robot of one's own what is in its files, wherever they lie."""
+        facts = {
+            "max_picks": self.max_picks,
+            "noise": self.noise,
+            "robot": self.robot_source or self.robot,
+            "min_score": self.min_score,
+        }
+        if self.grasps == DEFAULT_GRASPS:
+            return facts
+        return facts | {"grasps": self.grasps, "grasps_source": self.grasps_source}
 
 
 @dataclass(frozen=True)
@@ -110,7 +129,7 @@ class PlannedTrial:
                     "source": self.planner.source,
                 },
                 "seed": self.seed,
-                "settings": asdict(self.settings),
+                "settings": self.settings.facts(),
             }
         )
 
@@ -182,11 +201,10 @@ def merged(old: BenchSpec, new: BenchSpec) -> BenchSpec:
     Raises:
         InputError: the settings or problems differ, so that the results could not be compared.
     """
-    if old.settings != new.settings:
-        differ = [k for k, v in asdict(old.settings).items() if v != asdict(new.settings)[k]]
-        told = ", ".join(
-            f"{k} {getattr(old.settings, k)} there, {getattr(new.settings, k)} now" for k in differ
-        )
+    before, now = old.settings.facts(), new.settings.facts()
+    if before != now:
+        differ = dict.fromkeys(k.removesuffix("_source") for k in before | now if before.get(k) != now.get(k))
+        told = ", ".join(_difference(k, old.settings, new.settings) for k in differ)
         raise InputError(
             f"The trials there were played with other settings ({told}), and cannot be compared with these. "
             "Use the same settings or another --out."
@@ -197,8 +215,15 @@ def merged(old: BenchSpec, new: BenchSpec) -> BenchSpec:
         raise InputError(
             f"There are trials there of problems that have changed since: {', '.join(changed)}. Use another --out."
         )
-    cells = {t.cell: t for t in (*old.trials, *new.trials)}
+    # A robot's files may lie elsewhere now.
+    kept = (replace(t, settings=new.settings) for t in old.trials)
+    cells = {t.cell: t for t in (*kept, *new.trials)}
     return BenchSpec(new.settings, tuple(cells.values()))
+
+
+def _difference(name: str, old: Settings, new: Settings) -> str:
+    there, now = getattr(old, name), getattr(new, name)
+    return f"{name} {there} there, {now} now" if there != now else f"{name} {now}, which has changed since"
 
 
 def to_json(spec: BenchSpec) -> dict[str, Any]:

@@ -16,12 +16,12 @@ from torc.pipeline.warm_up import rehearse_look
 from torc.records import OcclusionVolume
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
+from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.workspace import Bin, Box, Workspace
 from torc.task_planning.asking import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.task_planning.registry import make_planner
 
-DEFAULT_GRIPPER = "sda10f_2f85"
 _SAME_TABLE_M = 0.02
 """A support this close to the height of the robot's own table is that table."""
 
@@ -84,7 +84,7 @@ def _pipeline(
     grasps: str = DEFAULT_GRASPS,
 ) -> Pipeline:
     description = load_robot(robot) if isinstance(robot, str) else robot
-    gripper = description.gripper if description is not None else load_robot(DEFAULT_GRIPPER).gripper
+    gripper = description.gripper if description is not None else load_robot(DEFAULT_ROBOT).gripper
     perception = LabelPerception()
     return Pipeline(
         perception=perception,

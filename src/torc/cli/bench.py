@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from torc.cli.vlm_options import VlmOptions
+from torc.grasping.names import DEFAULT_GRASPS
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
+from torc.robots.names import DEFAULT_ROBOT
 
 if TYPE_CHECKING:
     from torc.benchmark.dispatch import Backend
@@ -54,6 +56,10 @@ class BenchCommand:
     planners: Annotated[str, tyro.conf.arg(metavar="A,B,...")] = "random,dg-select"
     """Task planners, comma-separated, as for `torc run --planner`. One that asks a model may name its own behind it
     (vlm-select:gemini:MODEL, vlm-fixes-dg:simulated:0.9), so that several models meet; else --vlm is asked."""
+    grasps: str = DEFAULT_GRASPS
+    """Grasp planner of all trials: geometric, or your own as module:Class."""
+    robot: str = DEFAULT_ROBOT
+    """Robot of all trials: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     repeats: int = 10
     """Trials of each planner on each problem: seeds 0 to N-1. All planners get the same seeds."""
     workers: int = 0
@@ -104,7 +110,10 @@ class BenchCommand:
             raise InputError("--timeout must be above 0 and --memory at least 0.")
         if self.ray is not None:
             from torc.benchmark.remote.ray_pool import load_ray
+            from torc.robots.loading import robot_names
 
+            if self.robot not in robot_names():
+                raise InputError("--ray sends no robot along: leave out --robot, or play without --ray.")
             load_ray()  # now rather than after the planners were looked at
 
     def _play(self, store: Store, spec: BenchSpec, problems: dict[str, Problem]) -> int:
@@ -160,12 +169,13 @@ class BenchCommand:
     def _plan(self, log_directory: Path) -> tuple[BenchSpec, dict[str, Problem]]:
         """What the options ask for, and the problems by name."""
         import torc
-        from torc.benchmark.preflight import find_planners, find_problems
+        from torc.benchmark.preflight import find_planners, find_problems, find_settings
         from torc.benchmark.spec import Settings, make_spec
 
         problems = find_problems(self.problems)
+        settings = Settings(self.max_picks, self.noise, self.robot, self.min_score, self.grasps)
+        settings = find_settings(settings, self._backend(), log_directory)
         planners = find_planners(self._questions(), self._backend(), log_directory)
-        settings = Settings(self.max_picks, self.noise, min_score=self.min_score)
         spec = make_spec(tuple(problems), planners, range(self.repeats), settings, torc.__version__)
         return spec, {problem.name: problem for problem in problems.values()}
 
@@ -194,7 +204,9 @@ class BenchCommand:
         from torc.benchmark.remote.sending import pack_luggage, shared_cache
 
         with shared_cache(self.vlm.cache()) as (cache, probe):
-            luggage = pack_luggage(self._limits(1), spec.planners, problems.values(), Path.cwd(), probe)
+            luggage = pack_luggage(
+                self._limits(1), spec.planners, problems.values(), Path.cwd(), probe, self.grasps
+            )
             with ray_pool(self.ray, self.workers, luggage, _say) as pool:
                 facts = pool.facts()
                 _say(f"Ray: {facts['cpus']} CPUs on {len(facts['machines'])} machine(s).")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from torc.episode.viewer_links import VIEWER_PORT
+from torc.robots.names import DEFAULT_ROBOT
 
 if TYPE_CHECKING:
     from torc.episode.trial import Trial, TrialSpec
@@ -36,6 +37,8 @@ class HumanCommand:
     """Attempts, failed ones included."""
     noise: bool = False
     """Add the noise of a stereo camera."""
+    robot: str = DEFAULT_ROBOT
+    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     video: bool = False
     """Also write video.mp4 of each trial."""
     host: str = "127.0.0.1"
@@ -55,6 +58,7 @@ class HumanCommand:
         if self.max_picks < 1 or self.seed < 0:
             raise InputError("--max-picks must be at least 1 and --seed at least 0.")
         web_parts()
+        from torc.robots.loading import load_robot
         from torc.scenes.problem import load_problem
         from torc.scenes.problem_sets import select_problems
         from torc.web.frames import FrameBoard
@@ -65,8 +69,9 @@ class HumanCommand:
         problems = select_problems(",".join(self.problems))
         for problem in problems:
             load_problem(problem)
+        load_robot(self.robot)
         experts = [name.strip() for name in self.experts.split(",") if name.strip()]
-        queue = make_queue(problems, experts, self.out, self.seed, self.max_picks, self.noise)
+        queue = make_queue(problems, experts, self.out, self.seed, self.max_picks, self.noise, self.robot)
         try:
             self.out.mkdir(parents=True, exist_ok=True)
         except OSError as error:

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import tyro
 
+from torc.robots.names import DEFAULT_ROBOT
+
 
 @dataclass(frozen=True)
 class GalleryCommand:
@@ -35,6 +37,8 @@ class GalleryCommand:
     """Directory of the oracle's answers, *.json, as `torc problems solve --json` prints and benchmarks/oracle.py
     writes them. Of answers for several seeds the first counts. Without an answer a card has the order that its
     problem's file states, if any."""
+    robot: str = DEFAULT_ROBOT
+    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     title: str = ""
     """Heading of the pages; made of SELECTION if not given."""
     json: Annotated[bool, tyro.conf.arg(help="Print what the cards say as JSON.")] = False
@@ -69,7 +73,7 @@ class GalleryCommand:
             title = (
                 self.title or f"{self.problems}: {len(problems)} problem{'s' if len(problems) > 1 else ''}"
             )
-            cards = make_gallery(title, problems, inspector_for("sda10f_2f85"), self.out, orders, tell)
+            cards = make_gallery(title, problems, inspector_for(self.robot), self.out, orders, tell)
         for name in left_over(problems, self.out):
             say(f"Of an earlier gallery, and on no page now: {self.out / 'cards' / name}")
         if self.json:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from torc.robots.names import DEFAULT_ROBOT
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -60,6 +62,8 @@ class GenerateCommand:
     """Only these object models, e.g. soup_can_red,mug_white."""
     own: bool = False
     """Also use objects that you have imported (`torc objects import`). --models may name such ones anyway."""
+    robot: str = DEFAULT_ROBOT
+    """Robot that the problems are made for: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     attempts: int = 60
     """Scenes tried for each problem before it is given up."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("problems")
@@ -77,14 +81,15 @@ class GenerateCommand:
 
         from rich.console import Console
 
-        from torc.generation.batch import generate_batch
+        from torc.generation.batch import generate_batch, inspector_for
         from torc.pipeline.warm_up import announced_compilation
 
+        inspector_for(self.robot)  # an unknown one is refused before any work
         jobs, console = self._jobs(), Console(stderr=True)
         paths = self._paths(jobs)
         summary = _Summary()
         with announced_compilation(lambda text: console.print(text, style="dim")):
-            batch = generate_batch(jobs, workers=self.workers, progress=_teller(console))
+            batch = generate_batch(jobs, self.robot, self.workers, progress=_teller(console))
             for path, (job, made) in zip(paths, batch):
                 self._keep(path, job, made, summary)
                 print(summary.lines[-1], file=sys.stderr if self.json else sys.stdout, flush=True)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from torc.robots.names import DEFAULT_ROBOT
+
 if TYPE_CHECKING:
     from torc.generation.import_runs import Attempt
 
@@ -45,6 +47,8 @@ class ImportCommand:
     """Which of a scene's 13 annotations to take; the paper took 3."""
     camera: str = "realsense-d435"
     """Whose pictures the annotation is of: realsense-d415, realsense-d435, azure-kinect or zivid."""
+    robot: str = DEFAULT_ROBOT
+    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("graspclutter6d-problems")
     """Where the problem files go."""
     overwrite: bool = False
@@ -73,7 +77,7 @@ class ImportCommand:
         )
         attempts = run_import(
             request,
-            Inspector(load_robot()),
+            Inspector(load_robot(self.robot)),
             self.out,
             self.overwrite,
             say=lambda text: console.print(text, style="dim", highlight=False, markup=False),

@@ -6,6 +6,7 @@ from typing import Annotated
 import tyro
 
 from torc.episode.oracle.budget import DEFAULT_BUDGET
+from torc.robots.names import DEFAULT_ROBOT
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class SolveCommand:
     """How much to try, in simulated picks; a look counts as a quarter of one. 24 take about half a minute at most."""
     max_picks: int = 15
     """Longer orders do not count."""
+    robot: str = DEFAULT_ROBOT
+    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     json: Annotated[bool, tyro.conf.arg(help="Print the answer as JSON; progress goes to stderr.")] = False
 
     def run(self) -> int:
@@ -50,7 +53,7 @@ class SolveCommand:
         with announced_compilation(say):
             answer = solve_problem(
                 problem,
-                load_robot(),
+                load_robot(self.robot),
                 Workspace(),
                 self.seed,
                 self.budget,

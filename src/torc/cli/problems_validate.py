@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from torc.episode.oracle.budget import DEFAULT_BUDGET
+from torc.robots.names import DEFAULT_ROBOT
 
 if TYPE_CHECKING:
     from torc.generation.validation import Check, ValidationReport
@@ -37,6 +38,8 @@ class ValidateCommand:
     """How much the oracle may try, in simulated picks."""
     seed: int = 0
     """Seed of the oracle's trial."""
+    robot: str = DEFAULT_ROBOT
+    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
     def run(self) -> int:
@@ -56,7 +59,7 @@ class ValidateCommand:
             raise InputError("Name at least one problem, e.g. `torc problems validate structured-01`.")
         if self.seed < 0:
             raise InputError("--seed must be at least 0.")
-        inspector = inspector_for("sda10f_2f85")
+        inspector = inspector_for(self.robot)
         resolve = oracle_check(inspector, self.seed, self.budget, _on_stderr) if not self.no_oracle else None
         names = [name for given in self.problems for name in select_problems(given)]
         problems = {name: load_problem(name) for name in dict.fromkeys(names)}

@@ -9,6 +9,7 @@ import tyro
 from torc.cli.vlm_options import VlmOptions
 from torc.grasping.names import DEFAULT_GRASPS
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
+from torc.robots.names import DEFAULT_ROBOT
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,8 @@ class RunCommand:
     vlm-fixes-dg (these three ask the model --vlm), or your own as module:Class."""
     grasps: str = DEFAULT_GRASPS
     """Grasp planner: geometric, or your own as module:Class."""
+    robot: str = DEFAULT_ROBOT
+    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     seed: int = 0
     """Decides all random draws: same problem, planner and seed, same trial."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
@@ -65,6 +68,7 @@ class RunCommand:
             self.seed,
             self.max_picks,
             self.noise,
+            self.robot,
             vlm=self.vlm.config(),
             min_score=self.min_score,
             grasps=self.grasps,

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -47,6 +48,7 @@ class TrialRecorder:
             raise InputError(
                 f"'{out}' exists already. Choose another --out, or add --overwrite to replace it."
             )
+        self._new = [parent for parent in out.parents if not parent.exists()]
         try:
             shutil.rmtree(self.partial, ignore_errors=True)
             (self.partial / "picks").mkdir(parents=True)
@@ -90,9 +92,12 @@ class TrialRecorder:
         shutil.rmtree(backup, ignore_errors=True)
 
     def discard(self) -> None:
-        """Remove what was begun: nothing was run."""
+        """Remove what was begun, with the directories made for it: nothing was run."""
         self._log.close()
         shutil.rmtree(self.partial, ignore_errors=True)
+        for parent in self._new:
+            with suppress(OSError):  # somebody else may have put something there
+                parent.rmdir()
 
     def write_result(self, result: dict[str, Any]) -> None:
         """Write what there is, leaving the directory partial (an interrupted trial)."""

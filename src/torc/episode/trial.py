@@ -27,6 +27,7 @@ from torc.pipeline.defaults import default_pipeline
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.pipeline.warm_up import announced_compilation
 from torc.robots.loading import load_robot
+from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.problem import Problem, load_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot
@@ -63,7 +64,7 @@ class TrialSpec:
     seed: int = 0
     max_picks: int = 15
     noise: bool = False
-    robot: str = "sda10f_2f85"
+    robot: str = DEFAULT_ROBOT
     vlm: VlmConfig | None = None
     min_score: float = DEFAULT_MIN_SCORE
     expert: str = ""
@@ -76,7 +77,8 @@ class TrialSpec:
         expert = f"-{self.expert}" if self.expert else ""
         grasps = "" if self.grasps == DEFAULT_GRASPS else "-" + self.grasps.replace(":", ".")
         planner = self.planner.replace(":", ".")
-        return f"{Path(self.problem).stem}-{planner}{model}{expert}{grasps}-{self.seed}"
+        robot = "" if self.robot == DEFAULT_ROBOT else f"-{Path(self.robot).stem}"
+        return f"{Path(self.problem).stem}-{planner}{model}{expert}{grasps}{robot}-{self.seed}"
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from torc.perception.marking import mark_image
 from torc.pipeline.look import Look
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.records import MAX_OBJECTS, Decision, PickOutcome
+from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.problem_sets import select_problems
 from torc.scenes.workspace import Workspace
 
@@ -57,7 +58,7 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         retrieval_bonus: float = RewardConfig.retrieval_bonus,
         noise: bool = False,
         min_score: float = DEFAULT_MIN_SCORE,
-        robot: str = "sda10f_2f85",
+        robot: str = DEFAULT_ROBOT,
         render_mode: str | None = None,
         playground: Playground | None = None,
     ) -> None:

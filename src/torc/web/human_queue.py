@@ -11,6 +11,7 @@ from torc.episode.trial import Trial, TrialSpec
 from torc.episode.trial_lines import ResultFacts, read_facts
 from torc.episode.viewer_links import PARTIAL, trial_key
 from torc.errors import InputError
+from torc.robots.names import DEFAULT_ROBOT
 from torc.web.expert import NAME
 from torc.web.session import Phase, Session
 
@@ -83,7 +84,13 @@ class HumanQueue:
 
 
 def make_queue(
-    problems: Iterable[str], experts: Iterable[str], out: Path, seed: int, max_picks: int, noise: bool
+    problems: Iterable[str],
+    experts: Iterable[str],
+    out: Path,
+    seed: int,
+    max_picks: int,
+    noise: bool,
+    robot: str = DEFAULT_ROBOT,
 ) -> HumanQueue:
     """Every expert's turn at every problem, expert by expert.
 
@@ -97,7 +104,7 @@ def make_queue(
                 f"'{name}' cannot be an expert's name: at most 32 letters (a-z), digits, '.', '_' and '-'."
             )
     specs = [
-        TrialSpec(problem, NAME, seed, max_picks, noise, expert=expert)
+        TrialSpec(problem, NAME, seed, max_picks, noise, robot, expert=expert)
         for expert in names
         for problem in problems
     ]

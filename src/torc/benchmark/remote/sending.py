@@ -20,6 +20,7 @@ from torc.benchmark.remote.parcel import Parcel, pack, unpack
 from torc.benchmark.spec import BenchPlanner
 from torc.benchmark.store import MAX_SAID
 from torc.errors import InputError
+from torc.grasping.names import DEFAULT_GRASPS
 from torc.records.files import write_json
 from torc.scenes.object_store import find_stored
 from torc.scenes.problem import Problem
@@ -37,6 +38,7 @@ def pack_luggage(
     problems: Iterable[Problem],
     directory: Path,
     probe: Path | None = None,
+    grasps: str = DEFAULT_GRASPS,
 ) -> Luggage:
     """What these planners and problems need.
 
@@ -46,11 +48,13 @@ def pack_luggage(
         problems: of the benchmark.
         directory: where modules of the user's are looked for: the working directory.
         probe: see Luggage.
+        grasps: the grasp planner.
 
     Raises:
         InputError: there are too many Python files.
     """
-    modules = {m for p in planners for m in (_module(p.name), _module(p.vlm.provider if p.vlm else "")) if m}
+    named = [grasps, *(name for p in planners for name in (p.name, p.vlm.provider if p.vlm else ""))]
+    modules = {_module(name) for name in named} - {""}
     code = _code(directory) if any(_lies_in(directory, m) for m in modules) else Parcel()
     models = sorted({o.model for problem in problems for o in problem.objects})
     return Luggage(limits, code, _objects(models), probe)
