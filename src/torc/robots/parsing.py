@@ -16,6 +16,7 @@ from torc.geometry.transforms import invert
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.gripper_parsing import parse_gripper
 from torc.robots.model import Model
+from torc.robots.mujoco_log import warnings_in_the_log
 from torc.robots.rest import check_rest
 from torc.robots.schema import ArmEntry, RobotFile, read_robot_file
 from torc.robots.sphere_parsing import parse_spheres, static_spheres
@@ -57,7 +58,8 @@ def _compile(mjcf_path: Path) -> Any:
     if not mjcf_path.is_file():
         raise InputError(f"There is no MJCF file {mjcf_path}; the robot file's `mjcf` is relative to itself.")
     try:
-        return mujoco.MjModel.from_xml_path(str(mjcf_path))
+        with warnings_in_the_log():
+            return mujoco.MjModel.from_xml_path(str(mjcf_path))
     except ValueError as error:
         raise InputError(f"MuJoCo cannot compile {mjcf_path}: {error}") from error
 

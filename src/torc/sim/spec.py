@@ -79,8 +79,13 @@ def build_spec(
 ) -> mujoco.MjSpec:
     """The whole world: robot (if any), floor, table, bin, further boxes, the problem's objects
     (models[i] is the model of object id i) at their poses."""
-    spec = mujoco.MjSpec() if robot is None else mujoco.MjSpec.from_file(str(robot.mjcf_path))
+    spec = mujoco.MjSpec()
     spec.modelname = "torc"
+    if robot is not None:
+        # Not the other way round: a robot file's defaults and options would hold for the table and the objects, too.
+        spec.attach(
+            mujoco.MjSpec.from_file(str(robot.mjcf_path)), prefix="", frame=spec.worldbody.add_frame()
+        )
     _set_options(spec, config, sleeping=config.sleeping and robot is not None)
     _set_looks(spec, workspace, config)
     _add_static(spec, workspace, extra)

@@ -1,6 +1,5 @@
 """The simulated world: a MuJoCo model and its state, with the objects' ids on top."""
 
-import logging
 from collections.abc import Callable
 from enum import IntEnum
 
@@ -11,6 +10,7 @@ from jaxtyping import Bool, Float, Int, Int16, UInt8
 from torc.errors import InputError
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT
 from torc.robots.description import RobotDescription
+from torc.robots.mujoco_log import warnings_in_the_log
 from torc.scenes.library import load_object
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import Problem
@@ -20,7 +20,6 @@ from torc.sim.spec import WorldConfig, build_spec, object_body_name
 
 __all__ = ["Presence", "World", "WorldConfig", "build_world"]
 
-_LOG = logging.getLogger(__name__)
 _PARKING_M = np.array([-60.0, -60.0, 40.0])
 _PARKING_STEP_M = 2.0
 _OVERHANG_M = 0.03
@@ -220,11 +219,10 @@ def build_world(
             f"{problem.name}: {len(problem.ordered())} objects; at most {MAX_OBJECTS} are possible."
         )
     models = tuple(load_model(placement.model) for placement in problem.ordered())
-    # MuJoCo writes warnings into a file in the current directory unless somebody takes them.
-    mujoco.set_mju_user_warning(_LOG.warning)
-    spec = build_spec(problem, models, robot, workspace, config or WorldConfig(), extra)
     try:
-        model = spec.compile()
+        with warnings_in_the_log():
+            spec = build_spec(problem, models, robot, workspace, config or WorldConfig(), extra)
+            model = spec.compile()
     except ValueError as error:
         raise InputError(f"{problem.name}: MuJoCo does not accept the world: {error}") from error
     return World(model, problem, models, robot, workspace, extra)
