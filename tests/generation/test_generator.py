@@ -84,6 +84,29 @@ def test_attempts_go_on_from_the_same_seed_and_are_counted(generated, inspector,
     assert made.problem.origin["attempt"] == 3
 
 
+def test_origin_names_what_was_asked_for_besides(generated, inspector, monkeypatch):
+    monkeypatch.setattr(
+        generator_module, "_attempt", _Rejecting([], (generated.problem, generated.difficulty))
+    )
+    besides = {"robot", "held_out", "kinds", "models", "own"}
+    assert not besides & set(generate_problem(SMALL, 7, inspector).problem.origin)
+    kinds = ("mug", "apple", "bowl", "soup_can", "teacup")
+    asked = replace(SMALL, held_out=False, kinds=kinds, own=True)
+    other = replace(inspector, robot=replace(inspector.robot, name="mine"))
+    origin = generate_problem(asked, 7, other).problem.origin
+    assert {k: origin.get(k) for k in besides} == {
+        "robot": "mine",
+        "held_out": "none",
+        "kinds": ",".join(kinds),
+        "models": None,
+        "own": True,
+    }
+    many = replace(SMALL, kinds=kinds * 100)
+    made = generate_problem(many, 7, inspector).problem
+    assert made.origin["kinds"] == "500 names"
+    assert parse_problem(problem_text(made)) == made
+
+
 def test_after_the_last_attempt_it_says_why(inspector, monkeypatch):
     monkeypatch.setattr(generator_module, "_attempt", _Rejecting([Reason.NONE_SO_HIDDEN] * 5, None))
     made = generate_problem(replace(SMALL, attempts=5), 0, inspector)

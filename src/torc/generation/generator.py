@@ -16,6 +16,7 @@ from torc.generation.inspection import Inspector, SceneView
 from torc.generation.rejections import Reason
 from torc.pipeline.seeding import stage_rng
 from torc.records import MAX_OBJECTS
+from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.arrangements import sample_models
 from torc.scenes.library import object_description
 from torc.scenes.problem import Problem
@@ -27,6 +28,7 @@ from torc.sim.world import build_world
 STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
 """How still a generated problem is: within what is allowed after 10 s, by a margin, since the watch may end early."""
 _CHANCES = 3
+_LONGEST_LIST = 1500
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def generate_problem(
         found = _attempt(config, count, models, seed, attempt, inspector, clutter)
         if not isinstance(found, Reason):
             problem, difficulty = found
-            origin = _origin(config, seed, attempt, difficulty)
+            origin = _origin(config, seed, attempt, difficulty, inspector.robot.name)
             problem = replace(problem, name=problem_name(config, seed), origin=origin)
             return GeneratedProblem(problem, difficulty, attempt + 1, dict(rejections))
         rejections[found] += 1
@@ -193,8 +195,17 @@ def _candidates(
     return [name for name in shuffled if groups[name].value == config.hidden]
 
 
-def _origin(config: GenerationConfig, seed: int, attempt: int, difficulty: Difficulty) -> dict[str, Scalar]:
+def _origin(
+    config: GenerationConfig, seed: int, attempt: int, difficulty: Difficulty, robot: str
+) -> dict[str, Scalar]:
     """What a problem file says of where it comes from: enough to make it again, and its difficulty."""
+    unusual: dict[str, Scalar] = {
+        "robot": robot if robot != DEFAULT_ROBOT else "",
+        "held_out": {None: "", True: "only", False: "none"}[config.held_out],
+        "kinds": _listed(config.kinds),
+        "models": _listed(config.models),
+        "own": config.own,
+    }
     return {
         "source": "torc problems generate",
         "generator": GENERATOR_VERSION,
@@ -203,5 +214,12 @@ def _origin(config: GenerationConfig, seed: int, attempt: int, difficulty: Diffi
         "attempt": attempt,
         "wanted_objects": "-".join(map(str, config.objects)),
         "wanted_hiddenness": config.hidden,
+        **{name: value for name, value in unusual.items() if value},
         **difficulty.facts(),
     }
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    """The names as on the command line, unless they are too many for a problem file."""
+    text = ",".join(names)
+    return text if len(text) <= _LONGEST_LIST else f"{len(names)} names"
