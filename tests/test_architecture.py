@@ -14,6 +14,7 @@ import torc
 
 ORDER = [
     "errors",
+    "fingerprints",
     "plugins",
     "processes",
     "records",

@@ -10,7 +10,7 @@ import pytest
 from torc.benchmark.ranking import rank
 from torc.benchmark.reading import read_table, read_tables
 from torc.benchmark.report.writing import write_report
-from torc.benchmark.table_files import PICKS_FILE, TRIALS_FILE, write_tables
+from torc.benchmark.table_files import PICKS_FILE, TRIALS_FILE, read_rows, write_tables
 from torc.errors import InputError
 
 
@@ -58,6 +58,36 @@ def test_trials_of_a_problem_that_has_changed_are_left_out(played, kept):
     assert not [r for r in both.rows if r.problem == changed.problem and r.planner == "other"]
     other_way_round = read_tables([kept, played]).rows
     assert {r.digest for r in other_way_round if r.problem == changed.problem} <= {"changed", ""}
+
+
+def test_trials_under_other_conditions_are_left_out(played, tmp_path):
+    here = tmp_path / "here"
+    for number, trial in enumerate(sorted(played.glob("trials/*-random-*"))[:6]):
+        shutil.copytree(trial, here / str(number))
+    robot = {"robot": "there/mine.yaml", "robot_source": "0123456789"}
+    for number, other in ((1, {"noise": True}), (4, robot)):
+        facts = json.loads((here / str(number) / "spec.json").read_text())
+        (here / str(number) / "spec.json").write_text(json.dumps({**facts, **other}))
+    table = read_table(here)
+    assert {r.directory.name for r in table.rows} == {"0", "2", "3", "5"}
+    assert table.conditions == ""
+    assert {path.name: why for path, why in table.left_out} == {
+        "1": "it was played with noise, most others with the defaults",
+        "4": "it was played with robot mine (01234567), most others with the defaults",
+    }
+    write_tables(table, here)
+    both = read_tables([here, played])
+    assert not both.conditions
+    for number in "023":
+        facts = json.loads((here / number / "spec.json").read_text())
+        (here / number / "spec.json").write_text(
+            json.dumps({**facts, "robot": "elsewhere/mine.yaml", **robot})
+        )
+    most = read_table(here)
+    assert most.conditions == "robot mine (01234567)"
+    assert {r.directory.name for r in most.rows} == {"0", "2", "3", "4"}
+    write_tables(most, tmp_path)
+    assert {row.conditions for row in read_rows(tmp_path)} == {most.conditions}
 
 
 def test_trials_that_are_there_count_rather_than_an_earlier_table_of_them(played, tmp_path):

@@ -222,6 +222,29 @@ def test_ones_own_robot_and_grasp_planner_count_with_what_is_in_their_files(benc
     assert "grasps some_grasps:Mine there, geometric now" in err
 
 
+@pytest.mark.parametrize("kind", [FailureKind.CRASHED, FailureKind.HUNG, FailureKind.MEMORY])
+def test_a_grasp_planner_that_cannot_be_made_is_refused_and_later_goes_on(bench, kind, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "a_grasp.py").write_text(
+        "class Mine:\n    def plan(self, scene, volume, rng):\n        return 1\n"
+    )
+
+    def again():
+        return bench("--planners", "random", "--repeats", 1, "--grasps", "a_grasp:Mine")
+
+    bench.failures["grasps"] = Failure(kind, "It went wrong.")
+    code, _, err = again()
+    assert code == 2
+    assert "The grasp planner 'a_grasp:Mine' cannot be made: It went wrong." in err
+    assert not (tmp_path / "out").exists()
+    bench.failures.clear()
+    assert "0 complete already, 2 to play now" in again()[2]
+    bench.failures["grasps"] = Failure(kind, "It went wrong.")
+    assert again()[0] == 2
+    bench.failures.clear()
+    assert "2 complete already, 0 to play now" in again()[2]
+
+
 def test_ones_own_problem_is_kept_as_it_was_played(bench, tmp_path):
     from torc.scenes.problem import load_problem, problem_text
 

@@ -3,6 +3,7 @@
 from collections import Counter
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from generation_configs import SMALL
 
@@ -11,7 +12,9 @@ from torc.generation import generator as generator_module
 from torc.generation.batch import Job, generate_batch
 from torc.generation.config import GENERATOR_VERSION, GenerationConfig, Hiddenness
 from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem
+from torc.generation.inspection import SceneView
 from torc.generation.rejections import Reason
+from torc.generation.surroundings import Surroundings
 from torc.scenes.library import load_object
 from torc.scenes.problem import parse_problem, problem_text
 
@@ -88,14 +91,15 @@ def test_origin_names_what_was_asked_for_besides(generated, inspector, monkeypat
     monkeypatch.setattr(
         generator_module, "_attempt", _Rejecting([], (generated.problem, generated.difficulty))
     )
-    besides = {"robot", "held_out", "kinds", "models", "own"}
+    besides = {"robot", "robot_source", "held_out", "kinds", "models", "own"}
     assert not besides & set(generate_problem(SMALL, 7, inspector).problem.origin)
     kinds = ("mug", "apple", "bowl", "soup_can", "teacup")
     asked = replace(SMALL, held_out=False, kinds=kinds, own=True)
-    other = replace(inspector, robot=replace(inspector.robot, name="mine"))
+    other = replace(inspector, robot=replace(inspector.robot, source="a1"))  # by the name of a shipped one
     origin = generate_problem(asked, 7, other).problem.origin
     assert {k: origin.get(k) for k in besides} == {
-        "robot": "mine",
+        "robot": "sda10f_2f85",
+        "robot_source": "a1",
         "held_out": "none",
         "kinds": ",".join(kinds),
         "models": None,
@@ -105,6 +109,33 @@ def test_origin_names_what_was_asked_for_besides(generated, inspector, monkeypat
     made = generate_problem(many, 7, inspector).problem
     assert made.origin["kinds"] == "500 names"
     assert parse_problem(problem_text(made)) == made
+
+
+class _Knows:
+    """An inspector of a scene in which one object cannot be grasped at all, and all others are graspable at once."""
+
+    def __init__(self, bad):
+        self.bad = bad
+
+    def hiddenness(self, view, name):
+        return Hiddenness.PARTLY
+
+    def around(self, scene, name):
+        return Surroundings((), (), ())
+
+    def graspable_at_all(self, scene, name):
+        return name != self.bad
+
+    def graspable_at_first(self, view, name, looks):
+        return True
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_reason_is_the_furthest_step_that_a_candidate_came_to(generated, seed):
+    problem = generated.problem
+    view, rng = SceneView(problem, None, None), np.random.default_rng(seed)
+    found = generator_module._choose_target(view, SMALL, _Knows(problem.objects[0].name), rng)
+    assert (found.reason, found.ungraspable) == (Reason.TRIVIAL, (problem.objects[0].name,))
 
 
 def test_after_the_last_attempt_it_says_why(inspector, monkeypatch):

@@ -109,6 +109,8 @@ class TestAnotherRobot:
         ("old", "new", "words"),
         [
             ("name: other", "nmae: other", "nmae"),
+            ("name: other", 'name: "my\\tarm"', "name"),
+            ("name: other", f"name: {'long' * 20}", "name"),
             ("torc-robot/1", "torc-robot/9", "format"),
             ("[a1, a2, a3, a4, a5, a6]", "[a1, a2, a3, a4, a5]", "actuators has 6"),
             ("[a1, a2, a3, a4, a5, a6]", "[a1, a2, a3, a4, a5, nose]", "'nose'"),

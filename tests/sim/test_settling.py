@@ -56,6 +56,15 @@ def test_a_ball_at_the_edge_rolls_off_and_is_reported():
     assert report.left == (1,)
 
 
+@pytest.mark.parametrize("config", [UNSEEN, COARSE])
+def test_the_time_that_is_told_is_the_simulated_one(config):
+    world = build_world(problem(*row("mug_red", "apple_red")), None, Workspace(), config)
+    settled_s = settle(world).duration_s
+    assert settled_s == pytest.approx(world.time_s)
+    watched_s = watch_stillness(world, StillnessConfig(seconds=1.0)).watched_s
+    assert settled_s + watched_s == pytest.approx(world.time_s)
+
+
 def test_settling_again_changes_little():
     settled, first = settle_problem(problem(*row("mug_red", "apple_red")), Workspace())
     again, second = settle_problem(settled, Workspace())

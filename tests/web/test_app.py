@@ -3,11 +3,15 @@
 import json
 import socket
 import urllib.request
+from dataclasses import asdict
 
 import pytest
 
+from torc.episode.conditions import sources
 from torc.episode.viewer_links import REPORT, trial_link
 from torc.errors import InputError
+from torc.records.files import write_json
+from torc.robots.schema import EXAMPLE
 from torc.testing.page_server import Game
 from torc.web.human_queue import make_queue
 from torc.web.serving import address, listen
@@ -217,6 +221,22 @@ def test_the_queue_goes_on_where_it_stopped(tmp_path):
     again = make_queue(("one", "two"), ("anna",), tmp_path / "human", 0, 15, False)
     assert [t["status"] for t in again.lines()] == ["completed", "interrupted"]
     assert again.waiting() == (other,)
+
+
+@pytest.mark.parametrize(
+    ("now", "said"),
+    [({"max_picks": 5}, "at most 5 picks"), ({"noise": True}, "noise"), ({"robot": str(EXAMPLE)}, "robot")],
+)
+def test_a_trial_that_was_played_otherwise_is_not_taken_for_this_one(tmp_path, now, said):
+    played = {"max_picks": 15, "noise": False, "robot": "sda10f_2f85"}
+    (there,) = make_queue(("one",), (), tmp_path, 0, **played | now).trials
+    there.directory.mkdir()
+    (there.directory / "result.json").write_text('{"status": "completed"}')
+    write_json(there.directory / "spec.json", {"problem": "one", "planner": "human", **played})
+    with pytest.raises(InputError, match=f"played with .*; now it would be .*{said}"):
+        make_queue(("one",), (), tmp_path, 0, **played | now)
+    write_json(there.directory / "spec.json", asdict(there.spec) | sources(there.spec.robot, "geometric"))
+    assert make_queue(("one",), (), tmp_path, 0, **played | now).waiting() == ()
 
 
 def test_an_errored_trial_can_be_played_again(tmp_path):

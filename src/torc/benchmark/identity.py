@@ -1,17 +1,9 @@
 """Fingerprints: a trial's id follows from all that decides its result, and from nothing else."""
 
-import hashlib
-import inspect
-import json
-from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
-import mujoco
-import numpy as np
-
-from torc.robots.loading import load_robot, robot_names
+from torc.fingerprints import file_fingerprint, fingerprint
 from torc.scenes.library import builtin_object_names
 from torc.scenes.object_store import find_stored
 from torc.scenes.problem import Problem
@@ -20,12 +12,6 @@ from torc.vlm.simulated.profiles import find_profile
 
 ID_FORMAT = "torc-bench-trial/1"
 _OWN_OBJECT_FILES = ("object.yaml", "geometry.npz")
-
-
-def fingerprint(facts: Mapping[str, Any]) -> str:
-    """SHA-256 of plain data; the order of keys does not count."""
-    text = json.dumps(facts, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def problem_fingerprint(problem: Problem) -> str:
@@ -63,39 +49,6 @@ def vlm_facts(vlm: VlmConfig | None) -> dict[str, Any] | None:
         "structured": vlm.structured,
     }
     return facts | ({"simulated": asdict(find_profile(vlm.model))} if vlm.simulated else {})
-
-
-def file_fingerprint(path: Path) -> str:
-    """SHA-256 of a file's bytes."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def robot_source(name_or_path: str) -> str:
-    """Fingerprint of a robot's files with all that its MJCF pulls in; "" for robots that come with torc.
-
-    Raises InputError for one that cannot be used.
-    """
-    robot = load_robot(name_or_path)
-    if name_or_path in robot_names():
-        return ""
-    model = mujoco.MjSpec.from_file(str(robot.mjcf_path)).compile()
-    compiled = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-    mujoco.mj_saveModel(model, None, compiled)
-    return fingerprint(
-        {
-            "description": file_fingerprint(Path(name_or_path)),
-            "model": hashlib.sha256(compiled.tobytes()).hexdigest(),
-        }
-    )
-
-
-def part_source(maker: Any) -> str:
-    """Fingerprint of the file that defines a planner; "" where there is none, e.g. compiled ones."""
-    try:
-        path = inspect.getsourcefile(maker)
-        return file_fingerprint(Path(path)) if path else ""
-    except (TypeError, OSError):
-        return ""
 
 
 def _own_object(name: str) -> list[str]:

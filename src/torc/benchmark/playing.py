@@ -4,7 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from torc.benchmark.spec import PlannedTrial
+from torc.episode.conditions import sources
+from torc.episode.planners import load_trial_planner
 from torc.episode.trial import TrialSpec, run_trial
+from torc.errors import InputError
+from torc.fingerprints import part_source
 from torc.vlm.cache import CacheConfig
 
 TRIAL, OUTPUT = "trial", "output.txt"
@@ -44,7 +48,30 @@ def trial_spec(trial: PlannedTrial, problem: str) -> TrialSpec:
     )
 
 
+def changed_part(trial: PlannedTrial) -> str | None:
+    """What is not as it was when the trial was planned, e.g. "planner 'mine:Mine'"; None if everything is.
+
+    Raises:
+        InputError: a part is missing.
+    """
+    planner, settings = trial.planner, trial.settings
+    if planner.source and part_source(load_trial_planner(planner.name)) != planner.source:
+        return f"planner '{planner.name}'"
+    found = sources(settings.robot, settings.grasps)
+    if found["grasps_source"] != settings.grasps_source:
+        return f"grasp planner '{settings.grasps}'"
+    return None if found["robot_source"] == settings.robot_source else f"robot '{settings.robot}'"
+
+
 def play(order: Order) -> None:
-    """Play a trial; it is in the work directory then. Raises as `run_trial`."""
+    """Play a trial; it is in the work directory then.
+
+    Raises as `run_trial`, and InputError where it would not be the trial that was planned.
+    """
+    if changed := changed_part(order.trial):
+        raise InputError(
+            f"What is in the file of the {changed} has changed since this benchmark was begun. Begin another one "
+            "(--out), or put the file back."
+        )
     spec = trial_spec(order.trial, order.problem)
     run_trial(spec, order.work / TRIAL, overwrite=True, vlm_cache=order.vlm_cache)

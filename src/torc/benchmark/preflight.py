@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from torc.benchmark.dispatch import Backend, FailureKind, Task
-from torc.benchmark.identity import part_source, problem_fingerprint, robot_source
+from torc.benchmark.identity import problem_fingerprint
 from torc.benchmark.spec import BenchPlanner, BenchProblem, Settings
 from torc.episode.planners import PRIVILEGED, load_trial_planner, make_trial_planner
 from torc.errors import InputError
+from torc.fingerprints import part_source
 from torc.grasping.names import DEFAULT_GRASPS
 from torc.grasping.registry import GRASP_PLANNERS, make_grasp_planner
 from torc.plugins import load_part, parameters
-from torc.robots.loading import load_robot
+from torc.robots.loading import load_robot, own_source
 from torc.scenes.problem import Problem, load_problem
 from torc.scenes.problem_sets import select_problems, shipped_path
 from torc.scenes.workspace import Workspace
@@ -98,12 +99,12 @@ class GraspQuestion:
 def find_settings(settings: Settings, backend: Backend, log_directory: Path) -> Settings:
     """The settings with the fingerprints of what does not come with torc.
 
-    The grasp planner is made once to see whether that works. One that crashes here is kept, as planners are.
+    The grasp planner is made once to see whether that works: unlike a task planner it plays in all trials.
 
     Raises:
         InputError: the robot or the grasp planner is unknown, or cannot be used.
     """
-    settings = replace(settings, robot_source=robot_source(settings.robot))
+    settings = replace(settings, robot_source=own_source(settings.robot))
     if settings.grasps == DEFAULT_GRASPS:
         return settings
     task = Task("grasps", GraspQuestion(settings.grasps, settings.robot), log_directory / "grasps.txt")
@@ -111,7 +112,9 @@ def find_settings(settings: Settings, backend: Backend, log_directory: Path) -> 
     failure = ending.failure
     if failure is not None and failure.kind is FailureKind.RAISED:
         raise InputError(failure.text)
-    return replace(settings, grasps_source="" if failure is not None else ending.outcome)
+    if failure is not None:
+        raise InputError(f"The grasp planner '{settings.grasps}' cannot be made: {failure.text}")
+    return replace(settings, grasps_source=ending.outcome)
 
 
 def look_at_grasps(question: GraspQuestion) -> str:

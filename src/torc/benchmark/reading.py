@@ -2,8 +2,9 @@
 
 import json
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.benchmark.spec import BenchPlanner
 from torc.benchmark.store import PROBLEMS, TRIALS, WORK, Store
 from torc.benchmark.table_files import holds_tables, read_rows
+from torc.episode.conditions import Conditions
 from torc.episode.recorded import check_directory
 from torc.episode.trial import TrialSpec
 from torc.errors import InputError
@@ -27,7 +29,8 @@ _MAX_DEPTH = 6
 def read_tables(roots: Sequence[Path]) -> Table:
     """All trials of several directories in one table, as if they had been played into one.
 
-    Where a problem has changed between them, only the trials of the first directory's version count.
+    Where a problem has changed between them, only the trials of the first directory's version count; where they were
+    played under several conditions, only those of the commonest ones.
 
     Raises:
         InputError: there is no trial in one of them.
@@ -36,7 +39,7 @@ def read_tables(roots: Sequence[Path]) -> Table:
         return read_table(roots[0])
     tables = [read_table(root.resolve()) for root in roots]
     left_out = [one for table in tables for one in table.left_out]
-    rows = _one_per_cell(_of_one_problem([row for table in tables for row in table.rows], left_out), left_out)
+    rows = _comparable([row for table in tables for row in table.rows], left_out)
     difficulties = {name: d for table in tables for name, d in table.difficulties.items()}
     return Table(Path(os.path.commonpath([t.root for t in tables])), *rows, difficulties)
 
@@ -59,7 +62,8 @@ def read_table(root: Path) -> Table:
             planned.add(directory)
             spec = trial_spec(trial, store.problem_path(trial.problem))
             found = _row(directory, spec, trial.id, trial.problem.category, store.result(trial))
-            rows.append(replace(found, digest=trial.problem.digest))
+            conditions = Conditions.model_validate(asdict(trial.settings)).text
+            rows.append(replace(found, digest=trial.problem.digest, conditions=conditions))
     for directory in _trial_directories(root):
         if directory in planned:
             continue
@@ -75,7 +79,7 @@ def read_table(root: Path) -> Table:
         rows += (row for row in read_rows(root) if row.directory not in found_here)
     if not rows:
         raise InputError(f"There is no finished trial in '{root}'. `torc bench` and `torc run` make them.")
-    return Table(root, *_one_per_cell(rows, left_out), _difficulties(rows, store))
+    return Table(root, *_comparable(rows, left_out), _difficulties(rows, store))
 
 
 def _difficulties(rows: Iterable[TrialRow], store: Store) -> dict[str, Difficulty]:
@@ -87,6 +91,25 @@ def _difficulties(rows: Iterable[TrialRow], store: Store) -> dict[str, Difficult
         if stated is not None:
             found[name] = stated
     return found
+
+
+def _comparable(
+    rows: Sequence[TrialRow], left_out: list[tuple[Path, str]]
+) -> tuple[tuple[TrialRow, ...], tuple[tuple[Path, str], ...]]:
+    """Sorted, with what was left out."""
+    alike = _of_one_problem(list(_under_one_condition(rows, left_out)), left_out)
+    return _one_per_cell(alike, left_out)
+
+
+def _under_one_condition(rows: Sequence[TrialRow], left_out: list[tuple[Path, str]]) -> Iterator[TrialRow]:
+    """Without trials under other conditions than most, or than the first of two that are as common."""
+    ((most, _),) = Counter(row.conditions for row in rows).most_common(1)
+    for row in rows:
+        if row.conditions == most:
+            yield row
+        else:
+            here, there = (text or "the defaults" for text in (row.conditions, most))
+            left_out.append((row.directory, f"it was played with {here}, most others with {there}"))
 
 
 def _of_one_problem(rows: Sequence[TrialRow], left_out: list[tuple[Path, str]]) -> Iterator[TrialRow]:
@@ -122,7 +145,8 @@ def _loose(directory: Path) -> TrialRow:
     spec = TrialSpec(**known, vlm=vlm)
     result = json.loads((directory / "result.json").read_text(encoding="utf-8"))
     problem = _problem(spec.problem)
-    return _row(directory, spec, "", problem.category if problem else "unknown", result)
+    row = _row(directory, spec, "", problem.category if problem else "unknown", result)
+    return replace(row, conditions=Conditions.model_validate(facts).text)
 
 
 def _row(

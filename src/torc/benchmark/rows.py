@@ -71,6 +71,7 @@ class TrialRow:
         picked: the attempts.
         version: torc's.
         digest: of the problem as it was played, see `problem_fingerprint`; "" where that is not known.
+        conditions: robot, grasp planner, noise as far as they are not the default ones, see `Conditions`.
     """
 
     id: str
@@ -91,6 +92,7 @@ class TrialRow:
     picked: tuple[PickRow, ...] = ()
     version: str = ""
     digest: str = ""
+    conditions: str = ""
 
     @property
     def completed(self) -> bool:
@@ -134,6 +136,11 @@ class Table:
     def view_command(self) -> str:
         """What shows the trials in a browser."""
         return f"torc view {shlex.quote(str(self.root))}"
+
+    @property
+    def conditions(self) -> str:
+        """Of all trials; "" where they are the default ones."""
+        return self.rows[0].conditions
 
     @property
     def planners(self) -> tuple[str, ...]:

@@ -6,8 +6,9 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from torc.benchmark.identity import ID_FORMAT, fingerprint, vlm_facts
+from torc.benchmark.identity import ID_FORMAT, vlm_facts
 from torc.errors import InputError
+from torc.fingerprints import fingerprint
 from torc.grasping.names import DEFAULT_GRASPS
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.robots.names import DEFAULT_ROBOT

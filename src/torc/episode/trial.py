@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from torc.episode.conditions import sources
 from torc.episode.event_log import result_facts
 from torc.episode.events import Ended, Event, Listener, Started
 from torc.episode.loop import rehearse, run_episode
@@ -148,7 +149,8 @@ def run_trial(
     }
     if spec.vlm is not None and spec.vlm.simulated:
         about["simulated_vlm"] = asdict(find_profile(spec.vlm.model))
-    recorder = TrialRecorder(out, asdict(spec), overwrite=overwrite, records=save_records)
+    recorded = asdict(spec) | sources(spec.robot, spec.grasps)
+    recorder = TrialRecorder(out, recorded, overwrite=overwrite, records=save_records)
     facts: dict[str, Any] = {"status": "errored"}
     try:
         films: list[Callable[[], Film]] = []

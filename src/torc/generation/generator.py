@@ -16,6 +16,8 @@ from torc.generation.inspection import Inspector, SceneView
 from torc.generation.rejections import Reason
 from torc.pipeline.seeding import stage_rng
 from torc.records import MAX_OBJECTS
+from torc.robots.description import RobotDescription
+from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.arrangements import sample_models
 from torc.scenes.library import object_description
@@ -87,7 +89,7 @@ def generate_problem(
         found = _attempt(config, count, models, seed, attempt, inspector, clutter)
         if not isinstance(found, Reason):
             problem, difficulty = found
-            origin = _origin(config, seed, attempt, difficulty, inspector.robot.name)
+            origin = _origin(config, seed, attempt, difficulty, inspector.robot)
             problem = replace(problem, name=problem_name(config, seed), origin=origin)
             return GeneratedProblem(problem, difficulty, attempt + 1, dict(rejections))
         rejections[found] += 1
@@ -172,13 +174,17 @@ def _choose_target(
             if other not in ungraspable:
                 ungraspable[other] = not inspector.graspable_at_all(scene, other)
             if ungraspable[other]:
-                reason = Reason.CANNOT_BE_GRASPED
+                reason = _further(reason, Reason.CANNOT_BE_GRASPED)
                 break
         else:
             if not inspector.graspable_at_first(view, name, config.first_looks):
                 return name
-            reason = max(reason, Reason.TRIVIAL, key=list(Reason).index)
+            reason = _further(reason, Reason.TRIVIAL)
     return _NoTarget(reason, tuple(name for name, bad in ungraspable.items() if bad))
+
+
+def _further(one: Reason, other: Reason) -> Reason:
+    return max(one, other, key=list(Reason).index)
 
 
 def _candidates(
@@ -196,11 +202,12 @@ def _candidates(
 
 
 def _origin(
-    config: GenerationConfig, seed: int, attempt: int, difficulty: Difficulty, robot: str
+    config: GenerationConfig, seed: int, attempt: int, difficulty: Difficulty, robot: RobotDescription
 ) -> dict[str, Scalar]:
     """What a problem file says of where it comes from: enough to make it again, and its difficulty."""
+    own = robot.source != load_robot(DEFAULT_ROBOT).source
     unusual: dict[str, Scalar] = {
-        "robot": robot if robot != DEFAULT_ROBOT else "",
+        **({"robot": robot.name, "robot_source": robot.source} if own else {}),
         "held_out": {None: "", True: "only", False: "none"}[config.held_out],
         "kinds": _listed(config.kinds),
         "models": _listed(config.models),

@@ -12,6 +12,6 @@ class Reason(StrEnum):
     NOT_AT_REST = "it did not come to rest"
     WEDGED = "objects are pressed into each other"
     NONE_SO_HIDDEN = "no object is hidden as wanted"
-    TRIVIAL = "each such object can be grasped at once"
     CANNOT_BE_GRASPED = "such an object, or one around it, cannot be grasped at all"
+    TRIVIAL = "each such object can be grasped at once"
     MOVED_LATER = "something moved within 10 s"

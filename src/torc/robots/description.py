@@ -79,7 +79,7 @@ class RobotDescription:
     """A robot: arm, gripper, shape, and the names to find them by in the MJCF.
 
     Attributes:
-        name: for logs.
+        name: for people: in logs, in the origin of problems, in exported data.
         arm, gripper: kinematics.
         spheres: the moving parts.
         static_spheres: x, y, z, radius in the world frame, of the parts that do not move.
@@ -94,6 +94,7 @@ class RobotDescription:
         tip_site_names: middle of the distal edge of each pad's face, at -x and +x.
         tool0_site_name: the flange.
         root_body_names: the bodies at the root of the MJCF; their subtrees are the whole robot.
+        source: fingerprint of what is in its files.
     """
 
     name: str
@@ -112,6 +113,7 @@ class RobotDescription:
     tip_site_names: tuple[str, str]
     tool0_site_name: str
     root_body_names: tuple[str, ...]
+    source: str
 
     @property
     def arm_joint_names(self) -> tuple[str, ...]:

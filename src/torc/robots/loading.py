@@ -32,6 +32,12 @@ def load_robot(name_or_path: str | Path = DEFAULT_ROBOT) -> RobotDescription:
     return deepcopy(_shipped(path.name))  # its arrays can be written to: everyone gets his own
 
 
+def own_source(name_or_path: str) -> str:
+    """Fingerprint of what is in a robot's files; "" for robots that come with torc. Raises as `load_robot`."""
+    robot = load_robot(name_or_path)
+    return "" if name_or_path in robot_names() else robot.source
+
+
 @cache
 def _shipped(name: str) -> RobotDescription:
     """A shipped robot, parsed once per process."""

@@ -19,6 +19,7 @@ from torc.robots.model import Model
 from torc.robots.mujoco_log import warnings_in_the_log
 from torc.robots.rest import check_rest
 from torc.robots.schema import ArmEntry, RobotFile, read_robot_file
+from torc.robots.source import robot_source
 from torc.robots.sphere_parsing import parse_spheres, static_spheres
 
 
@@ -26,7 +27,9 @@ def parse_robot(path: Path) -> RobotDescription:
     """Read a robot file. Raises InputError naming the file and what is wrong with it."""
     entry = read_robot_file(path)
     mjcf_path = (path.parent / entry.mjcf).resolve()
-    model = Model(path, _compile(mjcf_path))
+    compiled = _compile(mjcf_path)
+    source = robot_source(path, compiled)  # before it is posed for what is read from it
+    model = Model(path, compiled)
     arm = _parse_arm(model, entry.arm)
     gripper = parse_gripper(model, entry)
     links = _links(model, entry)
@@ -49,6 +52,7 @@ def parse_robot(path: Path) -> RobotDescription:
         tip_site_names=(fingers[0].tip_site, fingers[1].tip_site),
         tool0_site_name=entry.arm.tool0_site,
         root_body_names=tuple(model.m.body(b).name for b in model.children(0)),
+        source=source,
     )
     check_rest(robot, path)
     return robot

@@ -13,6 +13,8 @@ DATA = Path(__file__).parent / "data"
 EXAMPLE = DATA / "sda10f_2f85" / "sda10f_2f85.yaml"
 """A shipped robot file, to compare with."""
 Names = Annotated[list[str], Field(min_length=1)]
+RobotName = Annotated[str, Field(pattern=r"^\w[\w .+-]{0,63}$")]
+"""Short and printable: it gets into problem files and exported data."""
 
 
 class _Strict(BaseModel):
@@ -75,7 +77,7 @@ class RobotFile(_Strict):
     """The whole file."""
 
     format: Literal["torc-robot/1"]
-    name: str
+    name: RobotName
     mjcf: str
     arm: ArmEntry
     gripper: GripperEntry

@@ -26,7 +26,7 @@ class SettleConfig:
         quiet_s: ... for this long. Longer finds slower topples; for the slowest see `torc.sim.stillness`.
         radius_m: the radius above: a typical object's half size.
         limit_s: simulated time after which settling is given up.
-        check_s: time between checks.
+        check_s: time between checks; as many whole steps as come next to it, which count as so long.
     """
 
     speed_m_s: float = 0.005
@@ -83,7 +83,7 @@ def settle(world: World, config: SettleConfig | None = None) -> SettleReport:
     watchdog = Watchdog(world)
     world.update_position_stage()
     watchdog.check()
-    elapsed = quiet = 0.0
+    began, elapsed, quiet = world.time_s, 0.0, 0.0
     speed = np.inf
     while elapsed < config.limit_s and quiet < config.quiet_s:
         mujoco.mj_step(world.model, world.data, nstep=steps)
@@ -92,7 +92,7 @@ def settle(world: World, config: SettleConfig | None = None) -> SettleReport:
         speed = _fastest(world, config.radius_m)
         quiet = quiet + config.check_s if speed < config.speed_m_s else 0.0
     world.update_position_stage()
-    return SettleReport(quiet >= config.quiet_s, elapsed, speed, _off_table(world))
+    return SettleReport(quiet >= config.quiet_s, world.time_s - began, speed, _off_table(world))
 
 
 def settle_problem(

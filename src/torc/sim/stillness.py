@@ -16,7 +16,7 @@ class StillnessConfig:
     Attributes:
         distance_m, angle_rad: no object may move or turn further from where it was at the start.
         seconds: simulated time for which that must hold.
-        check_s: time between two looks.
+        check_s: time between two looks; as many whole steps as come next to it, which count as so long.
         early_s: after this time the watch ends as soon as the rest is foreseeable: what every object has moved, plus
             `safety` times what it would still move at the pace of the last `pace_s`, is within the limits. Infinite
             to watch to the end.
@@ -67,7 +67,7 @@ def watch_stillness(world: World, config: StillnessConfig | None = None) -> Stil
         PhysicsError: the simulation broke.
     """
     config = config or StillnessConfig()
-    positions, wxyz, on_table = world.positions, world.wxyz, set(world.on_table())
+    began, positions, wxyz, on_table = world.time_s, world.positions, world.wxyz, set(world.on_table())
     limits = np.array([config.distance_m, config.angle_rad])
     every = max(1, round(config.pace_s / config.check_s))
     history = [np.zeros((2, world.object_count))]
@@ -86,7 +86,7 @@ def watch_stillness(world: World, config: StillnessConfig | None = None) -> Stil
             if (expected <= limits).all():
                 break
     world.update_position_stage()
-    return StillnessReport(still, watched, history[-1][0], history[-1][1], left)
+    return StillnessReport(still, world.time_s - began, history[-1][0], history[-1][1], left)
 
 
 def _moved(

@@ -29,6 +29,7 @@ from torc.benchmark.runner import run_missing
 from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, Settings, make_spec
 from torc.benchmark.store import Store
 from torc.episode.trial import RESULT_FORMAT
+from torc.fingerprints import forget_files
 from torc.records.files import write_json, write_png
 
 MISBEHAVING = ("segfaults", "aborts", "hangs", "eats-memory", "raises")
@@ -37,7 +38,7 @@ _FAR_TOO_MUCH = 2**45
 
 
 class InlineBackend:
-    """Carries out tasks in this process, one after another; some fail as told.
+    """Carries out tasks in this process, one after another, as if it were a new one; some fail as told.
 
     Args:
         failures: by task key.
@@ -48,6 +49,7 @@ class InlineBackend:
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
         """An ending per task, in order."""
+        forget_files()
         for task in tasks:
             failure = self.failures.get(task.key)
             if failure is not None:

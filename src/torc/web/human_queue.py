@@ -3,10 +3,11 @@
 import re
 import shutil
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from torc.episode.conditions import Conditions, sources
 from torc.episode.trial import Trial, TrialSpec
 from torc.episode.trial_lines import ResultFacts, read_facts
 from torc.episode.viewer_links import PARTIAL, trial_key
@@ -95,7 +96,8 @@ def make_queue(
     """Every expert's turn at every problem, expert by expert.
 
     Raises:
-        InputError: an expert's name cannot be a file name, or two problems share theirs.
+        InputError: an expert's name cannot be a file name, two problems share theirs, or a trial that is complete was
+            played otherwise.
     """
     names = tuple(dict.fromkeys(experts)) or ("",)
     for name in names:
@@ -108,7 +110,32 @@ def make_queue(
         for expert in names
         for problem in problems
     ]
-    return HumanQueue(tuple(QueuedTrial(spec, out / spec.default_name) for spec in specs))
+    queue = HumanQueue(tuple(QueuedTrial(spec, out / spec.default_name) for spec in specs))
+    for trial in queue.trials:
+        if trial.status == "completed":
+            _refuse_another_kind(trial)
+    return queue
+
+
+class _Played(Conditions):
+    """What of spec.json says whether a trial is of the wanted kind."""
+
+    max_picks: int = 15
+
+    @property
+    def words(self) -> str:
+        return ", ".join(filter(None, (f"at most {self.max_picks} picks", self.text)))
+
+
+def _refuse_another_kind(trial: QueuedTrial) -> None:
+    """Raises InputError where a trial was played with other settings than it would be now."""
+    there = read_facts(trial.directory / "spec.json", _Played)
+    here = _Played.model_validate(asdict(trial.spec) | sources(trial.spec.robot, trial.spec.grasps))
+    if there.words != here.words:
+        raise InputError(
+            f"The trial in '{trial.directory}' was played with {there.words}; now it would be {here.words}. Choose "
+            "another --out, or move it away."
+        )
 
 
 def _set_aside(directory: Path) -> None:

@@ -90,8 +90,10 @@ def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
     shown, failed = failures(table, planners, gallery)
     trials = sum(r.completed for r in table.rows)
     linked = any(address_of(table, row) for row in table.rows)
+    counts = f"{trials} trials, {len(table.problems)} problems, {len(planners)} planners"
+    conditions = f", with {table.conditions}" if table.conditions else ""
     return Content(
-        title=f"{table.root.resolve().name}: {trials} trials, {len(table.problems)} problems, {len(planners)} planners",
+        title=f"{table.root.resolve().name}: {counts}{conditions}",
         verdict=verdict(table, standings),
         ranking=content.ranking_table(standings, table),
         paper_figures=pictures[:_PAPER_FIGURES],

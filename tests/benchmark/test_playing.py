@@ -1,0 +1,76 @@
+"""A trial is played only as it was planned."""
+
+import shutil
+import sys
+from dataclasses import replace
+
+import pytest
+
+from torc.benchmark.playing import Order, changed_part, play
+from torc.benchmark.spec import BenchPlanner, Settings
+from torc.errors import InputError
+from torc.fingerprints import file_fingerprint, forget_files
+from torc.robots.loading import own_source
+from torc.robots.schema import EXAMPLE
+from torc.testing.fake_bench import fake_spec
+
+PARTS = """
+class Decides:
+    def decide(self, context, rng): ...
+
+class Grasps:
+    def plan(self, scene, volume, rng): ...
+"""
+
+
+@pytest.fixture
+def planned(tmp_path, monkeypatch):
+    """A trial with a planner, a grasp planner and a robot of the user's, and the files of parts and robot."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "parts_that_change", raising=False)
+    parts, robot = tmp_path / "parts_that_change.py", tmp_path / "robot" / EXAMPLE.name
+    parts.write_text(PARTS)
+    shutil.copytree(EXAMPLE.parent, robot.parent)
+    source = file_fingerprint(parts)
+    settings = Settings(
+        robot=str(robot),
+        robot_source=own_source(str(robot)),
+        grasps="parts_that_change:Grasps",
+        grasps_source=source,
+    )
+    planner = BenchPlanner("parts_that_change:Decides", source=source)
+    forget_files()
+    return replace(fake_spec().trials[0], planner=planner, settings=settings), parts, robot
+
+
+def test_nothing_has_changed(planned):
+    assert changed_part(planned[0]) is None
+    assert changed_part(fake_spec().trials[0]) is None
+
+
+def test_a_file_that_was_changed_before_it_was_imported_is_named(planned, tmp_path):
+    trial, parts, _ = planned
+    parts.write_text(PARTS + "# changed")
+    assert changed_part(trial) == "planner 'parts_that_change:Decides'"
+    shipped = replace(trial, planner=BenchPlanner("random"))
+    assert changed_part(shipped) == "grasp planner 'parts_that_change:Grasps'"
+    with pytest.raises(InputError, match="grasp planner 'parts_that_change:Grasps' has changed since"):
+        play(Order(shipped, "structured-04", tmp_path / "work"))
+    assert not (tmp_path / "work").exists()
+
+
+def test_what_was_imported_stays_what_it_was(planned):
+    trial, parts, _ = planned
+    assert changed_part(trial) is None
+    parts.write_text(PARTS + "# changed")
+    assert changed_part(trial) is None
+    forget_files()
+    assert changed_part(trial) is not None
+
+
+def test_a_robot_that_was_changed_is_named(planned, tmp_path):
+    trial, _, robot = planned
+    robot.write_text(robot.read_text().replace("speed_deg_s: 60", "speed_deg_s: 5", 1))
+    assert changed_part(trial) == f"robot '{robot}'"
+    with pytest.raises(InputError, match="has changed since this benchmark was begun"):
+        play(Order(trial, "structured-04", tmp_path / "work"))
