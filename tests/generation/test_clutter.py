@@ -17,9 +17,9 @@ from torc.generation.clutter import (
 )
 from torc.generation.rejections import Reason
 from torc.geometry.transforms import transform_points
-from torc.scenes.arrangements import sample_models
 from torc.scenes.library import load_object
 from torc.scenes.problem import ObjectPlacement, Problem, load_problem
+from torc.scenes.sampling import sample_models
 from torc.scenes.workspace import Workspace
 from torc.sim.contacts import Overlap
 from torc.sim.settling import UNSEEN

@@ -8,19 +8,13 @@ import pytest
 from scenes_mujoco import mujoco_scene
 
 from torc.errors import InputError, UnknownNameError
-from torc.geometry.transforms import rotation_about, rotation_from_wxyz, transform_points
-from torc.scenes.arrangements import (
-    DropConfig,
-    StructuredConfig,
-    bounding_radius,
-    drop_arrangement,
-    placement_names,
-    sample_models,
-    structured_arrangement,
-)
+from torc.geometry.transforms import rotation_about, transform_points
+from torc.scenes.arrangements import StructuredConfig, structured_arrangement
+from torc.scenes.drops import drop_arrangement
 from torc.scenes.footprints import footprint, gaps
 from torc.scenes.library import builtin_object_names, load_object
 from torc.scenes.problem import ObjectPlacement
+from torc.scenes.sampling import sample_models
 
 SEEDS = range(6)
 
@@ -121,45 +115,6 @@ def test_too_many_objects_are_refused() -> None:
         )
     with pytest.raises(UnknownNameError):
         structured_arrangement(["nothing"], np.random.default_rng(0))
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_dropped_objects_are_apart_and_between_the_walls(seed: int) -> None:
-    rng, config = np.random.default_rng(seed), DropConfig()
-    placements = drop_arrangement(sample_models(15, rng), rng, config)
-    centers = np.array([p.position for p in placements])
-    radii = np.array([bounding_radius(load_object(p.model)) for p in placements])
-    apart = np.linalg.norm(centers[:, None] - centers[None], axis=2) - radii[:, None] - radii[None]
-    assert apart[~np.eye(len(radii), dtype=bool)].min() >= config.gap_m - 1e-9
-    assert (centers[:, 2] - radii).min() >= config.support_z_m + config.lowest_m - 1e-9
-    inside = (
-        np.abs(centers[:, :2] - config.center)
-        <= np.maximum(np.array(config.size) / 2 - radii[:, None], 0) + 1e-9
-    )
-    assert inside.all()
-    assert centers[:, 2].max() < config.support_z_m + 1.0  # a fall from higher would scatter the heap
-
-
-def test_orientations_of_dropped_objects_are_uniform() -> None:
-    placements = drop_arrangement(["die_white"] * 60, np.random.default_rng(0))
-    up = np.array([rotation_from_wxyz(p.wxyz)[2] for p in placements])
-    assert np.abs(up.mean(axis=0)).max() < 0.25
-    np.testing.assert_allclose((up**2).mean(axis=0), 1 / 3, atol=0.1)
-
-
-def test_samples_prefer_different_kinds_and_respect_held_out() -> None:
-    rng = np.random.default_rng(2)
-    names = sample_models(20, rng)
-    assert len({load_object(n).kind for n in names}) == 20
-    assert all(load_object(n).held_out for n in sample_models(6, rng, held_out=True))
-    assert not any(load_object(n).held_out for n in sample_models(60, rng, held_out=False))
-    assert len(set(sample_models(50, rng))) == 50
-    with pytest.raises(InputError, match="0 to 64"):
-        sample_models(65, rng)
-
-
-def test_placement_names_are_unique() -> None:
-    assert placement_names(["a", "b", "a", "a"]) == ["a", "b", "a_2", "a_3"]
 
 
 def test_gaps_are_a_lower_bound_and_exact_for_discs() -> None:

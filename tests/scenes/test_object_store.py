@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError, UnknownNameError
-from torc.scenes.arrangements import sample_models
 from torc.scenes.library import (
     builtin_object_names,
     has_object,
@@ -21,6 +20,7 @@ from torc.scenes.models import ObjectModel
 from torc.scenes.object_files import save_object
 from torc.scenes.object_store import find_stored, store_directories, stored_objects
 from torc.scenes.problem import ObjectPlacement, Problem, load_problem, save_problem
+from torc.scenes.sampling import sample_models
 
 
 def _own(name: str, **changes: object) -> ObjectModel:

@@ -6,7 +6,8 @@ import numpy as np
 
 from torc.errors import InputError, PhysicsError
 from torc.generation.rejections import Reason
-from torc.scenes.arrangements import StructuredConfig, drop_arrangement, structured_arrangement
+from torc.scenes.arrangements import StructuredConfig, structured_arrangement
+from torc.scenes.drops import drop_arrangement
 from torc.scenes.library import load_object
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import ObjectPlacement, Problem

@@ -19,10 +19,10 @@ from torc.records import MAX_OBJECTS
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
-from torc.scenes.arrangements import sample_models
 from torc.scenes.library import object_description
 from torc.scenes.problem import Problem
 from torc.scenes.problem_file import Scalar
+from torc.scenes.sampling import sample_models
 from torc.sim.settling import UNSEEN, with_poses_of
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import build_world

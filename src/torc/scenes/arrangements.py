@@ -1,10 +1,8 @@
-"""Arrangements of objects to start a problem from: structured (standing, tightly packed) and unstructured (dropped).
+"""Structured scenes to start a problem from: objects that stand tightly packed.
 
-Pure functions of model names and a random generator. The poses are not settled: the simulator lets them come to rest.
-World frame, metres.
+The poses are not settled: the simulator lets them come to rest. World frame, metres.
 """
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,11 +11,11 @@ from jaxtyping import Float
 
 from torc.errors import InputError
 from torc.geometry.transforms import rotation_about
-from torc.records.camera import MAX_OBJECTS
 from torc.scenes.footprints import DIRECTIONS, LIE_ON_BACK, Footprint, directions, fits_on, footprint, gaps
-from torc.scenes.library import builtin_object_names, load_object, object_facts
+from torc.scenes.library import load_object
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import ObjectPlacement
+from torc.scenes.sampling import placement_names
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]
 
@@ -56,73 +54,6 @@ class StructuredConfig:
     sideways: float = 0.25
     candidates: int = 240
     restarts: int = 30
-
-
-@dataclass(frozen=True)
-class DropConfig:
-    """A heap dropped between temporary walls.
-
-    Attributes:
-        center, size: of the rectangle between the walls.
-        support_z_m: height of the table top.
-        lowest_m: free height under the lowest object.
-        gap_m: free distance between the objects' bounding spheres.
-        candidates: positions tried per object; the lowest free one is taken.
-    """
-
-    center: tuple[float, float] = (0.65, -0.115)
-    size: tuple[float, float] = (0.42, 0.46)
-    support_z_m: float = 1.05
-    lowest_m: float = 0.02
-    gap_m: float = 0.005
-    candidates: int = 24
-
-
-def sample_models(
-    count: int, rng: np.random.Generator, held_out: bool | None = None, models: Sequence[str] | None = None
-) -> list[str]:
-    """Random model names, kinds as different as possible.
-
-    Args:
-        count: how many.
-        rng: decides which.
-        held_out: only of held-out kinds, only of others, or of all.
-        models: draw from these. By default from the built-in ones alone, so that a seed gives the same on every
-            machine, whatever its user has imported.
-
-    Raises:
-        InputError: too many asked for, or nothing to draw from.
-        UnknownNameError: an unknown name in `models`.
-    """
-    if not 0 <= count <= MAX_OBJECTS:
-        raise InputError(f"A scene holds 0 to {MAX_OBJECTS} objects, not {count}.")
-    kinds: dict[str, list[str]] = {}
-    for facts in map(object_facts, builtin_object_names() if models is None else dict.fromkeys(models)):
-        if held_out is None or facts.held_out == held_out:
-            kinds.setdefault(facts.kind, []).append(facts.name)
-    if count and not kinds:
-        raise InputError("There are no object models to draw from. `torc objects list` shows what there is.")
-    pools = list(kinds.values())
-    names: list[str] = []
-    while len(names) < count:
-        round_ = [pools[i] for i in rng.permutation(len(pools))]
-        names += [_any_variant(pool, names, rng) for pool in round_[: count - len(names)]]
-    return names
-
-
-def _any_variant(pool: list[str], taken: list[str], rng: np.random.Generator) -> str:
-    free = [name for name in pool if name not in taken] or pool
-    return free[int(rng.integers(len(free)))]
-
-
-def placement_names(models: Sequence[str]) -> list[str]:
-    """A unique name for each: the model's own, numbered from the second one on."""
-    seen: Counter[str] = Counter()
-    names = []
-    for model in models:
-        seen[model] += 1
-        names.append(model if seen[model] == 1 else f"{model}_{seen[model]}")
-    return names
 
 
 def structured_arrangement(
@@ -257,57 +188,3 @@ class _Packing:
         others = np.array([self._prints[i].extents for i in self._on_table])
         positions = np.array([self._positions[i][:2] for i in self._on_table])
         return gaps(shape.extents, xy, others, positions).min(axis=1)
-
-
-def drop_arrangement(
-    names: Sequence[str], rng: np.random.Generator, config: DropConfig | None = None
-) -> list[ObjectPlacement]:
-    """Objects in random orientations, hanging above the table at staggered heights, in the order of `names`.
-
-    No two overlap (bounding spheres), so the simulator can let all of them fall at once between walls around the
-    rectangle. Raises UnknownNameError for an unknown model.
-    """
-    config = config or DropConfig()
-    models = [load_object(name) for name in names]
-    radii = np.array([bounding_radius(m) for m in models])
-    positions = np.zeros((len(models), 3))
-    placed: list[int] = []
-    for i in rng.permutation(len(models)):
-        positions[i] = _lowest_free(float(radii[i]), positions[placed], radii[placed], rng, config)
-        placed.append(int(i))
-    placements = []
-    for name, model, position in zip(placement_names(names), models, positions):
-        x, y, z = (float(v) for v in position)
-        placements.append(ObjectPlacement(name, model.name, (x, y, z), _random_wxyz(rng)))
-    return placements
-
-
-def bounding_radius(model: ObjectModel) -> float:
-    """Radius of a sphere about the model's origin that holds all its pieces."""
-    corners = np.array(np.meshgrid(*[(0, 1)] * 3)).reshape(3, -1).T
-    return max(
-        float(np.linalg.norm(piece.bounds[corners, np.arange(3)], axis=1).max()) for piece in model.pieces
-    )
-
-
-def _lowest_free(
-    radius: float, centers: np.ndarray, radii: np.ndarray, rng: np.random.Generator, config: DropConfig
-) -> np.ndarray:
-    """The lowest of some random positions at which a sphere touches none of the others."""
-    half = np.maximum(np.array(config.size) / 2 - radius, 0.0)
-    xy = np.array(config.center) + rng.uniform(-1, 1, (config.candidates, 2)) * half
-    z = np.full(len(xy), config.support_z_m + config.lowest_m + radius)
-    if len(centers):
-        reach = radius + radii + config.gap_m
-        over2 = reach**2 - ((xy[:, None] - centers[None, :, :2]) ** 2).sum(axis=2)
-        above = np.where(over2 > 0, centers[None, :, 2] + np.sqrt(np.maximum(over2, 0)), -np.inf)
-        z = np.maximum(z, above.max(axis=1))
-    k = int(np.argmin(z))
-    return np.array([xy[k, 0], xy[k, 1], z[k]])
-
-
-def _random_wxyz(rng: np.random.Generator) -> tuple[float, float, float, float]:
-    """A uniformly random orientation."""
-    q = rng.normal(size=4)
-    w, x, y, z = (float(v) for v in q / np.linalg.norm(q))
-    return w, x, y, z
