@@ -9,9 +9,7 @@ problem in its process; imports, compilation and the check do not count.
 
 import time
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -22,7 +20,7 @@ from torc.generation.batch import inspector_for
 from torc.generation.config import GenerationConfig, WantedHiddenness
 from torc.generation.generator import GeneratedProblem, generate_problem
 from torc.generation.validation import validate_problem
-from torc.processes import one_thread_each
+from torc.processes import open_pool
 from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.problem import load_problem, save_problem
 
@@ -131,7 +129,7 @@ def main() -> None:
         args.keep.mkdir(parents=True, exist_ok=True)
     measure(structured, 0)  # compiles what is not cached
     rows: list[Row] = []
-    with one_thread_each(), ProcessPoolExecutor(args.workers, mp_context=get_context("spawn")) as pool:
+    with open_pool(args.workers) as pool:
         for row in pool.map(measure, configs, seeds, [args.keep] * args.count):
             rows.append(row)
             print(f"{len(rows):>4} {row}", flush=True)

@@ -1,12 +1,17 @@
-"""Child processes that share the cores use one thread each."""
+"""Child processes that share the cores use one thread each, and end with their parent."""
 
 import os
+import signal
+import subprocess
+import sys
+import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 import pytest
 
-from torc.processes import one_thread_each
+from torc.errors import TorcError
+from torc.processes import one_thread_each, open_pool
 
 
 def _threads() -> str | None:
@@ -28,3 +33,39 @@ def test_the_environment_comes_back_after_an_error(monkeypatch):
     with pytest.raises(ZeroDivisionError), one_thread_each():
         1 / 0  # noqa: B018
     assert os.environ["OMP_NUM_THREADS"] == "3"
+
+
+def _end_itself(how: int) -> None:
+    os.kill(os.getpid(), how)
+
+
+def test_a_worker_that_is_killed_is_said_with_the_remedy():
+    with pytest.raises(TorcError, match="fewer --workers"), open_pool(1) as pool:
+        list(pool.map(_end_itself, [signal.SIGKILL]))
+
+
+_PARENT = """
+import os, time
+from torc.processes import open_pool
+
+if __name__ == "__main__":
+    with open_pool(2) as pool:
+        print(*{pool.submit(os.getpid).result() for _ in range(20)}, flush=True)
+        time.sleep(600)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+def test_workers_end_with_a_parent_that_is_killed(how, tmp_path):
+    (tmp_path / "parent.py").write_text(_PARENT)
+    command = [sys.executable, tmp_path / "parent.py"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as parent:
+        workers = parent.stdout.readline().split()
+        parent.send_signal(how)
+    assert workers
+    for _ in range(600):
+        if not any(os.path.exists(f"/proc/{worker}") for worker in workers):
+            return
+        time.sleep(0.1)
+    raise AssertionError("They are still there.")

@@ -1,9 +1,21 @@
 """Child processes that share the cores."""
 
+import contextlib
+import ctypes
 import os
+import signal
+import sys
+import threading
+import time
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing import get_context
 
+from torc.errors import TorcError
+
+_PR_SET_PDEATHSIG = 1
 _ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
@@ -26,3 +38,40 @@ def one_thread_each() -> Iterator[None]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+@contextmanager
+def open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes of one thread each, which end with this one, even killed.
+
+    Raises:
+        TorcError: one of them was ended from outside.
+    """
+    context, here = get_context("spawn"), os.getpid()
+    with one_thread_each(), ProcessPoolExecutor(workers, context, end_with, (here,)) as pool:
+        try:
+            yield pool
+        except BrokenProcessPool:
+            raise TorcError(
+                "A worker process was ended from outside, perhaps for lack of memory. What was finished is kept: call "
+                "the same again, if need be with fewer --workers."
+            ) from None
+
+
+def end_with(parent: int) -> None:
+    """End this process when the one that started it is gone, even killed: nobody would take its answers.
+
+    Args:
+        parent: its process id.
+    """
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+
+
+def _watch(parent: int) -> None:
+    # Where the system has no signal for it, or the parent was gone before it was asked for.
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)

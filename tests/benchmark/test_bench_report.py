@@ -12,6 +12,7 @@ import pytest
 from torc.benchmark.reading import read_table
 from torc.benchmark.report.content import trials_table
 from torc.benchmark.report.writing import write_report
+from torc.benchmark.store import Store
 from torc.episode.viewer_links import VIEWER, trial_link
 from torc.errors import InputError, MissingDependencyError
 from torc.web.shelf import Shelf
@@ -131,6 +132,15 @@ def test_without_matplotlib_it_says_what_to_install(played, tmp_path, monkeypatc
     monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
     with pytest.raises(MissingDependencyError, match="scripts/setup report"):
         write_report([played], tmp_path)
+
+
+def test_a_single_trial_has_a_report_too_and_no_benchmark_takes_its_place(tmp_path, played):
+    one = tmp_path / "one"
+    shutil.copytree(next(played.glob("trials/*-random-0-*")), one)
+    report = write_report([one], tmp_path / "report")
+    assert [p["completed"] for p in report.summary["ranking"]] == [1]
+    with pytest.raises(InputError, match="is a trial, not a benchmark"):
+        Store(one).check_writable()
 
 
 def test_a_directory_without_trials_is_refused(tmp_path):

@@ -9,9 +9,17 @@ import pytest
 
 from torc.benchmark.ranking import rank
 from torc.benchmark.reading import read_table, read_tables
+from torc.benchmark.report.content import difficulty_table
 from torc.benchmark.report.writing import write_report
+from torc.benchmark.runner import run_missing
+from torc.benchmark.spec import BenchPlanner, BenchProblem, Settings, make_spec
+from torc.benchmark.store import Store
 from torc.benchmark.table_files import PICKS_FILE, TRIALS_FILE, read_rows, write_tables
 from torc.errors import InputError
+from torc.generation.config import Hiddenness
+from torc.generation.difficulty import Difficulty
+from torc.scenes.problem import load_problem
+from torc.testing.fake_bench import InlineBackend, play_quickly
 
 
 @pytest.fixture
@@ -58,6 +66,37 @@ def test_trials_of_a_problem_that_has_changed_are_left_out(played, kept):
     assert not [r for r in both.rows if r.problem == changed.problem and r.planner == "other"]
     other_way_round = read_tables([kept, played]).rows
     assert {r.digest for r in other_way_round if r.problem == changed.problem} <= {"changed", ""}
+
+
+def _store(root, names, share, seeds, noise=False):
+    """A benchmark of made-up trials on problems whose files say that so much of the target is in sight."""
+    problems = {}
+    for name in names:
+        stated = Difficulty(9, Hiddenness.PARTLY, share, 1, 2, 3)
+        problems[name] = replace(load_problem("structured-04"), name=name, origin=stated.facts())
+    spec = make_spec(
+        [BenchProblem(name, "structured", f"{share}", shipped=False) for name in names],
+        [BenchPlanner("random")],
+        range(seeds),
+        Settings(noise=noise),
+        "0.0",
+    )
+    store = Store(root)
+    with store.locked():
+        store.extend(spec, problems)
+        run_missing(store, spec, InlineBackend(), work=play_quickly)
+
+
+def test_problems_of_which_no_trial_counts_are_not_described(tmp_path):
+    here, there, changed = tmp_path / "here", tmp_path / "there", tmp_path / "changed"
+    _store(here, ["mine"], 0.1, 3)
+    _store(there, ["mine", "other"], 0.2, 1, noise=True)
+    _store(changed, ["mine"], 0.3, 1)
+    for roots in ([here, there], [there, here], [here, changed]):
+        both = read_tables(roots)
+        assert both.left_out
+        assert {name: d.visible_fraction for name, d in both.difficulties.items()} == {"mine": 0.1}
+        assert difficulty_table(both).rows[0][1] == "1"
 
 
 def test_trials_under_other_conditions_are_left_out(played, tmp_path):

@@ -260,6 +260,18 @@ def test_ones_own_problem_is_kept_as_it_was_played(bench, tmp_path):
     assert "changed since: mine" in err
 
 
+def test_two_problems_of_one_name_are_named_with_the_remedy(bench, tmp_path):
+    from torc.scenes.problem import load_problem, save_problem
+
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        save_problem(load_problem("structured-04"), tmp_path / name / "mine.yaml")
+    code, _, err = bench(problems=f"{tmp_path / 'a'},{tmp_path / 'b'}")
+    assert code == 2
+    for word in (tmp_path / "a" / "mine.yaml", tmp_path / "b" / "mine.yaml", "`name:`", "--seed"):
+        assert str(word) in err
+
+
 def test_report_answers_in_json(bench, tmp_path, monkeypatch, capsys):
     bench("--repeats", 2)
     monkeypatch.setattr("torc.benchmark.report.writing.draw_all", lambda table, planners: [])

@@ -31,7 +31,7 @@ def test_it_says_what_it_wrote(trial, tmp_path, capsys):
 
 def test_what_cannot_be_done_is_bad_input_with_a_remedy(trial, tmp_path, capsys):
     cases = {
-        "--overwrite": (trial, "--out", trial),
+        "is no export, so nothing replaces it": (trial, "--out", trial, "--overwrite"),
         "--trajectory": (trial, "--format", "lerobot", "--out", tmp_path / "out"),
         "oracle": (trial, "--format", "pairs", "--out", tmp_path / "out"),
         "nowhere'. `torc run --out DIR` makes one": (tmp_path / "nowhere", "--out", tmp_path / "out"),

@@ -8,7 +8,7 @@ from functools import partial
 import pytest
 from torc_command import run_torc
 
-from torc.generation import batch, validation
+from torc.generation import batch, generator, validation
 from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty
 from torc.generation.generator import GeneratedProblem, NotGenerated
@@ -33,9 +33,14 @@ def jobs(monkeypatch):
         progress(1, Reason.TRIVIAL)
         if seed % 2:
             return NotGenerated(config.attempts, {Reason.TRIVIAL: config.attempts})
-        return GeneratedProblem(replace(SHIPPED, name=f"p{seed}"), DIFFICULTY, 2, {Reason.TRIVIAL: 1})
+        made = replace(SHIPPED, name=f"p{seed}", origin={"made from": str((config, seed))})
+        return GeneratedProblem(made, DIFFICULTY, 2, {Reason.TRIVIAL: 1})
+
+    def same(problem, config, seed, robot):
+        return problem.origin.get("made from") == str((config, seed))
 
     monkeypatch.setattr(batch, "generate_problem", fake)
+    monkeypatch.setattr(generator, "is_made_from", same)
     return seen
 
 
@@ -89,14 +94,37 @@ def test_too_many_objects_are_said_early_and_in_the_end(
     assert remedy in out
 
 
-def test_files_that_are_there_are_kept_unless_told_otherwise(jobs, tmp_path, capsys):
+def test_the_same_command_goes_on_where_it_was(jobs, tmp_path, capsys):
     arguments = ("generate", "--structured", "--out", tmp_path)
     assert _torc(*arguments, capsys=capsys)[0] == 0
-    code, _, err = _torc(*arguments, capsys=capsys)
+    code, out, _ = _torc(*arguments, "--count", 3, capsys=capsys)
+    assert code == 1
+    assert "1 of 3 are in" in out
+    assert "1 of 2 made beside the 1 that were there" in out
+    assert [seed for _, seed in jobs] == [0, 1, 2]
+    assert "Nothing was left to make" in _torc(*arguments, capsys=capsys)[1]
+    code, out, _ = _torc(*arguments, "--json", capsys=capsys)
+    assert (code, len(jobs)) == (0, 3)
+    assert json.loads(out)["there"] == [str(tmp_path / "structured-s0000.yaml")]
+    assert _torc(*arguments, "--overwrite", capsys=capsys)[0] == 0
+    assert len(jobs) == 4
+
+
+def test_what_was_made_otherwise_is_kept_unless_told_otherwise(jobs, tmp_path, capsys):
+    arguments = ("generate", "--structured", "--out", tmp_path)
+    assert _torc(*arguments, capsys=capsys)[0] == 0
+    code, _, err = _torc(*arguments, "--objects", "9", capsys=capsys)
     assert code == 2
+    assert "made otherwise" in err
     assert "--overwrite" in err
     assert len(jobs) == 1
-    assert _torc(*arguments, "--overwrite", capsys=capsys)[0] == 0
+    assert _torc(*arguments, "--objects", "9", "--overwrite", capsys=capsys)[0] == 0
+
+
+def test_a_seed_is_of_the_same_category_wherever_a_call_begins(jobs, tmp_path, capsys):
+    for seed, count in ((0, 4), (3, 1), (2, 2)):
+        _torc("generate", "--seed", seed, "--count", count, "--out", tmp_path / str(seed), capsys=capsys)
+    assert len({(config.category, seed) for config, seed in jobs}) == 4
 
 
 @pytest.mark.parametrize(

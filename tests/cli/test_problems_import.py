@@ -41,6 +41,10 @@ def test_a_scene_becomes_a_problem_file(root, tmp_path, capsys):
     assert "1 of 1 problems" in out
     (file,) = (tmp_path / "out").iterdir()
     assert str(file) in out.replace("\n", "")
+    code, out, _ = _import(root, "--scene", 249, "--target", "48", "--out", tmp_path / "out", capsys=capsys)
+    assert code == 0
+    assert f"there  scene 249, obj_000048_0: {file}" in out
+    assert "1 of 1 problems" in out
 
 
 def test_json_holds_what_was_made_and_what_was_not(root, tmp_path, capsys):

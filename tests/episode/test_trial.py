@@ -101,6 +101,30 @@ def test_a_scene_or_a_robot_that_cannot_be_used_is_bad_input_and_leaves_nothing(
         assert [p.name for p in tmp_path.iterdir()] == ["edge.yaml"]
 
 
+def test_only_trials_are_replaced(tmp_path):
+    for name in ("precious", "trial.partial"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "thesis.txt").write_text("years of work")
+    for name in ("precious", "trial"):
+        with pytest.raises(InputError, match="is no trial"):
+            run_trial(SPEC, tmp_path / name, overwrite=True, say=_silent)
+        assert (tmp_path / "precious" / "thesis.txt").read_text() == "years of work"
+        assert (tmp_path / "trial.partial" / "thesis.txt").read_text() == "years of work"
+    assert not (tmp_path / "trial").exists()
+
+
+def test_a_problem_for_another_robot_is_played_with_a_hint(tmp_path):
+    origin = {"robot": "my_robot", "robot_source": "a1"}
+    save_problem(replace(load_problem("structured-04"), origin=origin), tmp_path / "other.yaml")
+    spec, said = TrialSpec(str(tmp_path / "other.yaml"), "random", max_picks=1), []
+
+    def stop(event):
+        raise KeyboardInterrupt
+
+    run_trial(spec, tmp_path / "trial", listeners=[stop], say=said.append)
+    assert any("made for the robot 'my_robot'" in line for line in said)
+
+
 def test_bad_input_during_the_episode_makes_it_errored(tmp_path):
     def refuse(event):
         if isinstance(event, Looked):

@@ -11,7 +11,7 @@ from torc.errors import InputError
 from torc.generation import generator as generator_module
 from torc.generation.batch import Job, generate_batch
 from torc.generation.config import GENERATOR_VERSION, GenerationConfig, Hiddenness
-from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem
+from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem, is_made_from
 from torc.generation.inspection import SceneView
 from torc.generation.rejections import Reason
 from torc.generation.surroundings import Surroundings
@@ -136,6 +136,19 @@ def test_the_reason_is_the_furthest_step_that_a_candidate_came_to(generated, see
     view, rng = SceneView(problem, None, None), np.random.default_rng(seed)
     found = generator_module._choose_target(view, SMALL, _Knows(problem.objects[0].name), rng)
     assert (found.reason, found.ungraspable) == (Reason.TRIVIAL, (problem.objects[0].name,))
+
+
+def test_a_problem_tells_what_it_was_made_from(generated, inspector):
+    problem, robot = generated.problem, inspector.robot
+    assert is_made_from(problem, SMALL, 3, robot)
+    assert is_made_from(parse_problem(problem_text(problem)), SMALL, 3, robot)
+    assert not is_made_from(problem, SMALL, 4, robot)
+    assert not is_made_from(problem, replace(SMALL, hidden="partly"), 3, robot)
+    assert not is_made_from(problem, replace(SMALL, kinds=("mug",)), 3, robot)
+    assert not is_made_from(problem, SMALL, 3, replace(robot, source="a1"))
+    older = replace(problem, origin={**problem.origin, "generator": GENERATOR_VERSION - 1})
+    assert not is_made_from(older, SMALL, 3, robot)
+    assert not is_made_from(replace(problem, name="mine"), SMALL, 3, robot)
 
 
 def test_after_the_last_attempt_it_says_why(inspector, monkeypatch):

@@ -1,5 +1,6 @@
 """Importing many scenes: what is asked for is made, and whatever is not made has a reason."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -88,11 +89,19 @@ def test_a_scene_that_is_there_twice_is_imported_once(root, tmp_path):
 
 def test_files_are_replaced_only_on_request(root, tmp_path):
     request = ImportRequest(root, scenes=(249,), target="17", config=QUICK)
+    elsewhere = replace(QUICK, placement="paper")
     (first,) = run_import(request, _Inspector(), tmp_path / "out")
-    (refused,) = run_import(request, _Inspector(), tmp_path / "out")
-    assert "--overwrite" in refused.reason
+    (kept,) = run_import(request, _Inspector(), tmp_path / "out")
+    assert (kept.there, kept.file, kept.problem) == (True, first.file, first.problem)
+    for other in (replace(request, category="unstructured"), replace(request, config=elsewhere)):
+        (refused,) = run_import(other, _Inspector(), tmp_path / "out")
+        assert refused.file is None
+        assert "imported otherwise; --overwrite" in refused.reason
+    first.file.write_text("spoiled")
+    (spoiled,) = run_import(request, _Inspector(), tmp_path / "out")
+    assert "--overwrite" in spoiled.reason
     (again,) = run_import(request, _Inspector(), tmp_path / "out", overwrite=True)
-    assert again.file == first.file
+    assert (again.there, again.file, again.problem) == (False, first.file, first.problem)
 
 
 def test_a_run_that_was_interrupted_goes_on_where_it_was(root, tmp_path, monkeypatch):
@@ -107,8 +116,8 @@ def test_a_run_that_was_interrupted_goes_on_where_it_was(root, tmp_path, monkeyp
     again = _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
     assert settled == [110]
     assert [a.scene for a in again] == [a.scene for a in first]
-    assert [a.target for a in again if a.file] == [lost.target]
-    assert sum("is there already" in a.reason for a in again) == 4
+    assert {a.file for a in again} == {a.file for a in first}
+    assert [a.target for a in again if not a.there] == [lost.target]
 
 
 def test_a_target_that_is_not_there_is_a_failure_of_that_scene(root, tmp_path):

@@ -64,6 +64,15 @@ def test_what_is_no_answer_is_named(content, told, tmp_path):
     assert str(tmp_path) in str(caught.value)
 
 
+def test_an_order_that_ends_with_another_target_is_of_a_problem_that_has_changed(tmp_path):
+    other = replace(A, target=A.ordered()[3].name)
+    _keep(tmp_path, answer_for(A, (3, 0)))
+    with pytest.raises(InputError, match="changed since"):
+        orders_from(tmp_path, [other])
+    names = (A.ordered()[3].name, A.target)
+    assert stated_order(replace(other, origin={ORDER_KEY: join_order(names)})) is None
+
+
 def test_a_directory_that_is_not_there_is_named(tmp_path):
     with pytest.raises(InputError, match="no directory"):
         orders_from(tmp_path / "nothing", [A])

@@ -45,10 +45,18 @@ class Question:
 
 
 def find_problems(selection: str) -> dict[BenchProblem, Problem]:
-    """The problems that a user means, in order. Raises InputError."""
-    found = {}
+    """The problems that a user means, in order. Raises InputError, also where two have the same name."""
+    found: dict[BenchProblem, Problem] = {}
+    files: dict[str, str] = {}
     for name in select_problems(selection):
         problem = load_problem(name)
+        if problem.name in files:
+            raise InputError(
+                f"{files[problem.name]} and {name} are both called '{problem.name}', so their trials would be mixed "
+                "up. Change `name:` in one of the files, or leave it out; generated ones are called otherwise with "
+                "another --seed."
+            )
+        files[problem.name] = name
         shipped = shipped_path(name) is not None
         digest = problem_fingerprint(problem)
         found[BenchProblem(problem.name, problem.category, digest, shipped)] = problem

@@ -39,9 +39,15 @@ def read_tables(roots: Sequence[Path]) -> Table:
         return read_table(roots[0])
     tables = [read_table(root.resolve()) for root in roots]
     left_out = [one for table in tables for one in table.left_out]
-    rows = _comparable([row for table in tables for row in table.rows], left_out)
-    difficulties = {name: d for table in tables for name, d in table.difficulties.items()}
-    return Table(Path(os.path.commonpath([t.root for t in tables])), *rows, difficulties)
+    rows, left_out_too = _comparable([row for table in tables for row in table.rows], left_out)
+    counted = {row.directory for row in rows}
+    difficulties = {
+        row.problem: table.difficulties[row.problem]
+        for table in tables
+        for row in table.rows
+        if row.directory in counted and row.problem in table.difficulties
+    }
+    return Table(Path(os.path.commonpath([t.root for t in tables])), rows, left_out_too, difficulties)
 
 
 def read_table(root: Path) -> Table:
@@ -79,7 +85,8 @@ def read_table(root: Path) -> Table:
         rows += (row for row in read_rows(root) if row.directory not in found_here)
     if not rows:
         raise InputError(f"There is no finished trial in '{root}'. `torc bench` and `torc run` make them.")
-    return Table(root, *_comparable(rows, left_out), _difficulties(rows, store))
+    counted, left_out_too = _comparable(rows, left_out)
+    return Table(root, counted, left_out_too, _difficulties(counted, store))
 
 
 def _difficulties(rows: Iterable[TrialRow], store: Store) -> dict[str, Difficulty]:

@@ -21,6 +21,7 @@ from torc.benchmark.dispatch import Failure
 from torc.benchmark.manifest import MANIFEST_FORMAT
 from torc.benchmark.playing import OUTPUT, TRIAL, trial_spec
 from torc.benchmark.spec import BenchProblem, BenchSpec, PlannedTrial, from_json, merged, to_json
+from torc.episode.recorded import LOG
 from torc.episode.trial import RESULT_FORMAT
 from torc.episode.versions import versions
 from torc.errors import InputError
@@ -47,8 +48,8 @@ class Store:
 
     @property
     def is_there(self) -> bool:
-        """Whether a benchmark was begun here."""
-        return (self.root / SPEC).is_file()
+        """Whether a benchmark was begun here. A single trial has a file of that name, too, beside its log."""
+        return (self.root / SPEC).is_file() and not (self.root / LOG).exists()
 
     def spec(self) -> BenchSpec:
         """The trials that belong to the benchmark. Raises InputError."""
@@ -77,8 +78,10 @@ class Store:
         return whole
 
     def check_writable(self) -> None:
-        """Raises InputError where the directory cannot be made or written; leaves nothing."""
+        """Raises InputError where the directory cannot be made or written, or is a trial; leaves nothing."""
         try:
+            if (self.root / LOG).exists():
+                raise InputError(f"'{self.root}' is a trial, not a benchmark. Choose another --out.")
             there = next(path for path in (self.root, *self.root.parents) if path.exists())
             # Made rather than asked about: the answer for root, or on a network's disk, may be wrong.
             with TemporaryDirectory(prefix=".torc-", dir=there):

@@ -1,14 +1,10 @@
 """What happens inside a process that works for the local pool."""
 
 import contextlib
-import ctypes
 import faulthandler
 import io
 import os
-import signal
 import sys
-import threading
-import time
 import traceback
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,8 +12,7 @@ from typing import Any
 
 from torc.benchmark.dispatch import Failure, FailureKind, Work
 from torc.errors import InputError, TorcError
-
-_PR_SET_PDEATHSIG = 1
+from torc.processes import end_with
 
 
 def set_up(memory_bytes: int | None, parent: int) -> None:
@@ -27,7 +22,7 @@ def set_up(memory_bytes: int | None, parent: int) -> None:
         memory_bytes: bound on the address space; None for none.
         parent: process id of the runner.
     """
-    _end_with(parent)
+    end_with(parent)
     if memory_bytes is not None:
         _limit_memory(memory_bytes)
 
@@ -55,21 +50,6 @@ def _failure(error: BaseException) -> Failure:
         return Failure(FailureKind.MEMORY, "It asked for more memory than it may have.")
     text = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
     return Failure(FailureKind.RAISED, text, isinstance(error, InputError))
-
-
-def _end_with(parent: int) -> None:
-    """End this process when the runner is gone, even killed: nobody would take its answers."""
-    if sys.platform == "linux":
-        with contextlib.suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
-
-
-def _watch(parent: int) -> None:
-    # Where the system has no signal for it, or the parent was gone before it was asked for.
-    while os.getppid() == parent:
-        time.sleep(1.0)
-    os._exit(1)
 
 
 def _limit_memory(memory_bytes: int) -> None:

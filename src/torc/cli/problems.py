@@ -1,6 +1,7 @@
 """`torc problems`: problems to play, those that come with torc and new ones."""
 
 import json as json_module
+import shlex
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -62,6 +63,7 @@ class ShowCommand:
     def run(self) -> int:
         """Print the problem."""
         from torc.records.serialization import to_plain
+        from torc.scenes.made_for import robot_wanted
         from torc.scenes.problem import load_problem
 
         problem = load_problem(self.problem)
@@ -72,7 +74,10 @@ class ShowCommand:
         for k, placement in enumerate(problem.ordered()):
             x, y, z = placement.position
             print(f"  {k:>2}  {placement.name:<28} {placement.model:<28} at {x:.3f} {y:.3f} {z:.3f}")
-        print(f"\nPlay it: torc run {self.problem}")
+        robot = robot_wanted(problem)
+        if robot:
+            print(f"\nMade for the robot '{robot}': its file goes with --robot.")
+        print(f"\nPlay it: torc run {shlex.quote(self.problem)}{' --robot FILE' if robot else ''}")
         return 0
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from torc.generation.batch import Job, Progress
     from torc.generation.generator import GeneratedProblem, NotGenerated
+    from torc.robots.description import RobotDescription
 
 _MANY_CROWDED = 8
 """Scenes from the first one on that are too crowded, after which there is little hope."""
@@ -41,14 +42,15 @@ class GenerateCommand:
     """
 
     structured: bool = False
-    """Standing objects, tightly packed. With neither this nor --unstructured: one of each in turn."""
+    """Standing objects, tightly packed. With neither this nor --unstructured: for even seeds."""
     unstructured: bool = False
-    """Dumped piles."""
+    """Dumped piles. With neither this nor --structured: for odd seeds."""
     objects: Annotated[str, tyro.conf.arg(metavar="N|N-M")] = "8-20"
     """Number of objects, or a range of it, from 2 to 64; 8-20 are typical. Standing objects must fit side by side: 24
     do in about one scene of three, 32 in hardly any."""
     count: int = 1
-    """How many problems; their seeds are SEED, SEED+1, ..."""
+    """How many problems; their seeds are SEED, SEED+1, ... What is in DIR already is not made again: the same command
+    goes on after Ctrl-C, and with a larger number it adds to the set."""
     seed: int = 0
     """Seed of the first problem."""
     hidden: Literal["any", "visible", "partly", "hidden"] = "any"
@@ -69,7 +71,7 @@ class GenerateCommand:
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("problems")
     """Directory for the problem files."""
     overwrite: bool = False
-    """Replace files that are there."""
+    """Make again and replace what is there."""
     workers: int = 1
     """Processes that work at the same time."""
     json: Annotated[bool, tyro.conf.arg(help="Print a JSON summary instead of text.")] = False
@@ -84,15 +86,18 @@ class GenerateCommand:
         from torc.generation.batch import generate_batch, inspector_for
         from torc.pipeline.warm_up import announced_compilation
 
-        inspector_for(self.robot)  # an unknown one is refused before any work
-        jobs, console = self._jobs(), Console(stderr=True)
-        paths = self._paths(jobs)
-        summary = _Summary()
+        robot = inspector_for(self.robot).robot  # an unknown one is refused before any work
+        all_jobs, console = self._jobs(), Console(stderr=True)
+        there = self._there(all_jobs, robot)
+        jobs, summary = [job for job in all_jobs if job not in there], _Summary(list(there.values()))
+        told = sys.stderr if self.json else sys.stdout
+        if there:
+            print(f"{len(there)} of {len(all_jobs)} are in {self.out} already.", file=told, flush=True)
         with announced_compilation(lambda text: console.print(text, style="dim")):
             batch = generate_batch(jobs, self.robot, self.workers, progress=_teller(console))
-            for path, (job, made) in zip(paths, batch):
-                self._keep(path, job, made, summary)
-                print(summary.lines[-1], file=sys.stderr if self.json else sys.stdout, flush=True)
+            for job, made in batch:
+                self._keep(self._path(job), job, made, summary)
+                print(summary.lines[-1], file=told, flush=True)
         if self.json:
             print(json.dumps(summary.facts(), indent=2))
         else:
@@ -125,25 +130,35 @@ class GenerateCommand:
             for category in categories
         ]
         allowed_models(configs[0])
-        return [Job(configs[i % len(configs)], self.seed + i) for i in range(self.count)]
+        # By the seed, not by its place in this call: a set that grows is the one that would have been made at once.
+        seeds = range(self.seed, self.seed + self.count)
+        return [Job(configs[seed % len(configs)], seed) for seed in seeds]
 
-    def _paths(self, jobs: list[Job]) -> list[Path]:
-        """Where the problems go; made sure of before any work."""
-        from torc.errors import InputError
+    def _path(self, job: Job) -> Path:
         from torc.generation.generator import problem_name
 
-        paths = [self.out / f"{problem_name(job.config, job.seed)}.yaml" for job in jobs]
+        return self.out / f"{problem_name(job.config, job.seed)}.yaml"
+
+    def _there(self, jobs: list[Job], robot: RobotDescription) -> dict[Job, Path]:
+        """What an earlier call has made of these; made sure of before any work that nothing else is replaced."""
+        from torc.errors import InputError
+        from torc.generation.generator import is_made_from
+        from torc.scenes.problem import load_problem
+
         try:
             self.out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"Cannot make '{self.out}': {error.strerror}. Choose another --out.") from error
-        there = [path for path in paths if path.exists()]
-        if there and not self.overwrite:
-            raise InputError(
-                f"{there[0]} exists{f', and {len(there) - 1} more' if there[1:] else ''}. Choose another --out or "
-                "--seed, or replace with --overwrite."
-            )
-        return paths
+        if self.overwrite:
+            return {}
+        found = {job: path for job in jobs if (path := self._path(job)).exists()}
+        for job, path in found.items():
+            if not is_made_from(load_problem(str(path)), job.config, job.seed, robot):
+                raise InputError(
+                    f"{path} exists and was made otherwise. Choose another --out or --seed, or replace what is there "
+                    "with --overwrite."
+                )
+        return found
 
     def _keep(self, path: Path, job: Job, made: GeneratedProblem | NotGenerated, summary: _Summary) -> None:
         from torc.errors import InputError
@@ -161,7 +176,8 @@ class GenerateCommand:
 class _Summary:
     """What was made, and why scenes were rejected."""
 
-    def __init__(self) -> None:
+    def __init__(self, there: list[Path]) -> None:
+        self.there = [str(path) for path in there]
         self.made: list[dict[str, Any]] = []
         self.failed: list[dict[str, Any]] = []
         self.rejections: Counter[str] = Counter()
@@ -191,6 +207,7 @@ class _Summary:
 
     def facts(self) -> dict[str, Any]:
         return {
+            "there": self.there,
             "made": self.made,
             "failed": self.failed,
             "scenes_tried": self.scenes,
@@ -200,9 +217,11 @@ class _Summary:
     def text(self) -> str:
         from torc.generation.rejections import Reason
 
-        lines = [
-            f"\n{len(self.made)} of {len(self.made) + len(self.failed)} made, {self.scenes} scenes tried"
-        ]
+        wanted = len(self.made) + len(self.failed)
+        if not wanted:
+            return "Nothing was left to make: --overwrite makes it again, another --seed something else."
+        there = f" beside the {len(self.there)} that were there" if self.there else ""
+        lines = [f"\n{len(self.made)} of {wanted} made{there}, {self.scenes} scenes tried"]
         lines += [f"  {n:>4} rejected: {reason}" for reason, n in self.rejections.most_common()]
         if self.failed:
             crowded = self.rejections.most_common(1)[0][0] == Reason.DOES_NOT_FIT

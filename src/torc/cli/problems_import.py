@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_module
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -27,7 +28,9 @@ class ImportCommand:
       torc problems import ~/GraspClutter6D --paper                the paper's 40 problems
       torc problems import ~/GraspClutter6D --scene 249 --target 17_0
 
-    Exit code 0 when every problem asked for was made, 1 when some were not (each with its reason), 2 on bad arguments.
+    What is in DIR already is not made again: the same command goes on after Ctrl-C.
+
+    Exit code 0 when every problem asked for is there, 1 when some were not (each with its reason), 2 on bad arguments.
     """
 
     root: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="ROOT")]
@@ -52,7 +55,7 @@ class ImportCommand:
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("graspclutter6d-problems")
     """Where the problem files go."""
     overwrite: bool = False
-    """Replace problem files that are there already."""
+    """Make again and replace problem files that are there."""
     json: Annotated[bool, tyro.conf.arg(help="Print what was made, and what was not and why, as JSON.")] = (
         False
     )
@@ -101,6 +104,7 @@ def _row(attempt: Attempt) -> dict[str, object]:
         "objects": len(problem.objects) if problem else None,
         "in_sight": attempt.in_sight,
         "fell": list(attempt.fell),
+        "there": attempt.there,
         "reason": attempt.reason,
         "notes": list(attempt.notes),
     }
@@ -109,11 +113,13 @@ def _row(attempt: Attempt) -> dict[str, object]:
 def _print(rows: list[dict[str, object]], out: Path) -> None:
     for row in rows:
         where = f"scene {row['scene']}" + (f", {row['target']}" if row["target"] else "")
-        if row["file"]:
+        if row["there"]:
+            print(f"there  {where}: {row['file']}")
+        elif row["file"]:
             print(f"made   {where}: {row['description']}, {row['category']}, {row['objects']} objects")
         else:
             print(f"failed {where}: {row['reason']}")
-    made = [row for row in rows if row["file"]]
-    print(f"\n{len(made)} of {len(rows)} problems are in {out}.")
-    if made:
-        print(f"Play one: torc run {made[0]['file']}")
+    done = [str(row["file"]) for row in rows if row["file"]]
+    print(f"\n{len(done)} of {len(rows)} problems are in {out}.")
+    if done:
+        print(f"Play one: torc run {shlex.quote(done[0])}")

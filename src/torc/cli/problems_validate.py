@@ -52,6 +52,7 @@ class ValidateCommand:
         from torc.generation.solving import oracle_check
         from torc.generation.validation import validate_problem
         from torc.pipeline.warm_up import announced_compilation
+        from torc.scenes.made_for import robot_hint
         from torc.scenes.problem import load_problem
         from torc.scenes.problem_sets import select_problems
 
@@ -68,6 +69,8 @@ class ValidateCommand:
         with announced_compilation(_on_stderr):
             for name, problem in problems.items():
                 say(f"{name}: {problem.description}")
+                if hint := robot_hint(problem, inspector.robot.source):
+                    say(f"  {hint}")
                 reports[name] = report = validate_problem(
                     problem, inspector, resolve=resolve, progress=lambda check: say(_line(check))
                 )

@@ -13,9 +13,12 @@ from torc.episode.event_log import event_line
 from torc.episode.events import Decided, Event, Executed, Looked
 from torc.episode.pick_view import view_of
 from torc.episode.pictures import Crop, Frame, crop_around_objects, picture_strip
+from torc.episode.recorded import LOG
+from torc.episode.viewer_links import PARTIAL
 from torc.errors import InputError
 from torc.perception.marking import mark_image
 from torc.records import GraspReport, SegmentedScene
+from torc.records.directories import check_place
 from torc.records.files import write_json, write_png
 from torc.records.serialization import save_record
 from torc.task_planning.drawing import draw_decision
@@ -33,27 +36,26 @@ class TrialRecorder:
         records: also save each snapshot as a record (about 1 MB a pick).
 
     Raises:
-        InputError: the directory exists (and not overwrite), or cannot be written.
+        InputError: the directory exists (and not overwrite), is no trial, or cannot be written.
     """
 
     def __init__(
         self, out: Path, spec: dict[str, Any], *, overwrite: bool = False, records: bool = False
     ) -> None:
-        self.out, self.partial, self.records = out, out.with_name(out.name + ".partial"), records
+        check_place(out, overwrite, LOG, "trial")
+        self.out, self.partial, self.records = out, out.with_name(out.name + PARTIAL), records
+        check_place(self.partial, True, LOG, "trial")
         self.frames: list[Frame] = []
         self.begun = False
         """Whether an event has been recorded."""
         self._crop: Crop | None = None
-        if out.exists() and not overwrite:
-            raise InputError(
-                f"'{out}' exists already. Choose another --out, or add --overwrite to replace it."
-            )
         self._new = [parent for parent in out.parents if not parent.exists()]
         try:
             shutil.rmtree(self.partial, ignore_errors=True)
-            (self.partial / "picks").mkdir(parents=True)
+            self.partial.mkdir(parents=True)
+            self._log: IO[str] = open(self.partial / LOG, "w", encoding="utf-8")  # noqa: SIM115
+            (self.partial / "picks").mkdir()
             write_json(self.partial / "spec.json", spec)
-            self._log: IO[str] = open(self.partial / "events.jsonl", "w", encoding="utf-8")  # noqa: SIM115
         except OSError as error:
             raise InputError(
                 f"Cannot write to '{self.partial}': {error.strerror}. Choose another --out."

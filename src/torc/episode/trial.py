@@ -29,6 +29,7 @@ from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.pipeline.warm_up import announced_compilation
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
+from torc.scenes.made_for import robot_hint
 from torc.scenes.problem import Problem, load_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot
@@ -195,6 +196,8 @@ def _play(
     say: Callable[[str], None],
 ) -> dict[str, Any]:
     workspace, robot = Workspace(), load_robot(spec.robot)
+    if hint := robot_hint(problem, robot.source):
+        say(hint)
     last = _Last()
     with ExitStack() as stack:
         for open_film in films:

@@ -47,7 +47,7 @@ def export_trials(root: Path, out: Path, spec: ExportSpec, overwrite: bool = Fal
     Raises:
         InputError: nothing is there to be exported, a trial cannot be read, or `out` cannot be written.
     """
-    with new_directory(out, overwrite) as directory:
+    with new_directory(out, overwrite, FACTS) as directory:
         # A rejected choice mostly stands in a trial that failed, so pairs look at all of them.
         sources = select_trials(root, spec.every or spec.format == "pairs")
         counts = _write(directory, sources, spec)

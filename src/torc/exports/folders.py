@@ -4,6 +4,7 @@ import json
 import os
 import re
 import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from typing import Any
 
 from torc.errors import InputError
 from torc.exports.selection import SPLITS
+from torc.records.directories import check_place
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.-]+")
 
@@ -36,18 +38,23 @@ class Row:
 
 
 @contextmanager
-def new_directory(out: Path, overwrite: bool) -> Iterator[Path]:
+def new_directory(out: Path, overwrite: bool, mark: str) -> Iterator[Path]:
     """A directory to fill; it gets the name `out` when the block ends well, and is removed when it does not.
 
+    Args:
+        out: the directory.
+        overwrite: replace one with `mark` in it.
+        mark: a file that each such directory holds.
+
     Raises:
-        InputError: `out` exists (and not overwrite), or cannot be written.
+        InputError: `out` exists (and not overwrite), is something else, or cannot be written.
     """
-    if out.exists() and not overwrite:
-        raise InputError(f"'{out}' exists already. Choose another --out, or add --overwrite to replace it.")
-    partial = out.with_name(out.name + ".partial")
+    check_place(out, overwrite, mark, "export")
     try:
-        shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        aside = Path(tempfile.mkdtemp(prefix=f".{out.name}-", dir=out.parent))
+        partial = aside / out.name  # within: a directory that others may read, as any that is made
+        partial.mkdir()
     except OSError as error:
         raise InputError(f"Cannot write to '{out}': {error.strerror}. Choose another --out.") from error
     try:
@@ -56,7 +63,7 @@ def new_directory(out: Path, overwrite: bool) -> Iterator[Path]:
             shutil.rmtree(out)
         os.replace(partial, out)
     finally:
-        shutil.rmtree(partial, ignore_errors=True)
+        shutil.rmtree(aside, ignore_errors=True)
 
 
 def write_rows(directory: Path, rows: Iterator[Row]) -> dict[str, int]:

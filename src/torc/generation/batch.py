@@ -1,16 +1,14 @@
 """Many problems, by one process or several: the same ones either way, in the same order."""
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
-from multiprocessing import get_context
 
 from torc.generation.config import GenerationConfig
 from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem
 from torc.generation.inspection import Inspector
 from torc.generation.rejections import Reason
-from torc.processes import one_thread_each
+from torc.processes import open_pool
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
 
@@ -36,13 +34,16 @@ def generate_batch(
         robot: name or file of the robot that will have to solve them.
         workers: processes; with more than one, progress is not told.
         progress: told of rejected attempts.
+
+    Raises:
+        TorcError: a process was ended from outside.
     """
     if workers <= 1:
         for job in jobs:
             told = None if progress is None else _for_job(progress, job)
             yield job, generate_problem(job.config, job.seed, inspector_for(robot), progress=told)
         return
-    with one_thread_each(), ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    with open_pool(workers) as pool:
         yield from zip(jobs, pool.map(_generate, jobs, [robot] * len(jobs)))
 
 

@@ -71,7 +71,9 @@ def difficulty_of(problem: Problem, inspector: Inspector) -> Difficulty:
 
 
 def stated_difficulty(problem: Problem) -> Difficulty | None:
-    """What `Difficulty.facts` wrote into the problem's origin; None if that is not there, or not all of it."""
+    """What `Difficulty.facts` wrote into the problem's origin; None if that is not there, or of another target."""
+    if problem.origin.get("target", problem.target) != problem.target:
+        return None
     try:
         group, fraction, *counts = (
             problem.origin[name]

@@ -20,6 +20,7 @@ from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.library import object_description
+from torc.scenes.made_for import NAME_KEY, SOURCE_KEY
 from torc.scenes.problem import Problem
 from torc.scenes.problem_file import Scalar
 from torc.scenes.sampling import sample_models
@@ -30,6 +31,8 @@ from torc.sim.world import build_world
 STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
 """How still a generated problem is: within what is allowed after 10 s, by a margin, since the watch may end early."""
 _CHANCES = 3
+_FOUND = ("attempt", "target", "hiddenness", "visible_fraction", "in_front", "beside", "taller")
+"""Of a problem's origin, what was not asked for."""
 _LONGEST_LIST = 1500
 
 
@@ -89,7 +92,8 @@ def generate_problem(
         found = _attempt(config, count, models, seed, attempt, inspector, clutter)
         if not isinstance(found, Reason):
             problem, difficulty = found
-            origin = _origin(config, seed, attempt, difficulty, inspector.robot)
+            origin = _asked(config, seed, inspector.robot) | {"attempt": attempt, "target": problem.target}
+            origin |= difficulty.facts()
             problem = replace(problem, name=problem_name(config, seed), origin=origin)
             return GeneratedProblem(problem, difficulty, attempt + 1, dict(rejections))
         rejections[found] += 1
@@ -101,6 +105,13 @@ def generate_problem(
 def problem_name(config: GenerationConfig, seed: int) -> str:
     """E.g. "structured-s0007"."""
     return f"{config.category}-s{seed:04d}"
+
+
+def is_made_from(problem: Problem, config: GenerationConfig, seed: int, robot: RobotDescription) -> bool:
+    """Whether a problem is the one that belongs to a configuration and a seed, as far as its file says."""
+    asked = _asked(config, seed, robot)
+    stated = {name: value for name, value in problem.origin.items() if name not in _FOUND}
+    return stated == asked and problem.name == problem_name(config, seed)
 
 
 def _attempt(
@@ -201,13 +212,11 @@ def _candidates(
     return [name for name in shuffled if groups[name].value == config.hidden]
 
 
-def _origin(
-    config: GenerationConfig, seed: int, attempt: int, difficulty: Difficulty, robot: RobotDescription
-) -> dict[str, Scalar]:
-    """What a problem file says of where it comes from: enough to make it again, and its difficulty."""
+def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict[str, Scalar]:
+    """What a problem follows from, as its file says it: enough to make it again."""
     own = robot.source != load_robot(DEFAULT_ROBOT).source
     unusual: dict[str, Scalar] = {
-        **({"robot": robot.name, "robot_source": robot.source} if own else {}),
+        **({NAME_KEY: robot.name, SOURCE_KEY: robot.source} if own else {}),
         "held_out": {None: "", True: "only", False: "none"}[config.held_out],
         "kinds": _listed(config.kinds),
         "models": _listed(config.models),
@@ -218,11 +227,9 @@ def _origin(
         "generator": GENERATOR_VERSION,
         "torc": torc.__version__,
         "seed": seed,
-        "attempt": attempt,
         "wanted_objects": "-".join(map(str, config.objects)),
         "wanted_hiddenness": config.hidden,
         **{name: value for name, value in unusual.items() if value},
-        **difficulty.facts(),
     }
 
 

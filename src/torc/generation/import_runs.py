@@ -11,6 +11,7 @@ from torc.generation.imports import (
     SettledScene,
     choose_target,
     find_target,
+    how_imported,
     make_problem,
     problem_name,
     settle_scene,
@@ -20,7 +21,7 @@ from torc.scenes.importing.graspclutter6d.annotations import AnnotatedScene, rea
 from torc.scenes.importing.graspclutter6d.layout import check_root, image_id
 from torc.scenes.importing.graspclutter6d.placement import placement_rule
 from torc.scenes.importing.graspclutter6d.published import PaperProblem, paper_problems, parse_object_name
-from torc.scenes.problem import Problem, save_problem
+from torc.scenes.problem import Problem, load_problem, save_problem
 from torc.scenes.problem_file import Category, Scalar
 
 
@@ -53,8 +54,9 @@ class Attempt:
         scene: number of the scene.
         target: name of the wanted object; None if it was not known yet when it failed.
         problem: None if there is none ...
-        reason: ... and why.
-        file: where the problem was saved.
+        reason: ... and why, unless it was there.
+        file: where the problem is.
+        there: it was there already, from an earlier call.
         in_sight: visible share of the target at first.
         fell: objects that fell off the table and are not in the problem.
         notes: what was odd.
@@ -65,6 +67,7 @@ class Attempt:
     problem: Problem | None = None
     reason: str = ""
     file: Path | None = None
+    there: bool = False
     in_sight: float | None = None
     fell: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -102,11 +105,11 @@ def run_import(
     for scene, problems in wanted.items():
         # Known before the work of settling, so that a run that was interrupted is soon where it was.
         there = [] if overwrite else [p for p in problems if p and _file(out, scene, p.target).exists()]
-        attempts += [_is_there(out, scene, p.target) for p in there]
+        attempts += [_kept(out, scene, p.target, request) for p in there]
         left = [p for p in problems if p not in there]
         if left:
             made = _attempts(request, scene, left, seen, inspector, say)
-            attempts += [_save(attempt, out, overwrite) for attempt in made]
+            attempts += [_save(attempt, out, overwrite, request) for attempt in made]
     return attempts
 
 
@@ -192,12 +195,12 @@ def _failed(failure: SceneFailure) -> Attempt:
     return Attempt(failure.scene, failure.target, reason=failure.reason, notes=failure.notes)
 
 
-def _save(attempt: Attempt, out: Path, overwrite: bool) -> Attempt:
+def _save(attempt: Attempt, out: Path, overwrite: bool, request: ImportRequest) -> Attempt:
     if attempt.problem is None:
         return attempt
     file = _file(out, attempt.scene, attempt.problem.target)
     if file.exists() and not overwrite:
-        return _is_there(out, attempt.scene, attempt.problem.target)
+        return _kept(out, attempt.scene, attempt.problem.target, request)
     try:
         save_problem(attempt.problem, file)
     except OSError as error:
@@ -209,7 +212,18 @@ def _file(out: Path, scene: int, target: str) -> Path:
     return out / f"{problem_name(scene, target)}.yaml"
 
 
-def _is_there(out: Path, scene: int, target: str) -> Attempt:
-    return Attempt(
-        scene, target, reason=f"{_file(out, scene, target)} is there already; --overwrite replaces it"
-    )
+def _kept(out: Path, scene: int, target: str, request: ImportRequest) -> Attempt:
+    """A file that is there: what was asked for, or a failure if it was imported otherwise."""
+    file = _file(out, scene, target)
+    try:
+        problem = load_problem(str(file))
+    except InputError as error:
+        return Attempt(scene, target, reason=f"{error} --overwrite replaces it.")
+    asked = how_imported(scene, request.config)
+    if {name: problem.origin.get(name) for name in asked} != asked or (
+        request.category not in (None, problem.category)
+    ):
+        return Attempt(
+            scene, target, reason=f"{file} is there already, imported otherwise; --overwrite replaces it"
+        )
+    return Attempt(scene, target, problem, file=file, there=True)

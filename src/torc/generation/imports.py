@@ -246,16 +246,23 @@ def make_problem(
         target=target,
         notes=" ".join(notes)[:2000],
         origin={
-            "source": "GraspClutter6D",
-            "scene": scene.scene,
-            "annotation": config.annotation,
-            "camera": config.camera,
-            "placement": config.placement,
+            **how_imported(scene.scene, config),
             "category_by": by,
             "licence": LICENCE,
             **(facts or {}),
         },
     )
+
+
+def how_imported(scene: int, config: ImportConfig) -> dict[str, Scalar]:
+    """Entries of a problem's `origin`: which scene it is, and how it was taken over."""
+    return {
+        "source": "GraspClutter6D",
+        "scene": scene,
+        "annotation": config.annotation,
+        "camera": config.camera,
+        "placement": config.placement,
+    }
 
 
 def _twin_note(scene: int) -> tuple[str, ...]:

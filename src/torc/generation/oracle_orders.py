@@ -36,9 +36,9 @@ def join_order(names: Iterable[str]) -> str:
 
 
 def stated_order(problem: Problem) -> OracleOrder | None:
-    """The order that a problem's origin states; None if it states none, or one of other objects."""
+    """The order that a problem's origin states; None if it states none, or one to another target."""
     names = tuple(name for name in str(problem.origin.get(ORDER_KEY, "")).split(", ") if name)
-    if not names or not _is_of(problem, names):
+    if not names or not _is_of(problem, names) or names[-1] != problem.target:
         return None
     return OracleOrder(names, f"{len(names)} pick{'' if len(names) == 1 else 's'}.")
 
@@ -51,8 +51,8 @@ def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleO
         problems: whose orders are wanted.
 
     Raises:
-        InputError: no such directory, a file that is no answer, an answer to a problem that had other objects, or
-            no answer to any of these problems.
+        InputError: no such directory, a file that is no answer, an answer to a problem that had other objects or
+            another target, or no answer to any of these problems.
     """
     if not answers.is_dir():
         raise InputError(f"There is no directory '{answers}' of answers; {_WRITERS}.")
@@ -66,6 +66,11 @@ def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleO
         if not _is_of(problem, answer.order):
             raise InputError(
                 f"{path} names objects that '{problem.name}' does not have: it was changed since. Solve it again."
+            )
+        if answer.solved and answer.order[-1] != problem.target:
+            raise InputError(
+                f"{path} ends with '{answer.order[-1]}', but the target of '{problem.name}' is '{problem.target}': it "
+                "was changed since. Solve it again."
             )
         if answer.problem not in found or answer.seed < found[answer.problem].seed:
             found[answer.problem] = answer
