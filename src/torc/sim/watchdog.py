@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Int
 
 from torc.errors import PhysicsError
 from torc.sim.world import World
@@ -15,10 +15,6 @@ _BAD_NUMBERS = (
     mujoco.mjtWarning.mjWARN_BADQACC,
 )
 _BELOW_M = 0.10
-_REMEDY = (
-    "Bodies were pressed together too hard or placed inside each other; the trial does not count. If problems of one "
-    "kind often end so, check that their objects do not overlap and that the contact guard is on."
-)
 
 
 @dataclass(frozen=True)
@@ -59,10 +55,10 @@ class Watchdog:
         data = self._world.data
         if any(data.warning[int(w)].number for w in _BAD_NUMBERS) or not np.isfinite(data.qpos).all():
             raise PhysicsError(
-                f"The simulation diverged at t = {data.time:.3f} s (NaN or huge numbers). {_REMEDY}"
+                f"The simulation diverged at t = {data.time:.3f} s (NaN or huge numbers). {self._remedy()}"
             )
+        self._check_penetration()  # first: it names what is inside what, also where that made things fly
         self._check_speeds()
-        self._check_penetration()
 
     def _check_penetration(self) -> None:
         world, config, contact = self._world, self._config, self._world.data.contact
@@ -83,7 +79,7 @@ class Watchdog:
             a, b = (world.body_name_of_geom(g) for g in contact.geom[deepest])
             raise PhysicsError(
                 f"{a} and {b} are {1000 * depths[deepest]:.0f} mm inside each other at t = {world.time_s:.3f} s. "
-                f"{_REMEDY}"
+                f"{self._remedy(contact.geom[deepest])}"
             )
 
     def _check_speeds(self) -> None:
@@ -93,14 +89,28 @@ class Watchdog:
             limits = np.where(_may_fall(world), config.max_falling_speed_m_s, config.max_speed_m_s)
             worst = int(np.argmax(speeds - limits))
             if speeds[worst] > limits[worst]:
+                name = world.problem.ordered()[worst].name
                 raise PhysicsError(
-                    f"Object {worst} moves at {speeds[worst]:.1f} m/s at t = {world.time_s:.3f} s. {_REMEDY}"
+                    f"Object {worst} ({name}) moves at {speeds[worst]:.1f} m/s at t = {world.time_s:.3f} s. "
+                    f"{self._remedy()}"
                 )
         joints = np.abs(world.data.qvel[world.robot_dofs])
         if joints.max(initial=0.0) > config.max_joint_speed_rad_s:
             raise PhysicsError(
-                f"A robot joint turns at {joints.max():.0f} rad/s at t = {world.time_s:.3f} s. {_REMEDY}"
+                f"A robot joint turns at {joints.max():.0f} rad/s at t = {world.time_s:.3f} s. {self._remedy()}"
             )
+
+    def _remedy(self, geoms: Int[np.ndarray, "2"] | None = None) -> str:
+        """What to do; `geoms` are inside each other, where that is what is wrong."""
+        if geoms is not None and not (self._world.geom_labels[geoms] >= 0).any():
+            return "The trial does not count. If other trials of this robot end so too, its files need a change."
+        where = f"`position` is an object's middle, and the table top is at z = {self._world.workspace.support_z_m:g} m"
+        if geoms is not None:
+            return f"The trial does not count. If the problem places them so, move them apart: {where}."
+        return (
+            "The trial does not count. If the problem places objects inside each other or inside the table, move them "
+            f"apart: {where}. `torc problems validate` names the two that are deepest in each other."
+        )
 
 
 def _may_fall(world: World) -> Bool[np.ndarray, "n"]:
