@@ -1,5 +1,6 @@
 """Only the objects that were asked for; the user's own ones only where they were."""
 
+import os
 from dataclasses import replace
 
 import pytest
@@ -50,9 +51,35 @@ def test_kinds_models_and_held_out_narrow_it_down():
     [
         ({"kinds": ("mugg",)}, UnknownNameError, "Did you mean 'mug'"),
         ({"models": ("mug_rde",)}, UnknownNameError, "Did you mean 'mug_red'"),
+        ({"kinds": ("cub",)}, UnknownNameError, "Did you mean 'cube'"),
         ({"kinds": ("mug",), "objects": (2, 8)}, InputError, "only 3 object models"),
+        ({"kinds": ("mug", "cube")}, InputError, r"'cube' are your own \(my_cube\). Add --own"),
+        (
+            {"kinds": ("soup_can",), "models": ("mug_white",)},
+            InputError,
+            "No object model is left: none of the models mug_white is of the kinds soup_can",
+        ),
+        (
+            {"kinds": ("cube",), "models": ("mug_white",)},
+            InputError,
+            "No object model is left: none of the models mug_white is of the kinds cube",
+        ),
     ],
 )
-def test_what_there_is_not_is_an_error(wrong, error, told):
+def test_what_there_is_not_is_an_error(own_cube, wrong, error, told):
     with pytest.raises(error, match=told):
         allowed_models(replace(FEW, **wrong))
+
+
+def test_own_objects_that_are_not_there_are_told_with_the_place(tmp_path, monkeypatch):
+    monkeypatch.setenv("TORC_OBJECTS", f"{tmp_path / 'one'}{os.pathsep}{tmp_path / 'two'}")
+    told = f"none in {tmp_path / 'one'} or {tmp_path / 'two'}.*torc objects import"
+    with pytest.raises(InputError, match=told):
+        allowed_models(GenerationConfig(own=True))
+
+
+def test_a_damaged_object_hides_no_kind_of_the_others(own_cube, tmp_path):
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "object.yaml").write_text("broken")
+    with pytest.raises(InputError, match="Add --own"):
+        allowed_models(replace(FEW, kinds=("cube",)))

@@ -16,6 +16,7 @@ from torc.generation.inspection import SceneView
 from torc.generation.rejections import Reason
 from torc.generation.surroundings import Surroundings
 from torc.scenes.library import load_object
+from torc.scenes.object_files import save_object
 from torc.scenes.problem import parse_problem, problem_text
 
 
@@ -87,7 +88,8 @@ def test_attempts_go_on_from_the_same_seed_and_are_counted(generated, inspector,
     assert made.problem.origin["attempt"] == 3
 
 
-def test_origin_names_what_was_asked_for_besides(generated, inspector, monkeypatch):
+def test_origin_names_what_was_asked_for_besides(generated, inspector, monkeypatch, object_store):
+    save_object(replace(load_object("die_white"), name="mine"), object_store / "mine")
     monkeypatch.setattr(
         generator_module, "_attempt", _Rejecting([], (generated.problem, generated.difficulty))
     )

@@ -103,7 +103,9 @@ class Watchdog:
     def _remedy(self, geoms: Int[np.ndarray, "2"] | None = None) -> str:
         """What to do; `geoms` are inside each other, where that is what is wrong."""
         if geoms is not None and not (self._world.geom_labels[geoms] >= 0).any():
-            return "The trial does not count. If other trials of this robot end so too, its files need a change."
+            return (
+                "The trial does not count. If other trials of this robot end so too, its files need a change."
+            )
         where = f"`position` is an object's middle, and the table top is at z = {self._world.workspace.support_z_m:g} m"
         if geoms is not None:
             return f"The trial does not count. If the problem places them so, move them apart: {where}."
