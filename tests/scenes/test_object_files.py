@@ -108,6 +108,8 @@ def test_nothing_is_left_where_it_cannot_be_written(tmp_path: Path) -> None:
         ("mass_kg: 0", "mass_kg: 1e9 #", "mass_kg"),
         ("mass_kg: 0", "mass_kg: .nan #", "mass_kg"),
         ("friction: 0.8", "friction: 99", "friction"),
+        ("friction: 0.8", "friction: true", "friction: must be a number, not true or false"),
+        ("wxyz: [1.0", "wxyz: [true", r"wxyz\[0\]: must be a number, not true or false"),
         ("friction: 0.8", "fricton: 0.8", "not a field"),
         ("rolls: false", "rolls: false\nrolls: true", "given 2 times"),
         ("description: ", 'description: "\\e[2J" #', "cannot be printed"),

@@ -93,6 +93,8 @@ def test_saving_and_loading_gives_back_the_same_problem(
         ("target: mug\n", "", "target: is missing; add it"),
         ("objects:", "objekts:", "objekts: is not a field"),
         ("[0.6,", "[.nan,", r"objects\[0\].position\[0\]: must be a finite number"),
+        ("[0.6,", "[true,", r"objects\[0\].position\[0\]: must be a number, not true or false"),
+        ("[1, 0, 0, 0]", "[yes, 0, 0, 0]", r"objects\[0\].wxyz\[0\]: must be a number, not true or false"),
         ("[0.6,", "[6.0,", r"objects\[0\].position: .*not over the table"),
         ("-0.1, 1.1]\n  wxyz", "-0.1, 0.1]\n  wxyz", r"objects\[0\].position: .*not over the table"),
         ("[0.6, ", "[", r"objects\[0\].position\[2\]: is missing"),

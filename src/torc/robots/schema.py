@@ -4,21 +4,23 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from torc.errors import InputError
+from torc.scenes.strict_yaml import Number
 
 DATA = Path(__file__).parent / "data"
 """Where the shipped robots are."""
 EXAMPLE = DATA / "sda10f_2f85" / "sda10f_2f85.yaml"
 """A shipped robot file, to compare with."""
 Names = Annotated[list[str], Field(min_length=1)]
+Positive = Annotated[Number, Field(gt=0.0)]
 RobotName = Annotated[str, Field(pattern=r"^\w[\w .+-]{0,63}$")]
 """Short and printable: it gets into problem files and exported data."""
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class ArmEntry(_Strict):
@@ -27,10 +29,10 @@ class ArmEntry(_Strict):
     joints: Names
     actuators: Names
     tool0_site: str
-    speed_deg_s: PositiveFloat
-    hardware_speed_deg_s: list[PositiveFloat]
-    acceleration_deg_s2: PositiveFloat
-    rest_qpos_rad: list[float]
+    speed_deg_s: Positive
+    hardware_speed_deg_s: list[Positive]
+    acceleration_deg_s2: Positive
+    rest_qpos_rad: list[Number]
 
     @model_validator(mode="after")
     def _same_lengths(self) -> "ArmEntry":
@@ -56,14 +58,14 @@ class GripperEntry(_Strict):
     body: str
     actuator: str
     driver_joint: str
-    max_width_m: PositiveFloat
+    max_width_m: Positive
     fingers: Annotated[list[FingerEntry], Field(min_length=2, max_length=2)]
 
 
 class SphereEntry(_Strict):
     """How finely the collision spheres cover the collision geoms."""
 
-    tolerance_m: PositiveFloat = 0.005
+    tolerance_m: Positive = 0.005
 
 
 class SelfCollisionEntry(_Strict):

@@ -15,7 +15,7 @@ from pydantic import (
 
 from torc.errors import InputError
 from torc.scenes.models import PieceKind, Quat
-from torc.scenes.strict_yaml import explain_faults, parse_plain_yaml, printable
+from torc.scenes.strict_yaml import Number, explain_faults, parse_plain_yaml, printable
 
 FORMAT = "torc-object/1"
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}$"
@@ -34,9 +34,9 @@ MIN_FRICTION, MAX_FRICTION = 0.05, 3.0
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _PIECE_SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "capsule": 2, "ellipsoid": 3, "mesh": 0}
-_Length = Annotated[float, Field(gt=0.0, le=MAX_SIZE_M)]
-_Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
-_Colour = Annotated[float, Field(ge=0.0, le=1.0)]
+_Length = Annotated[Number, Field(gt=0.0, le=MAX_SIZE_M)]
+_Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]
+_Colour = Annotated[Number, Field(ge=0.0, le=1.0)]
 
 
 def _line(text: str) -> str:
@@ -54,7 +54,7 @@ def _unit(wxyz: Quat) -> Quat:
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 Description = Annotated[str, Field(min_length=1, max_length=MAX_DESCRIPTION), AfterValidator(_line)]
 _Note = Annotated[str, Field(max_length=2000), AfterValidator(_line)]
-_Unit = Annotated[tuple[float, float, float, float], AfterValidator(_unit)]
+_Unit = Annotated[tuple[Number, Number, Number, Number], AfterValidator(_unit)]
 
 
 class PieceEntry(BaseModel):
@@ -63,7 +63,7 @@ class PieceEntry(BaseModel):
     size: Annotated[tuple[_Length, ...], Field(max_length=3)] = ()
     position: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)
     wxyz: _Unit = (1.0, 0.0, 0.0, 0.0)
-    relative_density: Annotated[float, Field(ge=1e-3, le=1e3)] = 1.0
+    relative_density: Annotated[Number, Field(ge=1e-3, le=1e3)] = 1.0
 
     @model_validator(mode="after")
     def _sizes(self) -> Self:
@@ -91,7 +91,7 @@ class SourceEntry(BaseModel):
     model_config = _STRICT
     file: Annotated[str, Field(max_length=255), AfterValidator(_line)] = ""
     note: _Note = ""
-    scale: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
+    scale: Annotated[Number, Field(gt=0.0, le=1e6)] = 1.0
     position: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)
     wxyz: _Unit = (1.0, 0.0, 0.0, 0.0)
 
@@ -102,8 +102,8 @@ class ObjectFile(BaseModel):
     name: Name
     kind: Name
     description: Description
-    mass_kg: Annotated[float, Field(ge=MIN_MASS_KG, le=MAX_MASS_KG)]
-    friction: Annotated[float, Field(ge=MIN_FRICTION, le=MAX_FRICTION)] = 0.8
+    mass_kg: Annotated[Number, Field(ge=MIN_MASS_KG, le=MAX_MASS_KG)]
+    friction: Annotated[Number, Field(ge=MIN_FRICTION, le=MAX_FRICTION)] = 0.8
     rolls: bool = False
     held_out: bool = True
     size_m: tuple[_Length, _Length, _Length]

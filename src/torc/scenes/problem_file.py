@@ -12,7 +12,7 @@ from torc.errors import InputError
 from torc.records.camera import MAX_OBJECTS
 from torc.scenes.library import has_object, object_names
 from torc.scenes.models import Quat, Vec3
-from torc.scenes.strict_yaml import explain_faults, parse_plain_yaml, printable
+from torc.scenes.strict_yaml import Number, explain_faults, parse_plain_yaml, printable
 from torc.scenes.workspace import Workspace
 
 FORMAT = "torc-problem/1"
@@ -37,8 +37,8 @@ class _ObjectFile(BaseModel):
     model_config = _STRICT
     name: _Name
     model: _Name
-    position: tuple[float, float, float]
-    wxyz: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    position: tuple[Number, Number, Number]
+    wxyz: tuple[Number, Number, Number, Number] = (1.0, 0.0, 0.0, 0.0)
 
     @field_validator("model")
     @classmethod

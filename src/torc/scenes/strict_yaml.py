@@ -2,10 +2,11 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
 
 import yaml
-from pydantic import ValidationError
+from pydantic import BeforeValidator, ValidationError
+from pydantic_core import PydanticCustomError
 
 from torc.errors import InputError
 
@@ -82,6 +83,16 @@ def printable(text: str) -> str:
             f"has characters that cannot be printed: {', '.join(map(ascii, strange[:8]))}. Remove them."
         )
     return text
+
+
+def _no_boolean(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise PydanticCustomError("boolean_number", "must be a number, not true or false")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_no_boolean)]
+"""A number in a file: pydantic alone would read true as 1."""
 
 
 def explain_faults(error: ValidationError, remedies: Mapping[str, str] | None = None) -> str:
