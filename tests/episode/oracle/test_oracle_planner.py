@@ -173,7 +173,8 @@ def test_an_answer_says_how_good_it_is(monkeypatch):
     stage = Staged(
         monkeypatch,
         found(3, 0, states=states, bound=1),
-        Found(None, None, 1, found(states=states[:1]).outlook, Spent()),
+        *(Found(None, None, 1, found(states=states[:1]).outlook, Spent(), limit) for limit in (None, 1, 2)),
     )
     assert "not proved best: every order needs at least 1 pick." in stage.decide_at(states[0]).reason
-    assert "No order of picks leads to the target." in stage.decide_at(moment(7)).reason
+    for time, many in ((7, "picks"), (8, "at most 1 pick"), (9, "at most 2 picks")):
+        assert f"No order of {many} leads to the target." in stage.decide_at(moment(time)).reason

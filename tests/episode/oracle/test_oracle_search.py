@@ -115,6 +115,14 @@ def test_longer_sequences_than_allowed_do_not_count():
         for max_picks in (1, 2, 3):
             found = solve(space, max_picks=max_picks)
             assert (found.best and found.best.cost) == space.best(max_picks)
+            if found.best is None and space.best(MAX_PICKS) is not None:
+                assert found.limit == max_picks
+
+
+def test_a_limit_is_told_only_where_it_is_why_there_is_no_answer():
+    assert solve(Lucky(), max_picks=2).limit is None
+    assert solve(Hopeless(), max_picks=3).limit == 3
+    assert solve(Lost(), max_picks=3).limit is None
 
 
 def _first_choices(space):
@@ -173,6 +181,13 @@ class Hopeless(Lucky):
 
     def pick(self, state, choice):
         return Arrival((*state, choice))
+
+
+class Lost(Lucky):
+    """Every pick throws the target off the table."""
+
+    def pick(self, state, choice):
+        return Arrival((*state, choice), 1, Fate.LOST)
 
 
 def test_where_nothing_leads_to_the_target_that_is_proved_or_the_best_beginning_is_told():

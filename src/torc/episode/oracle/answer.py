@@ -39,12 +39,13 @@ class OracleAnswer:
         foreseen: the picks in order; where not solved, those that looked most promising.
         drops: objects other than the target that fall off the table.
         proved: no order of picks of graspable objects needs fewer picks, or as many with fewer drops; where not
-            solved, none leads to the target.
-        lower_bound: picks that every order needs; None if none leads to the target. It does not reckon with a pick of
-            something else that brings the target along by luck.
+            solved, none (of at most `limit` picks) leads to the target.
+        lower_bound: picks that every order needs; None if none that counts leads to the target. It does not reckon
+            with a pick of something else that brings the target along by luck.
         rough_bound: picks that would be needed at least if a pick did nothing but take its object away: near the
             truth, but no proof.
         picks_tried, looks: what the search took.
+        limit: picks that an order may have, where not solved and longer ones were not tried for that reason.
     """
 
     problem: str
@@ -58,6 +59,7 @@ class OracleAnswer:
     rough_bound: int
     picks_tried: int
     looks: int
+    limit: int | None = None
 
     @property
     def picks(self) -> int:
@@ -77,7 +79,8 @@ class OracleAnswer:
         """The answer in a sentence."""
         if not self.solved:
             if self.proved:
-                return "No order of picks leads to the target."
+                many = "" if self.limit is None else f"at most {self.limit} "
+                return f"No order of {many}{'pick' if self.limit == 1 else 'picks'} leads to the target."
             return f"No order was found; {self.effort()}. A larger budget may find one."
         picks, drops = _count(self.picks, "pick"), _count(self.drops, "drop")
         if self.proved:
@@ -124,6 +127,7 @@ def answer_from(found: Found[Moment], problem: Problem, seed: int, budget: float
         rough_bound=found.rough_bound,
         picks_tried=found.spent.picks,
         looks=found.spent.looks,
+        limit=found.limit,
     )
 
 

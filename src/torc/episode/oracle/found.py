@@ -54,10 +54,12 @@ class Found(Generic[State]):
 
     Attributes:
         best: the best sequence that ends with the target, None if none was found.
-        bound: no sequence costs less; None if it is proved that none ends with the target.
+        bound: no sequence costs less; None if it is proved that none that counts ends with the
+            target.
         rough_bound: picks that are needed at least if picks moved nothing else: near the truth, but no proof.
         outlook: the most promising sequence that does not end with the target: what to do where there is no best.
         spent: what it took.
+        limit: picks that a sequence may have, where there is no best and longer ones were not tried for that reason.
     """
 
     best: Path[State] | None
@@ -65,6 +67,7 @@ class Found(Generic[State]):
     rough_bound: int
     outlook: Path[State]
     spent: Spent
+    limit: int | None = None
 
     @property
     def proved(self) -> bool:

@@ -107,6 +107,8 @@ class _Search(Generic[State]):
         self.spent = Spent()
         self.rough_bound, self.rough_known = 1, False
         self.looked = False
+        self.cut = False
+        """Something was left untried because it needs too many picks: more than max_picks, or than the best."""
 
     def run(self) -> None:
         if not self.affords(looks=1):
@@ -130,7 +132,8 @@ class _Search(Generic[State]):
         elif (trial := self.next()) is not None:
             costs.append(trial.bound)
         bound = min(costs, default=None)
-        return Found(best, bound, self.rough_bound, self.leader.path(), self.spent)
+        limit = self.max_picks if best is None and self.cut else None
+        return Found(best, bound, self.rough_bound, self.leader.path(), self.spent, limit)
 
     def next(self) -> _Trial[State] | None:
         """The open choice with the lowest bound that can still lead to something better."""
@@ -213,9 +216,12 @@ class _Search(Generic[State]):
         node = _Node(arrival.state, trial.node, trial.choice, cost, trial.detour)
         if arrival.fate is Fate.SOLVED and self.hopeful(cost):
             self.best = node
-        elif arrival.fate is Fate.OPEN and self.hopeful(Cost(cost.picks + 1, cost.drops)):
-            self.look(node)
-            trial.child = node
+        elif arrival.fate is Fate.OPEN:
+            if self.hopeful(Cost(cost.picks + 1, cost.drops)):
+                self.look(node)
+                trial.child = node
+            else:
+                self.cut = True
         self.tell(self.found())
         return trial.child
 
@@ -232,6 +238,8 @@ class _Search(Generic[State]):
                 trial = _Trial(bound, node.detour + rank, next(self.numbers), node, choice)
                 node.trials[choice] = trial
                 heapq.heappush(self.open, trial)
+            else:
+                self.cut = True
 
     def hopeful(self, cost: Cost) -> bool:
         """Whether a sequence of this cost would be better than the best."""
