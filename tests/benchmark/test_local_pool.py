@@ -19,6 +19,7 @@ LIMIT_S = 2.0
 def work(what: str) -> str:
     """Light to import in the processes of the pool."""
     import ctypes
+    import faulthandler
     import os
 
     print(f"{what} begins")
@@ -29,6 +30,11 @@ def work(what: str) -> str:
             os.abort()
         case "hangs":
             time.sleep(3600)
+        case "dies of the dump":
+            os.write(1, b"an unfinished line ")
+            faulthandler.dump_traceback_later(0.01)
+            time.sleep(0.5)
+            ctypes.string_at(0)
         case "eats memory":
             bytearray(2**45)
         case "raises":
@@ -38,7 +44,18 @@ def work(what: str) -> str:
     return f"{what} {os.environ['OMP_NUM_THREADS']}"
 
 
-KINDS = ("one", "segfaults", "two", "aborts", "hangs", "eats memory", "raises", "exits", "three")
+KINDS = (
+    "one",
+    "segfaults",
+    "two",
+    "aborts",
+    "hangs",
+    "dies of the dump",
+    "eats memory",
+    "raises",
+    "exits",
+    "three",
+)
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +83,7 @@ def test_the_others_answer_with_one_thread_each(endings, kind):
         ("segfaults", FailureKind.CRASHED, "SIGSEGV", "string_at"),
         ("aborts", FailureKind.CRASHED, "SIGABRT", "Aborted"),
         ("hangs", FailureKind.HUNG, "2 s", "in work"),
+        ("dies of the dump", FailureKind.HUNG, "2 s", "in work"),
         ("eats memory", FailureKind.MEMORY, "memory", "MemoryError"),
         ("raises", FailureKind.RAISED, "Unknown thing 'x'", "UnknownNameError"),
         ("exits", FailureKind.RAISED, "SystemExit: 3", "SystemExit"),
@@ -78,6 +96,14 @@ def test_a_failure_says_what_happened_and_where(endings, kind, failure, said, lo
     assert endings[1][kind].startswith(f"{kind} begins")
     assert logged in endings[1][kind]
     assert found.bad_input == (kind == "raises")
+
+
+def test_what_an_earlier_try_left_in_the_log_does_not_count(tmp_path):
+    (tmp_path / "log").write_text("Timeout (0:00:01)!\n")
+    pool = LocalPool(PoolConfig(1, 20.0))
+    (ending,) = pool.run(work, [Task("again", "segfaults", tmp_path / "log")])
+    assert ending.failure.kind is FailureKind.CRASHED
+    assert (tmp_path / "log").read_text().startswith("Timeout (0:00:01)!\nsegfaults begins")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere they end when they let another thread run")

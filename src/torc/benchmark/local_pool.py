@@ -1,6 +1,7 @@
 """Tasks over processes of this machine. A crash, a hang or too much memory ends one process, which is replaced."""
 
 import os
+import re
 import signal
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -9,6 +10,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 from pebble import ProcessExpired, ProcessPool
@@ -22,6 +24,9 @@ _TASKS_PER_PROCESS = 100
 """A process is replaced after so many, so that what libraries leak does not add up."""
 STARTS = 4
 """How often the pool may break down without any task having ended in between."""
+
+_DUMP_BEGINS = re.compile(rb"Timeout \(\d+:\d\d:\d\d(\.\d+)?\)!\s*$")
+"""With what faulthandler begins to write down where a process is that hangs, maybe behind an unfinished line."""
 
 
 @dataclass(frozen=True)
@@ -86,25 +91,31 @@ class Processes:
 
     def __init__(self, config: PoolConfig, pool: ProcessPool) -> None:
         self._config, self._pool = config, pool
+        self._logs: dict[Future[Any], tuple[Path, int]] = {}
+        """Per task its log, and how much of it was there before."""
 
     def schedule(self, work: Work, task: Task) -> Future[Any]:
         """What `outcome` takes, once it is done."""
+        before = task.log.stat().st_size if task.log.exists() else 0  # of an earlier try
         arguments = (work, task.argument, task.log, self._config.limit_s)
         try:
-            return self._pool.schedule(carry_out, args=arguments, timeout=self._config.limit_s)
+            future: Future[Any] = self._pool.schedule(carry_out, args=arguments, timeout=self._config.limit_s)
         except RuntimeError as error:  # the pool's word for "broken down"
-            future: Future[Any] = Future()
+            future = Future()
             future.set_exception(BrokenProcessPool(str(error)))
-            return future
+        self._logs[future] = task.log, before
+        return future
 
     def outcome(self, future: Future[Any]) -> Any:
         """What the work returned, or a Failure; waits for it. Raises BrokenProcessPool: open another."""
-        error = future.exception()
+        error, log = future.exception(), self._logs.pop(future)
         if error is None:
             return future.result()
         if isinstance(error, BrokenProcessPool):
             raise error
-        if isinstance(error, TimeoutError):
+        # The dump reads the stacks of threads that run on meanwhile, and now and then crashes by that.
+        crashed_in_dump = isinstance(error, ProcessExpired) and error.exitcode < 0 and _dump_begun(*log)
+        if isinstance(error, TimeoutError) or crashed_in_dump:
             text = f"It was ended after {self._config.limit_s:g} s without an answer."
             return Failure(FailureKind.HUNG, text)
         if isinstance(error, ProcessExpired):
@@ -133,6 +144,16 @@ def open_processes(config: PoolConfig) -> Iterator[Processes]:
 def no_start() -> TorcError:
     """Why a pool is given up after STARTS breakdowns."""
     return TorcError("The worker processes end as soon as they start. `torc doctor` may tell why.")
+
+
+def _dump_begun(log: Path, start: int) -> bool:
+    """Whether the log tells, after so many bytes, that its process was written down as hanging."""
+    try:
+        with open(log, "rb") as lines:
+            lines.seek(start)
+            return any(_DUMP_BEGINS.search(line) for line in lines)
+    except OSError:
+        return False
 
 
 def _death(code: int) -> str:
