@@ -133,6 +133,27 @@ class TestAnotherRobot:
         with pytest.raises(InputError, match=words):
             load_robot(write_other_robot(old, new))
 
+    @pytest.mark.parametrize("mask", ['contype="0" conaffinity="0"', 'contype="2" conaffinity="4"'])
+    @pytest.mark.parametrize("part", ["pad", "blade"])
+    def test_fingers_that_no_object_can_touch_are_refused(
+        self, write_other_robot: WriteRobot, mask: str, part: str
+    ) -> None:
+        pad = '<geom name="right_pad" type="box" size="0.005 0.01 0.02" pos="0.005 0 0.02"'
+        blade = '<geom name="right_blade" type="box" size="0.001 0.01 0.02" pos="0.011 0 0.02"'
+        seen = f"{pad} {mask}/>" if part == "pad" else f"{pad}/>{blade} {mask}/>"
+        path = write_other_robot(f"{pad}/>", seen, mjcf=True)
+        if part == "blade":
+            old = "pad_geoms: [right_pad]"
+            path.write_text(path.read_text().replace(old, f"{old}, blade_geoms: [right_blade]"))
+        with pytest.raises(InputError, match=f"'right_{part}'.*contype"):
+            load_robot(path)
+
+    def test_fingers_may_collide_by_either_mask(self, write_other_robot: WriteRobot) -> None:
+        pad = 'size="0.005 0.01 0.02" pos="0.005 0 0.02"'
+        assert (
+            load_robot(write_other_robot(pad, f'{pad} contype="0" conaffinity="3"', mjcf=True)).arm.dof == 6
+        )
+
     def test_a_joint_that_nobody_moves_is_an_error(self, write_other_robot: WriteRobot) -> None:
         stand = '<body name="stand"'
         lid = '<body name="lid"><joint/><geom size="1"/></body>' + stand

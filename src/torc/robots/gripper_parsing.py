@@ -14,6 +14,8 @@ from torc.robots.schema import GripperEntry, RobotFile
 
 SAMPLES = 201
 """Openings in the tables: less than half a millimetre apart for a gripper of 85 mm."""
+_OBJECTS_MASK = 1
+"""contype and conaffinity of objects."""
 
 Pieces = tuple[list[list[int]], list[int]]
 """Ids of the collision geoms of each finger (pads and blade), and of the rest of the gripper."""
@@ -138,6 +140,14 @@ def _ctrl(model: Model, gripper: GripperEntry, length: float) -> float:
 
 def _pieces(model: Model, gripper: GripperEntry) -> Pieces:
     fingers = [[model.id("geom", g) for g in (*f.pad_geoms, *f.blade_geoms)] for f in gripper.fingers]
+    for g in (g for geoms in fingers for g in geoms):
+        own, others = model.m.geom_contype[g], model.m.geom_conaffinity[g]
+        if not (own | others) & _OBJECTS_MASK:
+            raise InputError(
+                f"{model.path}: the geom '{model.m.geom(g).name}' of a finger goes through every object: it has "
+                f"contype={own} and conaffinity={others} in the MJCF. Make it collide (contype=1), or name a geom that "
+                "does in pad_geoms or blade_geoms."
+            )
     bodies = model.subtree(model.id("body", gripper.body))
     rest = [g for b in bodies for g in model.collision_geoms(b) if not any(g in geoms for geoms in fingers)]
     return fingers, rest
