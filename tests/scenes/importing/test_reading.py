@@ -226,6 +226,42 @@ def test_rubbish_is_refused(tmp_path: Path, format_: str, content: bytes) -> Non
         _read(path)
 
 
+@pytest.mark.parametrize("format_", ["obj", "stl", "ply"])
+def test_what_is_not_of_the_format_or_cut_off_is_told_as_that(tmp_path: Path, format_: str) -> None:
+    path = tmp_path / f"a.{format_}"
+    whole = write_stl(tmp_path / "whole.stl", *box(SIZE)).read_bytes()
+    contents = [
+        glb_box(tmp_path / "a.glb", SIZE).read_bytes(),
+        b"Only a letter.\nNothing else.\n",
+        whole[:300],
+    ]
+    for content in contents if format_ == "stl" else [*contents, whole]:
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=f"is no {format_.upper()} file, or is cut off"):
+            _read(path)
+
+
+@pytest.mark.parametrize(
+    ("format_", "content"),
+    [
+        ("obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"),
+        ("stl", b"solid a\nendsolid a\n"),
+        ("stl", b"\0" * 84),
+        (
+            "ply",
+            b"ply\nformat ascii 1.0\nelement vertex 1\n"
+            + b"".join(b"property float %c\n" % c for c in b"xyz")
+            + b"end_header\n0 0 0\n",
+        ),
+    ],
+)
+def test_meshes_without_triangles_are_told_as_that(tmp_path: Path, format_: str, content: bytes) -> None:
+    path = tmp_path / f"a.{format_}"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="holds no triangles"):
+        _read(path)
+
+
 @pytest.mark.parametrize("format_", ["stl", "ply", "glb"])
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.7, 0.95])
 def test_truncated_files_are_refused(tmp_path: Path, format_: str, share: float) -> None:

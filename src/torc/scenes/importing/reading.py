@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image
 
 from torc.errors import InputError
+from torc.scenes.importing.formats import is_format, no_such_format
 from torc.scenes.importing.surfaces import GREY, Surface
 from torc.scenes.models import Quat
 
@@ -126,10 +127,11 @@ def read_surfaces(
         surfaces.append(
             _surface(mesh, np.asarray(T, float), R, root is not None, texture_px, path, linear=kind == "glb")
         )
-    if not surfaces:
-        raise InputError(f"{path} holds no triangles.")
     if faces < declared:
         raise InputError(f"{path} is cut off: {declared} faces are announced, {faces} are there.")
+    if not surfaces:
+        why = "holds no triangles." if is_format(data, kind) else no_such_format(data, kind)
+        raise InputError(f"{path} {why}")
     if textured and all(s.texture is None for s in surfaces):
         raise InputError(
             f"{path}: its texture cannot be used. Repair it, or leave textures out (--no-textures)."
@@ -171,6 +173,8 @@ def _load(data: bytes, kind: str, path: Path, root: Path | None) -> tuple[Any, N
     except MemoryError:
         raise
     except Exception as error:  # a parser that is not ours, on a file that is not ours: anything may come
+        if not is_format(data, kind):
+            raise InputError(f"{path} {no_such_format(data, kind)}") from None
         reason = str(error).replace("\n", " ")[:200]
         raise InputError(
             f"{path} is not a readable {kind.upper()} file ({type(error).__name__}: {reason})."

@@ -1,0 +1,43 @@
+"""What format the content of a mesh file is of, whatever its name says."""
+
+import re
+
+_OBJ_LINE = re.compile(
+    rb"^[ \t]*(v[ \t]+[-+.\d]|f[ \t]+\d|(mtllib|usemtl)[ \t]+\S|o[ \t]+\S+[ \t]*\r?$)", re.MULTILINE
+)
+_STL_HEADER_BYTES, _STL_TRIANGLE_BYTES = 84, 50
+
+
+def is_format(data: bytes, kind: str) -> bool:
+    """Whether the bytes are a whole file of a format ("glb", "obj", "ply", "stl"), which may be empty of triangles.
+
+    Only what the format itself tells is looked at: an OBJ may end anywhere, and the elements of a PLY are not counted.
+    """
+    return {"glb": _is_glb, "obj": _is_obj, "ply": _is_ply, "stl": _is_stl}[kind](data)
+
+
+def no_such_format(data: bytes, kind: str) -> str:
+    """The end of a sentence on a file that is not `is_format`, with the remedy."""
+    found = next((other for other in ("glb", "ply", "stl", "obj") if is_format(data, other)), None)
+    remedy = "Get it again" if found is None else f"It looks like {found.upper()}: rename it to .{found}"
+    return f"is no {kind.upper()} file, or is cut off. {remedy}."
+
+
+def _is_glb(data: bytes) -> bool:
+    return data[:4] == b"glTF"
+
+
+def _is_obj(data: bytes) -> bool:
+    return b"\0" not in data and _OBJ_LINE.search(data) is not None
+
+
+def _is_ply(data: bytes) -> bool:
+    return data[:3] == b"ply" and b"end_header" in data
+
+
+def _is_stl(data: bytes) -> bool:
+    triangles = int.from_bytes(data[_STL_HEADER_BYTES - 4 : _STL_HEADER_BYTES], "little")
+    if len(data) == _STL_HEADER_BYTES + _STL_TRIANGLE_BYTES * triangles:
+        return True
+    text = data.lstrip().lower()  # the other kind of STL is text
+    return text.startswith(b"solid") and b"endsolid" in text
