@@ -105,6 +105,11 @@ def test_a_library_elsewhere_is_told(tmp_path, capsys):
     assert code == 0
     assert f"export TORC_OBJECTS={tmp_path / 'lib'}" in out
     assert "b, the tall parcel" in out
+    (tmp_path / "b.stl").write_bytes(b"nothing")
+    code, out, _ = _torc("import", tmp_path / "b.stl", "--library", tmp_path / "lib", capsys=capsys)
+    assert code == 1
+    assert "0 imported, 1 refused" in out
+    assert "TORC_OBJECTS" not in out
 
 
 def test_a_damaged_object_does_not_stop_the_list(object_store, capsys):
@@ -125,6 +130,7 @@ def test_a_damaged_object_does_not_stop_the_list(object_store, capsys):
         (["import", "EMPTY"], "no OBJ, GLB, STL or PLY file"),
         (["import", "MESH", "MESH", "--name", "a"], "--name is for one mesh"),
         (["import", "MESH", "--scale", "0"], "scale must be between"),
+        (["import", "MESH", "--library", "/proc/no"], "Objects cannot be kept in /proc/no"),
         (["import", "MESH", "--mass", "-1"], "mass must be between"),
         (["import", "MESH", "--name", "../a"], "cannot be a name"),
         (["import", "MESH", "--description", "the\nmug"], "A description is a line"),

@@ -55,8 +55,10 @@ class ImportCommand:
     def run(self) -> int:
         """Import the meshes; returns the exit code."""
         from torc.errors import InputError, PhysicsError
+        from torc.scenes.importing.storing import check_library
 
         meshes, left_out = self._meshes()
+        check_library(self.library)  # a mesh may take minutes
         rows: list[dict[str, Any]] = []
         for i, (path, name, root) in enumerate(meshes):
             start = f"[{i + 1}/{len(meshes)}] {path.name}"
@@ -73,7 +75,8 @@ class ImportCommand:
             print(json_module.dumps(rows, indent=2))
         else:
             self._say(f"\n{len(meshes) - refused} imported, {refused} refused, into {self._library()}")
-            self._tell_where()
+            if len(meshes) > refused:
+                self._tell_where()
         return 1 if refused else 0
 
     def _meshes(self) -> tuple[list[tuple[Path, str | None, Path | None]], list[tuple[Path, str]]]:

@@ -41,7 +41,7 @@ def test_empty_files_and_those_in_text_are_what_they_are(kind: str, content: byt
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"A letter of several lines,\nfor you.\nSincerely\n", TEXT_STL[:80]]
+    "content", [b"", b"A letter of several lines,\nfor you.\nSincerely\n", TEXT_STL[:80], b"\0\nv 0 0 0\n"]
 )
 def test_what_is_none_is_known_as_none(content: bytes) -> None:
     assert not any(is_format(content, kind) for kind in FORMATS)

@@ -8,7 +8,13 @@ from mesh_files import box, write_obj, write_stl
 
 from torc.errors import InputError
 from torc.scenes.importing import MeshImport
-from torc.scenes.importing.storing import add_object, check_name, find_meshes, unique_description
+from torc.scenes.importing.storing import (
+    add_object,
+    check_library,
+    check_name,
+    find_meshes,
+    unique_description,
+)
 from torc.scenes.library import load_object, object_description
 from torc.scenes.object_files import ObjectSource, load_source
 
@@ -28,6 +34,17 @@ def test_an_object_is_stored_and_usable(object_store: Path) -> None:
 def test_it_goes_where_it_is_told_to(tmp_path: Path) -> None:
     add_object(_found("thing"), tmp_path / "library")
     assert (tmp_path / "library" / "thing" / "object.yaml").is_file()
+
+
+def test_a_place_is_tried_out_and_left_as_it_was(tmp_path: Path) -> None:
+    check_library(tmp_path / "new" / "library")
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "file").write_text("")
+    for place in ("file", "file/library"):
+        with pytest.raises(
+            InputError, match=r"cannot be kept in .*: Not a directory\. Give another --library"
+        ):
+            check_library(tmp_path / place)
 
 
 def test_descriptions_are_made_unique() -> None:
@@ -79,8 +96,7 @@ def test_meshes_are_found_once_with_distinct_names(tmp_path: Path) -> None:
     assert {p.suffix for p, _ in found} == {".obj", ".STL"}
     assert sorted(why for _, why in left_out) == [
         "it is a link that leads out of the directory",
-        "textured.obj is the same mesh",
-        "textured.obj is the same mesh",
+        *2 * ("textured.obj is taken: of files of one name only one is, GLB before OBJ, PLY and STL",),
     ]
 
 

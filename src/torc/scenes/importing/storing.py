@@ -1,6 +1,7 @@
 """Imported objects into the user's store, under names and descriptions that nothing else has."""
 
 import os
+import tempfile
 from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +29,19 @@ def check_name(name: str, library: Path | None = None, overwrite: bool = False) 
             f"There is an object '{name}' already, in {taken}. Give another --name, or --overwrite it."
         )
     return directory
+
+
+def check_library(library: Path | None = None) -> None:
+    """Makes sure that objects can be kept, and leaves nothing behind. Raises InputError if they cannot."""
+    directory = library or store_directories()[0]
+    try:
+        nearest = next(place for place in (directory, *directory.absolute().parents) if place.exists())
+        with tempfile.TemporaryDirectory(prefix=".import-", dir=nearest):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"Objects cannot be kept in {directory}: {error.strerror}. Give another --library."
+        ) from error
 
 
 def add_object(
@@ -74,8 +88,8 @@ def unique_description(wanted: str, name: str) -> str:
 def find_meshes(directory: Path) -> tuple[list[tuple[Path, str]], list[tuple[Path, str]]]:
     """Mesh files in a directory and below, with a name for each; and those left out, with the reason.
 
-    Of files that differ in their ending only, the richest format is taken. Files of the same name in different
-    directories get these directories' names too.
+    Of files that differ in their ending only, the richest format is taken, whatever is in them. Files of the same name
+    in different directories get these directories' names too.
 
     Raises:
         InputError: not a readable directory, or far too many meshes.
@@ -96,7 +110,8 @@ def find_meshes(directory: Path) -> tuple[list[tuple[Path, str]], list[tuple[Pat
     for files in by_stem.values():
         best = min(files, key=lambda p: _RICHER.index(p.suffix[1:].lower()))
         chosen.append(best)
-        left_out += [(p, f"{best.name} is the same mesh") for p in files if p != best]
+        why = f"{best.name} is taken: of files of one name only one is, GLB before OBJ, PLY and STL"
+        left_out += [(p, why) for p in files if p != best]
     stems = [p.stem.lower() for p in chosen]
     named = []
     for path in chosen:
