@@ -63,6 +63,14 @@ def test_a_directory_is_imported_with_a_summary(tmp_path, object_store, capsys):
     assert "[2/2] broken.stl: refused: " in out
     assert f"1 imported, 1 refused, into {object_store}" in out
     assert load_object("my_box").friction == 0.6
+    code, out, _ = _torc("import", meshes, "--scale", "0.001", capsys=capsys)
+    assert code == 1
+    assert "[1/2] My Box.stl: my_box is there already (--overwrite" in out
+    assert "0 imported, 1 there already, 1 refused" in out
+    code, out, _ = _torc("import", meshes, "--scale", "0.002", capsys=capsys)
+    assert "[1/2] My Box.stl: refused: There is an object 'my_box' already" in out
+    (meshes / "broken.stl").unlink()
+    assert _torc("import", meshes, "--scale", "0.001", capsys=capsys)[0] == 0
 
     code, out, _ = _torc("list", "--own", "--json", capsys=capsys)
     assert [row["name"] for row in json.loads(out)] == ["my_box"]

@@ -21,6 +21,7 @@ class ImportCommand:
 
     Each mesh gets convex contact pieces, a mass and a description, and is kept in your own library: the first directory
     in TORC_OBJECTS, or ~/.local/share/torc/objects. From then on it can be used by its name like any other object.
+    Of a directory, what was imported before is passed over: the same command goes on after Ctrl-C.
     Needs: scripts/setup import. Exit code 0 when everything was imported, 1 when something was refused.
     """
 
@@ -63,7 +64,14 @@ class ImportCommand:
         for i, (path, name, root) in enumerate(meshes):
             start = f"[{i + 1}/{len(meshes)}] {path.name}"
             try:
-                rows.append(self._import_one(path, self._options(self.name, name, root), start))
+                options = self._options(self.name, name, root)
+                if root is not None and self._is_kept(path, options):
+                    rows.append({"file": str(path), "there": options.name_for(path)})
+                    self._say(
+                        f"{start}: {options.name_for(path)} is there already (--overwrite imports it again)"
+                    )
+                else:
+                    rows.append(self._import_one(path, options, start))
             except (InputError, PhysicsError) as error:
                 rows.append({"file": str(path), "refused": str(error)})
                 self._say(f"{start}: refused: {error}")
@@ -74,7 +82,11 @@ class ImportCommand:
         if self.json:
             print(json_module.dumps(rows, indent=2))
         else:
-            self._say(f"\n{len(meshes) - refused} imported, {refused} refused, into {self._library()}")
+            there = sum("there" in row for row in rows)
+            imported = (
+                f"{len(meshes) - refused - there} imported{f', {there} there already' if there else ''}"
+            )
+            self._say(f"\n{imported}, {refused} refused, into {self._library()}")
             if len(meshes) > refused:
                 self._tell_where()
         return 1 if refused else 0
@@ -125,6 +137,11 @@ class ImportCommand:
             textures=not self.no_textures,
             root=root,
         )
+
+    def _is_kept(self, path: Path, options: "MeshOptions") -> bool:
+        from torc.scenes.importing.storing import is_kept
+
+        return not self.overwrite and is_kept(options.name_for(path), path, self.scale, self.library)
 
     def _import_one(self, path: Path, options: "MeshOptions", start: str) -> dict[str, Any]:
         from torc.scenes.importing import read_mesh

@@ -51,6 +51,11 @@ def import_mesh(path: Path | str, options: MeshOptions | None = None) -> ObjectM
     return read_mesh(path, options).model
 
 
+def shown_name(path: Path) -> str:
+    """A file's name as an object's source holds it."""
+    return "".join(c if c.isprintable() else "_" for c in path.name)
+
+
 def read_mesh(path: Path | str, options: MeshOptions | None = None, say: Say | None = None) -> MeshImport:
     """Reads a mesh file: surfaces to look at, convex pieces for contact, mass, model frame, and what was done.
 
@@ -173,8 +178,9 @@ def _assemble(
         held_out=True,  # the grasp model has never seen it
     )
     w, x, y, z = (float(v) for v in wxyz_from_rotation(R @ Y_UP if _is_y_up(path, options) else R))
-    shown = "".join(c if c.isprintable() else "_" for c in path.name)
-    source = ObjectSource(file=shown, scale=options.scale, position=_vec3(shift), wxyz=(w, x, y, z))
+    source = ObjectSource(
+        file=shown_name(path), scale=options.scale, position=_vec3(shift), wxyz=(w, x, y, z)
+    )
     return MeshImport(model, source, tuple(notes))
 
 

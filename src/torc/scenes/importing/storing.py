@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from torc.errors import InputError
-from torc.scenes.importing.mesh import MeshImport
+from torc.scenes.importing.mesh import MeshImport, shown_name
 from torc.scenes.importing.options import FORMATS
 from torc.scenes.library import builtin_object_names, object_description, object_names
-from torc.scenes.object_files import save_object
+from torc.scenes.object_files import load_source, save_object
 from torc.scenes.object_store import find_stored, store_directories
 
 MAX_MESHES = 2_000
@@ -29,6 +29,15 @@ def check_name(name: str, library: Path | None = None, overwrite: bool = False) 
             f"There is an object '{name}' already, in {taken}. Give another --name, or --overwrite it."
         )
     return directory
+
+
+def is_kept(name: str, file: Path, scale: float, library: Path | None = None) -> bool:
+    """Whether the object of that name is one that was imported from a file so called, by that scale."""
+    try:
+        source = load_source((library or store_directories()[0]) / name)
+    except InputError:
+        return False
+    return (source.file, source.scale) == (shown_name(file), scale)
 
 
 def check_library(library: Path | None = None) -> None:
