@@ -29,6 +29,8 @@ def test_every_format_is_known_as_no_other(kind: str, tmp_path: Path) -> None:
     ("kind", "content"),
     [
         ("stl", TEXT_STL),
+        ("stl", TEXT_STL * 2),
+        ("stl", TEXT_STL.replace(b"solid a", b"solid facet")),
         ("stl", b"solid nothing\nendsolid nothing\n"),
         ("stl", b"\0" * 84),
         ("obj", b"# points\r\nv 0 0 1\r\n"),
@@ -41,7 +43,14 @@ def test_empty_files_and_those_in_text_are_what_they_are(kind: str, content: byt
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"A letter of several lines,\nfor you.\nSincerely\n", TEXT_STL[:80], b"\0\nv 0 0 0\n"]
+    "content",
+    [
+        b"",
+        b"A letter of several lines,\nfor you.\nSincerely\n",
+        TEXT_STL[:80],
+        TEXT_STL + TEXT_STL[:80],
+        b"\0\nv 0 0 0\n",
+    ],
 )
 def test_what_is_none_is_known_as_none(content: bytes) -> None:
     assert not any(is_format(content, kind) for kind in FORMATS)

@@ -5,6 +5,7 @@ import re
 _OBJ_LINE = re.compile(
     rb"^[ \t]*(v[ \t]+[-+.\d]|f[ \t]+\d|(mtllib|usemtl)[ \t]+\S|o[ \t]+\S+[ \t]*\r?$)", re.MULTILINE
 )
+_STL_FACET = re.compile(rb"\n\s*facet\b")
 _STL_HEADER_BYTES, _STL_TRIANGLE_BYTES = 84, 50
 
 
@@ -40,4 +41,5 @@ def _is_stl(data: bytes) -> bool:
     if len(data) == _STL_HEADER_BYTES + _STL_TRIANGLE_BYTES * triangles:
         return True
     text = data.lstrip().lower()  # the other kind of STL is text
-    return text.startswith(b"solid") and b"endsolid" in text
+    _, end, rest = text.rpartition(b"endsolid")  # of several solids the last, too, must be whole
+    return text.startswith(b"solid") and end != b"" and _STL_FACET.search(rest) is None
