@@ -13,7 +13,7 @@ import tyro
 from torc.robots.names import DEFAULT_ROBOT
 
 if TYPE_CHECKING:
-    from torc.generation.import_runs import Attempt
+    from torc.generation.graspclutter6d.runs import Attempt
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,8 @@ class ImportCommand:
         """Import; returns the exit code."""
         from rich.console import Console
 
-        from torc.generation.import_runs import ImportRequest, run_import
-        from torc.generation.imports import ImportConfig
+        from torc.generation.graspclutter6d.runs import ImportRequest, run_import
+        from torc.generation.graspclutter6d.settling import ImportConfig
         from torc.generation.inspection import Inspector
         from torc.robots.loading import load_robot
 

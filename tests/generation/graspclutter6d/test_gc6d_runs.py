@@ -6,14 +6,12 @@ from pathlib import Path
 import pytest
 
 from torc.errors import InputError
-from torc.generation import import_runs
-from torc.generation.import_runs import ImportRequest, run_import
-from torc.generation.imports import ImportConfig
-from torc.scenes.importing.graspclutter6d import objects
+from torc.generation.graspclutter6d import runs
+from torc.generation.graspclutter6d.runs import ImportRequest, run_import
+from torc.generation.graspclutter6d.settling import ImportConfig
 from torc.scenes.problem import load_problem
 from torc.sim.stillness import StillnessConfig
 from torc.testing.graspclutter6d_tree import edit_json, upright, write_tree
-from torc.testing.plain_mesh_reader import read_plain_mesh
 
 SPREAD = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))
 CANS = (upright(44, 0.0, 0.0), upright(44, 0.1, 0.0), upright(44, 0.0, 0.1), upright(17, 0.1, 0.12))
@@ -36,9 +34,7 @@ class _Inspector:
 
 
 @pytest.fixture
-def root(tmp_path, monkeypatch):
-    monkeypatch.setenv("TORC_OBJECTS", str(tmp_path / "store"))
-    monkeypatch.setattr(objects, "read_mesh", read_plain_mesh)
+def root(tmp_path):
     write_tree(tmp_path / "gc6d", {249: SPREAD, 110: CANS, 401: SPREAD, 404: SPREAD}, images=15)
     return tmp_path / "gc6d"
 
@@ -109,10 +105,8 @@ def test_a_run_that_was_interrupted_goes_on_where_it_was(root, tmp_path, monkeyp
     lost = next(a for a in first if a.scene == 110)
     lost.file.unlink()
     settled = []
-    settle_scene = import_runs.settle_scene
-    monkeypatch.setattr(
-        import_runs, "settle_scene", lambda *a: settled.append(a[1].scene) or settle_scene(*a)
-    )
+    settle_scene = runs.settle_scene
+    monkeypatch.setattr(runs, "settle_scene", lambda *a: settled.append(a[1].scene) or settle_scene(*a))
     again = _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
     assert settled == [110]
     assert [a.scene for a in again] == [a.scene for a in first]
@@ -156,7 +150,7 @@ def test_a_place_that_cannot_be_written_is_told(root):
 
 def test_nothing_is_settled_twice_for_several_targets(root, tmp_path, monkeypatch):
     calls = []
-    settle_scene = import_runs.settle_scene
-    monkeypatch.setattr(import_runs, "settle_scene", lambda *a: calls.append(a) or settle_scene(*a))
+    settle_scene = runs.settle_scene
+    monkeypatch.setattr(runs, "settle_scene", lambda *a: calls.append(a) or settle_scene(*a))
     _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
     assert len(calls) == 2

@@ -4,18 +4,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from torc.errors import InputError
-from torc.generation.imports import (
+from torc.generation.graspclutter6d.problems import how_imported, make_problem, problem_name
+from torc.generation.graspclutter6d.settling import (
     ImportConfig,
     Say,
     SceneFailure,
     SettledScene,
-    choose_target,
-    find_target,
-    how_imported,
-    make_problem,
-    problem_name,
     settle_scene,
 )
+from torc.generation.graspclutter6d.targets import choose_target, find_target
 from torc.generation.inspection import Inspector, SceneView
 from torc.scenes.importing.graspclutter6d.annotations import AnnotatedScene, read_scene, same_annotation
 from torc.scenes.importing.graspclutter6d.layout import check_root, image_id

@@ -1,0 +1,92 @@
+"""The problem of retrieving one object of a settled scene, with its label and where it comes from."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from torc.generation.graspclutter6d.settling import ImportConfig, SettledScene
+from torc.geometry.transforms import rotation_from_wxyz
+from torc.scenes.importing.graspclutter6d.published import published_category
+from torc.scenes.library import object_description
+from torc.scenes.problem import ObjectPlacement, Problem
+from torc.scenes.problem_file import Category, Scalar
+
+LICENCE = "GraspClutter6D, CC-BY-SA-4.0"
+_NATURAL_RAD = np.deg2rad(5.0)
+
+
+def problem_name(scene: int, target: str) -> str:
+    """Name of the problem of retrieving one object of a scene: gc6d-249-obj_000017_0."""
+    return f"gc6d-{scene}-{target}"
+
+
+def make_problem(
+    scene: SettledScene,
+    target: str,
+    in_sight: float,
+    config: ImportConfig,
+    category: Category | None = None,
+    facts: dict[str, Scalar] | None = None,
+) -> Problem:
+    """The problem of retrieving one object of a settled scene.
+
+    Args:
+        scene: see `settle_scene`.
+        target: the name of one of its objects.
+        in_sight: how much of it the robot sees at first, 0..1.
+        config: what it was settled with.
+        category: replaces the label.
+        facts: further entries of its `origin`.
+    """
+    label, by = (category, "the user") if category else category_of(scene)
+    model = next(o.model for o in scene.problem.objects if o.name == target)
+    alike = sum(o.model == model for o in scene.problem.objects)
+    notes = [f"{round(100 * in_sight)}% of the target is in sight at first."]
+    if alike > 1:
+        notes.append(f"There are {alike} objects like the target.")
+    notes += [f"{note[0].upper()}{note[1:]}." for note in scene.notes]
+    return replace(
+        scene.problem,
+        name=problem_name(scene.scene, target),
+        category=label,
+        description=object_description(model),
+        target=target,
+        notes=" ".join(notes)[:2000],
+        origin={
+            **how_imported(scene.scene, config),
+            "category_by": by,
+            "licence": LICENCE,
+            **(facts or {}),
+        },
+    )
+
+
+def how_imported(scene: int, config: ImportConfig) -> dict[str, Scalar]:
+    """Entries of a problem's `origin`: which scene it is, and how it was taken over."""
+    return {
+        "source": "GraspClutter6D",
+        "scene": scene,
+        "annotation": config.annotation,
+        "camera": config.camera,
+        "placement": config.placement,
+    }
+
+
+def category_of(scene: SettledScene) -> tuple[Category, str]:
+    """The scene's category, and who says so: the authors' published label, else the paper's rule by numbers.
+
+    "Structured" is where the majority of objects is in a natural resting pose; here: where more than half are annotated
+    standing, within 5 degrees, on a side of their own box. (Once settled, nearly all do.) On the 99 tabletop scenes
+    that the authors converted this agrees with their label in 85 %, on their 97 shelf scenes in 62 %.
+    """
+    published = published_category(scene.scene)
+    if published is not None:
+        return published, "the authors' label"
+    natural = [_tilt(o) < _NATURAL_RAD for o in scene.annotated.values()]
+    return ("structured" if 2 * sum(natural) > len(natural) else "unstructured"), "most objects' resting pose"
+
+
+def _tilt(placement: ObjectPlacement) -> float:
+    """Angle between the vertical and the nearest axis of the object's own box, radians."""
+    up = np.abs(rotation_from_wxyz(placement.wxyz)[2])
+    return float(np.arccos(min(1.0, up.max())))

@@ -1,0 +1,12 @@
+"""Meshes that are read at once."""
+
+import pytest
+
+from torc.scenes.importing.graspclutter6d import objects
+from torc.testing.plain_mesh_reader import read_plain_mesh
+
+
+@pytest.fixture(autouse=True)
+def instant_meshes(tmp_path, monkeypatch):
+    monkeypatch.setenv("TORC_OBJECTS", str(tmp_path / "store"))
+    monkeypatch.setattr(objects, "read_mesh", read_plain_mesh)
