@@ -226,19 +226,30 @@ def test_rubbish_is_refused(tmp_path: Path, format_: str, content: bytes) -> Non
         _read(path)
 
 
-@pytest.mark.parametrize("format_", ["obj", "stl", "ply"])
+@pytest.mark.parametrize("format_", ["glb", "obj", "stl", "ply"])
 def test_what_is_not_of_the_format_or_cut_off_is_told_as_that(tmp_path: Path, format_: str) -> None:
     path = tmp_path / f"a.{format_}"
-    whole = write_stl(tmp_path / "whole.stl", *box(SIZE)).read_bytes()
-    contents = [
-        glb_box(tmp_path / "a.glb", SIZE).read_bytes(),
-        b"Only a letter.\nNothing else.\n",
-        whole[:300],
-    ]
-    for content in contents if format_ == "stl" else [*contents, whole]:
+    glb = glb_box(tmp_path / "whole.glb", SIZE).read_bytes()
+    stl = write_stl(tmp_path / "whole.stl", *box(SIZE)).read_bytes()
+    contents = [glb[:-1], stl[:300], b"Only a letter.\nNothing else.\n"]
+    contents += [glb] if format_ != "glb" else []
+    contents += [stl] if format_ != "stl" else []
+    for content in contents:
         path.write_bytes(content)
         with pytest.raises(InputError, match=f"is no {format_.upper()} file, or is cut off"):
             _read(path)
+
+
+def test_a_solid_in_text_that_is_cut_off_is_not_left_out_unsaid(tmp_path: Path) -> None:
+    facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    whole = "".join(f"solid {name}\n{12 * facet}endsolid {name}\n" for name in "ab")
+    path = tmp_path / "two.stl"
+    for share in (0.55, 0.7, 0.95):
+        path.write_text(whole[: int(share * len(whole))])
+        with pytest.raises(InputError, match=r"is no STL file, or is cut off\. Get it again"):
+            _read(path)
+    path.write_text(whole)
+    _read(path)
 
 
 @pytest.mark.parametrize(

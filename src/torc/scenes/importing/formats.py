@@ -6,6 +6,7 @@ _OBJ_LINE = re.compile(
     rb"^[ \t]*(v[ \t]+[-+.\d]|f[ \t]+\d|(mtllib|usemtl)[ \t]+\S|o[ \t]+\S+[ \t]*\r?$)", re.MULTILINE
 )
 _STL_FACET = re.compile(rb"\n\s*facet\b")
+_GLB_HEADER_BYTES = 20
 _STL_HEADER_BYTES, _STL_TRIANGLE_BYTES = 84, 50
 
 
@@ -25,7 +26,8 @@ def no_such_format(data: bytes, kind: str) -> str:
 
 
 def _is_glb(data: bytes) -> bool:
-    return data[:4] == b"glTF"
+    whole = len(data) >= max(_GLB_HEADER_BYTES, int.from_bytes(data[8:12], "little"))
+    return data[:4] == b"glTF" and whole
 
 
 def _is_obj(data: bytes) -> bool:

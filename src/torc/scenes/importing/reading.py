@@ -98,6 +98,8 @@ def read_surfaces(
     """
     data, kind = path.read_bytes(), path.suffix[1:].lower()
     textured, declared = False, 0
+    if kind in ("glb", "stl") and not is_format(data, kind):  # their readers take what is left of a cut one
+        raise InputError(f"{path} {no_such_format(data, kind)}")
     if kind == "glb":
         textured = _check_glb(data, path) and root is not None
     elif kind == "ply":
@@ -191,8 +193,6 @@ def _ply_faces(data: bytes) -> int:
 def _check_glb(data: bytes, path: Path) -> bool:
     """A GLB carries all its data; it may not point anywhere. Returns whether it has a texture of colours."""
     try:
-        if data[:4] != b"glTF" or len(data) < 20:
-            raise ValueError("it does not start like one")
         size = int.from_bytes(data[12:16], "little")
         header = json.loads(data[20 : 20 + size])
         entries = [*header.get("buffers", []), *header.get("images", [])]
