@@ -71,6 +71,10 @@ def test_a_directory_is_imported_with_a_summary(tmp_path, object_store, capsys):
     assert "[1/2] My Box.stl: refused: There is an object 'my_box' already" in out
     (meshes / "broken.stl").unlink()
     assert _torc("import", meshes, "--scale", "0.001", capsys=capsys)[0] == 0
+    whole = (meshes / "My Box.stl").read_bytes()
+    (meshes / "My Box.stl").write_bytes(whole[:-1] + b"\1")  # another file of the same name
+    code, out, _ = _torc("import", meshes, "--scale", "0.001", capsys=capsys)
+    assert "[1/1] My Box.stl: refused: There is an object 'my_box' already" in out
 
     code, out, _ = _torc("list", "--own", "--json", capsys=capsys)
     assert [row["name"] for row in json.loads(out)] == ["my_box"]
@@ -84,6 +88,17 @@ def test_a_directory_is_imported_with_a_summary(tmp_path, object_store, capsys):
     code, out, _ = _torc("import", meshes / "My Box.stl", "--scale", "0.001", "--json", capsys=capsys)
     assert code == 1
     assert "--overwrite" in json.loads(out)[0]["refused"]
+
+
+def test_of_two_meshes_with_one_name_neither_is_lost_unsaid(tmp_path, object_store, capsys):
+    for directory in ("a", "b"):
+        (tmp_path / directory).mkdir()
+        _write_box(tmp_path / directory / "textured.stl")
+    both = tmp_path / "a", tmp_path / "b", "--scale", "0.001"
+    for more in ([], ["--overwrite"]):
+        code, out, _ = _torc("import", *both, *more, capsys=capsys)
+        assert code == 1
+        assert f"[2/2] textured.stl: refused: 'textured' is {tmp_path / 'a' / 'textured.stl'} in this" in out
 
 
 def test_odd_names_and_links_stop_nothing(tmp_path, object_store, capsys):

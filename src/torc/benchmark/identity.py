@@ -11,7 +11,7 @@ from torc.vlm.config import VlmConfig
 from torc.vlm.simulated.profiles import find_profile
 
 ID_FORMAT = "torc-bench-trial/1"
-_OWN_OBJECT_FILES = ("object.yaml", "geometry.npz")
+_OWN_OBJECT_FILES = ("object.yaml", "geometry.npz", "texture_*.png")
 
 
 def problem_fingerprint(problem: Problem) -> str:
@@ -55,4 +55,5 @@ def _own_object(name: str) -> list[str]:
     directory = find_stored(name)
     if directory is None:
         return []
-    return [file_fingerprint(directory / file) for file in _OWN_OBJECT_FILES if (directory / file).is_file()]
+    files = (file for pattern in _OWN_OBJECT_FILES for file in sorted(directory.glob(pattern)))
+    return [file_fingerprint(file) for file in files if file.is_file()]

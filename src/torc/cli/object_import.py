@@ -61,17 +61,22 @@ class ImportCommand:
         meshes, left_out = self._meshes()
         check_library(self.library)  # a mesh may take minutes
         rows: list[dict[str, Any]] = []
+        files: dict[str, Path] = {}
         for i, (path, name, root) in enumerate(meshes):
             start = f"[{i + 1}/{len(meshes)}] {path.name}"
             try:
                 options = self._options(self.name, name, root)
-                if root is not None and self._is_kept(path, options):
-                    rows.append({"file": str(path), "there": options.name_for(path)})
-                    self._say(
-                        f"{start}: {options.name_for(path)} is there already (--overwrite imports it again)"
+                called = options.name_for(path)
+                if called in files:
+                    raise InputError(
+                        f"'{called}' is {files[called]} in this call. Import it with another --name."
                     )
+                if root is not None and self._is_kept(path, options):
+                    rows.append({"file": str(path), "there": called})
+                    self._say(f"{start}: {called} is there already (--overwrite imports it again)")
                 else:
                     rows.append(self._import_one(path, options, start))
+                files[called] = path
             except (InputError, PhysicsError) as error:
                 rows.append({"file": str(path), "refused": str(error)})
                 self._say(f"{start}: refused: {error}")

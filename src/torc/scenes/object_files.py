@@ -43,6 +43,7 @@ class ObjectSource:
         note: for people, e.g. a licence.
         scale: metres per unit of the mesh file.
         position, wxyz: pose of the scaled mesh's frame in the model frame.
+        sha256: of the mesh file; empty if not known.
     """
 
     file: str = ""
@@ -50,6 +51,7 @@ class ObjectSource:
     scale: float = 1.0
     position: Vec3 = (0.0, 0.0, 0.0)
     wxyz: Quat = (1.0, 0.0, 0.0, 0.0)
+    sha256: str = ""
 
     @property
     def T_object_mesh(self) -> Pose:
@@ -130,7 +132,7 @@ def read_entry(directory: Path) -> ObjectFile:
 def load_source(directory: Path | str) -> ObjectSource:
     """Where the object in a directory comes from. Raises InputError."""
     found = read_entry(Path(directory)).source
-    return ObjectSource(found.file, found.note, found.scale, found.position, found.wxyz)
+    return ObjectSource(found.file, found.note, found.scale, found.position, found.wxyz, found.sha256)
 
 
 def _put(written: Path, directory: Path, old: Path) -> None:
@@ -172,6 +174,7 @@ def _entry(model: ObjectModel, source: ObjectSource) -> dict[str, Any]:
         "size_m": _plain(model.size_m),
         "source": {
             "file": source.file,
+            "sha256": source.sha256,
             "note": source.note,
             "scale": float(source.scale),
             "position": _plain(source.position),

@@ -90,6 +90,7 @@ class VisualEntry(BaseModel):
 class SourceEntry(BaseModel):
     model_config = _STRICT
     file: Annotated[str, Field(max_length=255), AfterValidator(_line)] = ""
+    sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = ""
     note: _Note = ""
     scale: Annotated[Number, Field(gt=0.0, le=1e6)] = 1.0
     position: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError, MissingDependencyError, extra_remedy
+from torc.fingerprints import file_fingerprint
 from torc.geometry.transforms import wxyz_from_rotation
 from torc.scenes.importing.decomposing import NET_FILE, decompose, read_hulls
 from torc.scenes.importing.guard import ChildError, run_child
@@ -49,11 +50,6 @@ def import_mesh(path: Path | str, options: MeshOptions | None = None) -> ObjectM
         MissingDependencyError: the extra `import` is not installed.
     """
     return read_mesh(path, options).model
-
-
-def shown_name(path: Path) -> str:
-    """A file's name as an object's source holds it."""
-    return "".join(c if c.isprintable() else "_" for c in path.name)
 
 
 def read_mesh(path: Path | str, options: MeshOptions | None = None, say: Say | None = None) -> MeshImport:
@@ -178,9 +174,9 @@ def _assemble(
         held_out=True,  # the grasp model has never seen it
     )
     w, x, y, z = (float(v) for v in wxyz_from_rotation(R @ Y_UP if _is_y_up(path, options) else R))
-    source = ObjectSource(
-        file=shown_name(path), scale=options.scale, position=_vec3(shift), wxyz=(w, x, y, z)
-    )
+    file = "".join(c if c.isprintable() else "_" for c in path.name)
+    sha256 = file_fingerprint(path)
+    source = ObjectSource(file, "", options.scale, _vec3(shift), (w, x, y, z), sha256)
     return MeshImport(model, source, tuple(notes))
 
 

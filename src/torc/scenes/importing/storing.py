@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from torc.errors import InputError
-from torc.scenes.importing.mesh import MeshImport, shown_name
+from torc.fingerprints import file_fingerprint
+from torc.scenes.importing.mesh import MeshImport
 from torc.scenes.importing.options import FORMATS
 from torc.scenes.library import builtin_object_names, object_description, object_names
 from torc.scenes.object_files import load_source, save_object
@@ -32,12 +33,12 @@ def check_name(name: str, library: Path | None = None, overwrite: bool = False) 
 
 
 def is_kept(name: str, file: Path, scale: float, library: Path | None = None) -> bool:
-    """Whether the object of that name is one that was imported from a file so called, by that scale."""
+    """Whether the object of that name is what was imported from this very file, by that scale."""
     try:
         source = load_source((library or store_directories()[0]) / name)
-    except InputError:
+        return (source.sha256, source.scale) == (file_fingerprint(file), scale)
+    except (InputError, OSError):
         return False
-    return (source.file, source.scale) == (shown_name(file), scale)
 
 
 def check_library(library: Path | None = None) -> None:
