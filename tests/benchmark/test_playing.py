@@ -6,12 +6,16 @@ from dataclasses import replace
 
 import pytest
 
+from torc.benchmark.identity import problem_fingerprint
 from torc.benchmark.playing import Order, changed_part, play
-from torc.benchmark.spec import BenchPlanner, Settings
+from torc.benchmark.spec import BenchPlanner, BenchProblem, Settings
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint, forget_files
 from torc.robots.loading import own_source
 from torc.robots.schema import EXAMPLE
+from torc.scenes.library import load_object
+from torc.scenes.object_files import save_object
+from torc.scenes.problem import load_problem, save_problem
 from torc.testing.fake_bench import fake_spec
 
 PARTS = """
@@ -74,3 +78,20 @@ def test_a_robot_that_was_changed_is_named(planned, tmp_path):
     assert changed_part(trial) == f"robot '{robot}'"
     with pytest.raises(InputError, match="has changed since this benchmark was begun"):
         play(Order(trial, "structured-04", tmp_path / "work"))
+
+
+def test_a_problem_whose_own_objects_were_changed_is_not_played(tmp_path, monkeypatch):
+    monkeypatch.setenv("TORC_OBJECTS", str(tmp_path / "objects"))
+    mine = replace(load_object("mug_red"), name="my_mug", kind="my_mug", description="the mug of mine")
+    save_object(mine, tmp_path / "objects" / "my_mug")
+    problem = load_problem("structured-04")
+    first, *others = problem.objects
+    problem = replace(problem, name="with-mine", objects=(replace(first, model="my_mug"), *others))
+    save_problem(problem, tmp_path / "with-mine.yaml")
+    planned = BenchProblem("with-mine", "structured", problem_fingerprint(problem), shipped=False)
+    trial = replace(fake_spec().trials[0], problem=planned, planner=BenchPlanner("random"))
+    assert problem_fingerprint(load_problem(str(tmp_path / "with-mine.yaml"))) == planned.digest
+    save_object(replace(mine, mass_kg=2.0), tmp_path / "objects" / "my_mug", overwrite=True)
+    with pytest.raises(InputError, match=r"'with-mine', or an object of your own .* has changed since"):
+        play(Order(trial, str(tmp_path / "with-mine.yaml"), tmp_path / "work"))
+    assert not (tmp_path / "work").exists()

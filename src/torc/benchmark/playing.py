@@ -3,12 +3,14 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from torc.benchmark.identity import problem_fingerprint
 from torc.benchmark.spec import PlannedTrial
 from torc.episode.conditions import sources
 from torc.episode.planners import load_trial_planner
 from torc.episode.trial import TrialSpec, run_trial
 from torc.errors import InputError
 from torc.fingerprints import part_source
+from torc.scenes.problem import load_problem
 from torc.vlm.cache import CacheConfig
 
 TRIAL, OUTPUT = "trial", "output.txt"
@@ -69,9 +71,15 @@ def play(order: Order) -> None:
     Raises as `run_trial`, and InputError where it would not be the trial that was planned.
     """
     if changed := changed_part(order.trial):
-        raise InputError(
-            f"What is in the file of the {changed} has changed since this benchmark was begun. Begin another one "
-            "(--out), or put the file back."
-        )
+        raise _not_as_planned(f"What is in the file of the {changed}")
+    problem = order.trial.problem
+    if problem_fingerprint(load_problem(order.problem)) != problem.digest:
+        raise _not_as_planned(f"The problem '{problem.name}', or an object of your own that is in it,")
     spec = trial_spec(order.trial, order.problem)
     run_trial(spec, order.work / TRIAL, overwrite=True, vlm_cache=order.vlm_cache)
+
+
+def _not_as_planned(what: str) -> InputError:
+    return InputError(
+        f"{what} has changed since this benchmark was begun. Begin another one (--out), or put the file back."
+    )
