@@ -2,13 +2,13 @@
 
 import json
 import os
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from torc.benchmark.comparable import comparable
 from torc.benchmark.playing import trial_spec
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.benchmark.spec import BenchPlanner
@@ -35,19 +35,15 @@ def read_tables(roots: Sequence[Path]) -> Table:
     Raises:
         InputError: there is no trial in one of them.
     """
-    if len(roots) == 1:
-        return read_table(roots[0])
-    tables = [read_table(root.resolve()) for root in roots]
-    left_out = [one for table in tables for one in table.left_out]
-    rows, left_out_too = _comparable([row for table in tables for row in table.rows], left_out)
+    found = [_read(root if len(roots) == 1 else root.resolve()) for root in roots]
+    rows, others = comparable([row for f in found for row in f.rows])
+    left_out = (*(one for f in found for one in f.left_out), *others)
     counted = {row.directory for row in rows}
-    difficulties = {
-        row.problem: table.difficulties[row.problem]
-        for table in tables
-        for row in table.rows
-        if row.directory in counted and row.problem in table.difficulties
-    }
-    return Table(Path(os.path.commonpath([t.root for t in tables])), rows, left_out_too, difficulties)
+    difficulties: dict[str, Difficulty] = {}
+    for f in reversed(found):
+        difficulties |= _difficulties((row for row in f.rows if row.directory in counted), f.store)
+    root = found[0].store.root if len(found) == 1 else Path(os.path.commonpath([f.store.root for f in found]))
+    return Table(root, rows, left_out, difficulties)
 
 
 def read_table(root: Path) -> Table:
@@ -58,6 +54,19 @@ def read_table(root: Path) -> Table:
     Raises:
         InputError: there is no trial.
     """
+    return read_tables([root])
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What is below a directory, of whatever conditions and versions: `left_out` is what is no trial to count."""
+
+    store: Store
+    rows: Sequence[TrialRow]
+    left_out: Sequence[tuple[Path, str]]
+
+
+def _read(root: Path) -> _Found:
     check_directory(root, "torc bench")
     store, rows = Store(root), []
     left_out: list[tuple[Path, str]] = []
@@ -85,8 +94,7 @@ def read_table(root: Path) -> Table:
         rows += (row for row in read_rows(root) if row.directory not in found_here)
     if not rows:
         raise InputError(f"There is no finished trial in '{root}'. `torc bench` and `torc run` make them.")
-    counted, left_out_too = _comparable(rows, left_out)
-    return Table(root, counted, left_out_too, _difficulties(counted, store))
+    return _Found(store, sorted(rows, key=lambda row: row.cell), left_out)
 
 
 def _difficulties(rows: Iterable[TrialRow], store: Store) -> dict[str, Difficulty]:
@@ -98,50 +106,6 @@ def _difficulties(rows: Iterable[TrialRow], store: Store) -> dict[str, Difficult
         if stated is not None:
             found[name] = stated
     return found
-
-
-def _comparable(
-    rows: Sequence[TrialRow], left_out: list[tuple[Path, str]]
-) -> tuple[tuple[TrialRow, ...], tuple[tuple[Path, str], ...]]:
-    """Sorted, with what was left out."""
-    alike = _of_one_problem(list(_under_one_condition(rows, left_out)), left_out)
-    return _one_per_cell(alike, left_out)
-
-
-def _under_one_condition(rows: Sequence[TrialRow], left_out: list[tuple[Path, str]]) -> Iterator[TrialRow]:
-    """Without trials under other conditions than most, or than the first of two that are as common."""
-    ((most, _),) = Counter(row.conditions for row in rows).most_common(1)
-    for row in rows:
-        if row.conditions == most:
-            yield row
-        else:
-            here, there = (text or "the defaults" for text in (row.conditions, most))
-            left_out.append((row.directory, f"it was played with {here}, most others with {there}"))
-
-
-def _of_one_problem(rows: Sequence[TrialRow], left_out: list[tuple[Path, str]]) -> Iterator[TrialRow]:
-    """Without trials of another problem by the same name as that of an earlier row."""
-    first: dict[str, TrialRow] = {}
-    for row in rows:
-        reference = first.setdefault(row.problem, row) if row.digest else row
-        if reference.digest == row.digest:
-            yield row
-        else:
-            left_out.append(
-                (row.directory, f"its {row.problem} is not the one of {reference.directory}: it has changed")
-            )
-
-
-def _one_per_cell(
-    rows: Iterable[TrialRow], left_out: list[tuple[Path, str]]
-) -> tuple[tuple[TrialRow, ...], tuple[tuple[Path, str], ...]]:
-    cells: dict[tuple[str, str, int], TrialRow] = {}
-    for row in rows:
-        if row.cell in cells:
-            left_out.append((row.directory, f"same planner, problem and seed as {cells[row.cell].directory}"))
-        else:
-            cells[row.cell] = row
-    return tuple(cells[key] for key in sorted(cells)), tuple(left_out)
 
 
 def _loose(directory: Path) -> TrialRow:
