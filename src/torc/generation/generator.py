@@ -12,15 +12,12 @@ from torc.generation.choice import allowed_models
 from torc.generation.clutter import ClutterConfig, ObjectRange, again_at_rest, make_clutter, worst_mover
 from torc.generation.config import GENERATOR_VERSION, GenerationConfig, Hiddenness
 from torc.generation.difficulty import Difficulty, measure_difficulty
-from torc.generation.inspection import Inspector, SceneView
+from torc.generation.inspection import Inspector, SceneView, robot_facts
 from torc.generation.rejections import Reason
 from torc.pipeline.seeding import stage_rng
 from torc.records import MAX_OBJECTS
 from torc.robots.description import RobotDescription
-from torc.robots.loading import load_robot
-from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.library import object_description
-from torc.scenes.made_for import NAME_KEY, SOURCE_KEY
 from torc.scenes.problem import Problem
 from torc.scenes.problem_file import Scalar
 from torc.scenes.sampling import sample_models
@@ -214,9 +211,8 @@ def _candidates(
 
 def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict[str, Scalar]:
     """What a problem follows from, as its file says it: enough to make it again."""
-    own = robot.source != load_robot(DEFAULT_ROBOT).source
     unusual: dict[str, Scalar] = {
-        **({NAME_KEY: robot.name, SOURCE_KEY: robot.source} if own else {}),
+        **robot_facts(robot),
         "held_out": {None: "", True: "only", False: "none"}[config.held_out],
         "kinds": _listed(config.kinds),
         "models": _listed(config.models),

@@ -15,7 +15,11 @@ from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
 from torc.records import TARGET_ID, GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
+from torc.robots.loading import load_robot
+from torc.robots.names import DEFAULT_ROBOT
+from torc.scenes.made_for import NAME_KEY, SOURCE_KEY
 from torc.scenes.problem import Problem
+from torc.scenes.problem_file import Scalar
 from torc.scenes.workspace import Workspace
 from torc.sim.rendering import CameraRenderer
 from torc.sim.visibility import Visibility, measure_visibility
@@ -56,6 +60,12 @@ class SceneView:
     @cached_property
     def _ids(self) -> dict[str, int]:
         return {o.name: i for i, o in enumerate(self.problem.ordered())}
+
+
+def robot_facts(robot: RobotDescription) -> dict[str, Scalar]:
+    """What the `origin` of a problem says of the robot that it was made for: nothing of the shipped one."""
+    own = robot.source != load_robot(DEFAULT_ROBOT).source
+    return {NAME_KEY: robot.name, SOURCE_KEY: robot.source} if own else {}
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from torc.scenes.problem import Problem
 
-NAME_KEY, SOURCE_KEY = "robot", "robot_source"
+ROBOT_KEYS = NAME_KEY, SOURCE_KEY = "robot", "robot_source"
 """In a problem's origin: the robot's name, and the fingerprint of its files."""
 
 

@@ -13,7 +13,7 @@ from torc.testing.graspclutter6d_tree import TreeObject, upright
 
 def test_a_problem_says_where_it_comes_from_and_survives_the_disk(tmp_path):
     scene = settled(tmp_path / "tree", OBJECTS)
-    problem = make_problem(scene, "obj_000044_1", 0.254, QUICK, facts={"paper_problem": True})
+    problem = make_problem(scene, "obj_000044_1", 0.254, QUICK, facts={"target_by": "the paper"})
     assert problem.name == "gc6d-249-obj_000044_1"
     assert problem.category == "structured"
     assert problem.description == "the can of peaches"
@@ -23,7 +23,7 @@ def test_a_problem_says_where_it_comes_from_and_survives_the_disk(tmp_path):
     assert problem.origin["scene"] == 249
     assert problem.origin["placement"] == "torc"
     assert "CC-BY-SA" in problem.origin["licence"]
-    assert problem.origin["paper_problem"] is True
+    assert problem.origin["target_by"] == "the paper"
     assert parse_problem(problem_text(problem)) == problem
 
 

@@ -9,6 +9,8 @@ from torc.errors import InputError
 from torc.generation.graspclutter6d import runs
 from torc.generation.graspclutter6d.runs import ImportRequest, run_import
 from torc.generation.graspclutter6d.settling import ImportConfig
+from torc.robots.loading import load_robot
+from torc.scenes.made_for import robot_wanted
 from torc.scenes.problem import load_problem
 from torc.sim.stillness import StillnessConfig
 from torc.testing.graspclutter6d_tree import edit_json, upright, write_tree
@@ -25,6 +27,8 @@ class _View:
 
 class _Inspector:
     """Everything is half in sight; nothing makes a problem of itself."""
+
+    robot = load_robot()
 
     def view(self, problem):
         return _View()
@@ -50,7 +54,7 @@ def test_the_papers_problems_of_a_scene_have_its_targets_and_one_layout(root, tm
     assert [p.target for p in problems] == [a.target for a in attempts]
     assert {p.category for p in problems} == {"unstructured"}
     assert problems[0].objects == problems[1].objects == problems[2].objects
-    assert all(p.origin["paper_problem"] for p in problems)
+    assert {p.origin["target_by"] for p in problems} == {"the paper"}
     assert all(a.in_sight == 0.5 for a in attempts)
 
 
@@ -104,14 +108,57 @@ def test_a_run_that_was_interrupted_goes_on_where_it_was(root, tmp_path, monkeyp
     first = _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
     lost = next(a for a in first if a.scene == 110)
     lost.file.unlink()
-    settled = []
-    settle_scene = runs.settle_scene
-    monkeypatch.setattr(runs, "settle_scene", lambda *a: settled.append(a[1].scene) or settle_scene(*a))
+    settled = _count_settling(monkeypatch)
     again = _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
     assert settled == [110]
     assert [a.scene for a in again] == [a.scene for a in first]
     assert {a.file for a in again} == {a.file for a in first}
     assert [a.target for a in again if not a.there] == [lost.target]
+
+
+def _count_settling(monkeypatch):
+    settled, settle_scene = [], runs.settle_scene
+    monkeypatch.setattr(runs, "settle_scene", lambda *a: settled.append(a[1].scene) or settle_scene(*a))
+    return settled
+
+
+def test_a_single_problem_that_is_there_is_not_settled_again(root, tmp_path, monkeypatch):
+    (made,) = _run(root, tmp_path / "named", scenes=(249,), target="17_0")
+    assert made.problem.origin["target_by"] == "the user"
+    monkeypatch.setattr(runs, "choose_target", lambda scene, *_: scene.problem.objects[0].name)
+    (chosen,) = _run(root, tmp_path / "chosen", scenes=(249,))
+    assert chosen.problem.origin["target_by"] == "torc"
+    settled = _count_settling(monkeypatch)
+    (again,) = _run(root, tmp_path / "named", scenes=(249,), target="obj_000017_0")
+    assert again.there
+    (again,) = _run(root, tmp_path / "chosen", scenes=(249,))
+    assert (again.there, again.file) == (True, chosen.file)
+    assert settled == []
+    _run(root, tmp_path / "named", scenes=(249,))  # that one was not chosen
+    assert settled == [249]
+
+
+def test_labels_of_the_user_are_not_taken_for_the_authors(root, tmp_path):
+    out = tmp_path / "out"
+    (mine,) = _run(root, out, scenes=(249,), target="17_0", category="unstructured")
+    for request in ({"target": "17_0"}, {"target": "17"}, {"paper": True}):
+        (refused,) = [a for a in _run(root, out, scenes=(249,), **request) if a.target == mine.problem.target]
+        assert refused.file is None
+        assert "imported otherwise" in refused.reason
+
+
+def test_problems_made_for_another_robot_say_so_and_are_not_taken_for_others(root, tmp_path):
+    (made,) = _run(root, tmp_path / "out", scenes=(249,), target="17_0")
+    other = _Inspector()
+    other.robot = replace(load_robot(), name="mine", source="0123")
+    request = ImportRequest(root, scenes=(249,), target="17_0", config=QUICK)
+    (refused,) = run_import(request, other, tmp_path / "out")
+    assert "imported otherwise" in refused.reason
+    (its,) = run_import(request, other, tmp_path / "out", overwrite=True)
+    assert robot_wanted(its.problem) == "mine"
+    assert robot_wanted(made.problem) == ""
+    (refused,) = run_import(request, _Inspector(), tmp_path / "out")
+    assert "imported otherwise" in refused.reason
 
 
 def test_a_target_that_is_not_there_is_a_failure_of_that_scene(root, tmp_path):
@@ -149,8 +196,6 @@ def test_a_place_that_cannot_be_written_is_told(root):
 
 
 def test_nothing_is_settled_twice_for_several_targets(root, tmp_path, monkeypatch):
-    calls = []
-    settle_scene = runs.settle_scene
-    monkeypatch.setattr(runs, "settle_scene", lambda *a: calls.append(a) or settle_scene(*a))
+    settled = _count_settling(monkeypatch)
     _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
-    assert len(calls) == 2
+    assert len(settled) == 2

@@ -12,6 +12,7 @@ from torc.scenes.problem import ObjectPlacement, Problem
 from torc.scenes.problem_file import Category, Scalar
 
 LICENCE = "GraspClutter6D, CC-BY-SA-4.0"
+BY_USER = "the user"
 _NATURAL_RAD = np.deg2rad(5.0)
 
 
@@ -38,7 +39,7 @@ def make_problem(
         category: replaces the label.
         facts: further entries of its `origin`.
     """
-    label, by = (category, "the user") if category else category_of(scene)
+    label, by = (category, BY_USER) if category else category_of(scene)
     model = next(o.model for o in scene.problem.objects if o.name == target)
     alike = sum(o.model == model for o in scene.problem.objects)
     notes = [f"{round(100 * in_sight)}% of the target is in sight at first."]

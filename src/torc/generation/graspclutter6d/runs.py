@@ -1,10 +1,12 @@
 """Importing many scenes: which problems are asked for, one attempt at each, and what came of it."""
 
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from torc.errors import InputError
-from torc.generation.graspclutter6d.problems import how_imported, make_problem, problem_name
+from torc.generation.graspclutter6d.problems import BY_USER, how_imported, make_problem, problem_name
 from torc.generation.graspclutter6d.settling import (
     ImportConfig,
     Say,
@@ -13,13 +15,16 @@ from torc.generation.graspclutter6d.settling import (
     settle_scene,
 )
 from torc.generation.graspclutter6d.targets import choose_target, find_target
-from torc.generation.inspection import Inspector, SceneView
+from torc.generation.inspection import Inspector, SceneView, robot_facts
 from torc.scenes.importing.graspclutter6d.annotations import AnnotatedScene, read_scene, same_annotation
-from torc.scenes.importing.graspclutter6d.layout import check_root, image_id
+from torc.scenes.importing.graspclutter6d.layout import check_root, image_id, object_stem
 from torc.scenes.importing.graspclutter6d.placement import placement_rule
 from torc.scenes.importing.graspclutter6d.published import PaperProblem, paper_problems, parse_object_name
+from torc.scenes.made_for import ROBOT_KEYS
 from torc.scenes.problem import Problem, load_problem, save_problem
-from torc.scenes.problem_file import Category, Scalar
+from torc.scenes.problem_file import Category
+
+_TARGET_BY, _BY_RULE = "target_by", "torc"
 
 
 @dataclass(frozen=True)
@@ -101,12 +106,12 @@ def run_import(
     seen: list[AnnotatedScene] = []
     for scene, problems in wanted.items():
         # Known before the work of settling, so that a run that was interrupted is soon where it was.
-        there = [] if overwrite else [p for p in problems if p and _file(out, scene, p.target).exists()]
-        attempts += [_kept(out, scene, p.target, request) for p in there]
+        there = {} if overwrite else _there(request, scene, problems, inspector, out)
+        attempts += [_kept(out, scene, target, request, inspector) for target in there.values()]
         left = [p for p in problems if p not in there]
         if left:
             made = _attempts(request, scene, left, seen, inspector, say)
-            attempts += [_save(attempt, out, overwrite, request) for attempt in made]
+            attempts += [_save(attempt, out, overwrite, request, inspector) for attempt in made]
     return attempts
 
 
@@ -175,8 +180,8 @@ def _attempt(
     published: PaperProblem | None,
     inspector: Inspector,
 ) -> Attempt:
-    facts: dict[str, Scalar] = {} if published is None else {"paper_problem": True}
     wanted = published.target if published else request.target
+    by = "the paper" if published else BY_USER if wanted else _BY_RULE
     try:
         found = choose_target(scene, view, inspector) if wanted is None else find_target(scene, wanted)
     except InputError as error:
@@ -184,6 +189,7 @@ def _attempt(
     if isinstance(found, SceneFailure):
         return replace(_failed(found), fell=scene.fell)
     in_sight = view.fraction(found)
+    facts = {_TARGET_BY: by, **robot_facts(inspector.robot)}
     problem = make_problem(scene, found, in_sight, request.config, request.category, facts)
     return Attempt(scene.scene, found, problem, in_sight=in_sight, fell=scene.fell, notes=scene.notes)
 
@@ -192,12 +198,14 @@ def _failed(failure: SceneFailure) -> Attempt:
     return Attempt(failure.scene, failure.target, reason=failure.reason, notes=failure.notes)
 
 
-def _save(attempt: Attempt, out: Path, overwrite: bool, request: ImportRequest) -> Attempt:
+def _save(
+    attempt: Attempt, out: Path, overwrite: bool, request: ImportRequest, inspector: Inspector
+) -> Attempt:
     if attempt.problem is None:
         return attempt
     file = _file(out, attempt.scene, attempt.problem.target)
     if file.exists() and not overwrite:
-        return _kept(out, attempt.scene, attempt.problem.target, request)
+        return _kept(out, attempt.scene, attempt.problem.target, request, inspector)
     try:
         save_problem(attempt.problem, file)
     except OSError as error:
@@ -209,18 +217,48 @@ def _file(out: Path, scene: int, target: str) -> Path:
     return out / f"{problem_name(scene, target)}.yaml"
 
 
-def _kept(out: Path, scene: int, target: str, request: ImportRequest) -> Attempt:
+def _there(
+    request: ImportRequest,
+    scene: int,
+    problems: Sequence[PaperProblem | None],
+    inspector: Inspector,
+    out: Path,
+) -> dict[PaperProblem | None, str]:
+    """Targets of the wanted problems that have a file."""
+    targets = {p: p.target if p else _target(request, scene, inspector, out) for p in problems}
+    return {p: name for p, name in targets.items() if name and _file(out, scene, name).exists()}
+
+
+def _target(request: ImportRequest, scene: int, inspector: Inspector, out: Path) -> str | None:
+    """Which object is meant, as far as that can be known without the scene."""
+    if request.target is not None:
+        object_id, instance = parse_object_name(request.target)
+        return None if instance is None else f"{object_stem(object_id)}_{instance}"
+    for file in sorted(out.glob(f"{problem_name(scene, '')}*.yaml")):
+        with suppress(InputError):
+            problem = load_problem(str(file))
+            if problem.origin.get(_TARGET_BY) == _BY_RULE and _is_asked(problem, scene, request, inspector):
+                return problem.target
+    return None
+
+
+def _kept(out: Path, scene: int, target: str, request: ImportRequest, inspector: Inspector) -> Attempt:
     """A file that is there: what was asked for, or a failure if it was imported otherwise."""
     file = _file(out, scene, target)
     try:
         problem = load_problem(str(file))
     except InputError as error:
         return Attempt(scene, target, reason=f"{error} --overwrite replaces it.")
-    asked = how_imported(scene, request.config)
-    if {name: problem.origin.get(name) for name in asked} != asked or (
-        request.category not in (None, problem.category)
-    ):
+    if not _is_asked(problem, scene, request, inspector):
         return Attempt(
             scene, target, reason=f"{file} is there already, imported otherwise; --overwrite replaces it"
         )
     return Attempt(scene, target, problem, file=file, there=True)
+
+
+def _is_asked(problem: Problem, scene: int, request: ImportRequest, inspector: Inspector) -> bool:
+    asked = how_imported(scene, request.config) | robot_facts(inspector.robot)
+    stated = {name: problem.origin[name] for name in (*asked, *ROBOT_KEYS) if name in problem.origin}
+    if request.category is None:
+        return stated == asked and problem.origin.get("category_by") != BY_USER
+    return stated == asked and problem.category == request.category
