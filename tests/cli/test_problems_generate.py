@@ -121,6 +121,22 @@ def test_what_was_made_otherwise_is_kept_unless_told_otherwise(jobs, tmp_path, c
     assert _torc(*arguments, "--objects", "9", "--overwrite", capsys=capsys)[0] == 0
 
 
+def test_what_another_call_wrote_meanwhile_is_not_replaced(jobs, tmp_path, capsys, monkeypatch):
+    quick = batch.generate_problem
+
+    def slow(config, seed, inspector, progress):
+        save_problem(replace(SHIPPED, name="other", origin={}), tmp_path / "structured-s0000.yaml")
+        return quick(config, seed, inspector, progress)
+
+    monkeypatch.setattr(batch, "generate_problem", slow)
+    command = "generate", "--structured", "--out", tmp_path
+    code, _, err = _torc(*command, capsys=capsys)
+    assert code == 2
+    assert "structured-s0000.yaml exists and was made otherwise" in err
+    assert load_problem(tmp_path / "structured-s0000.yaml").name == "other"
+    assert _torc(*command, "--overwrite", capsys=capsys)[0] == 0
+
+
 def test_a_seed_is_of_the_same_category_wherever_a_call_begins(jobs, tmp_path, capsys):
     for seed, count in ((0, 4), (3, 1), (2, 2)):
         _torc("generate", "--seed", seed, "--count", count, "--out", tmp_path / str(seed), capsys=capsys)

@@ -96,7 +96,7 @@ class GenerateCommand:
         with announced_compilation(lambda text: console.print(text, style="dim")):
             batch = generate_batch(jobs, self.robot, self.workers, progress=_teller(console))
             for job, made in batch:
-                self._keep(self._path(job), job, made, summary)
+                self._keep(job, made, summary, robot)
                 print(summary.lines[-1], file=told, flush=True)
         if self.json:
             print(json.dumps(summary.facts(), indent=2))
@@ -142,30 +142,40 @@ class GenerateCommand:
     def _there(self, jobs: list[Job], robot: RobotDescription) -> dict[Job, Path]:
         """What an earlier call has made of these; made sure of before any work that nothing else is replaced."""
         from torc.errors import InputError
-        from torc.generation.generator import is_made_from
-        from torc.scenes.problem import load_problem
 
         try:
             self.out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"Cannot make '{self.out}': {error.strerror}. Choose another --out.") from error
-        if self.overwrite:
-            return {}
-        found = {job: path for job in jobs if (path := self._path(job)).exists()}
-        for job, path in found.items():
-            if not is_made_from(load_problem(str(path)), job.config, job.seed, robot):
-                raise InputError(
-                    f"{path} exists and was made otherwise. Choose another --out or --seed, or replace what is there "
-                    "with --overwrite."
-                )
-        return found
+        return {job: self._path(job) for job in jobs if self._is_there(job, robot)}
 
-    def _keep(self, path: Path, job: Job, made: GeneratedProblem | NotGenerated, summary: _Summary) -> None:
+    def _is_there(self, job: Job, robot: RobotDescription) -> bool:
+        """Whether the problem of this job has a file. Raises InputError where the file is another one's."""
+        from torc.errors import InputError
+        from torc.generation.generator import is_made_from
+        from torc.scenes.problem import load_problem
+
+        path = self._path(job)
+        if self.overwrite or not path.exists():
+            return False
+        if not is_made_from(load_problem(str(path)), job.config, job.seed, robot):
+            raise InputError(
+                f"{path} exists and was made otherwise. Choose another --out or --seed, or replace what is there "
+                "with --overwrite."
+            )
+        return True
+
+    def _keep(
+        self, job: Job, made: GeneratedProblem | NotGenerated, summary: _Summary, robot: RobotDescription
+    ) -> None:
         from torc.errors import InputError
         from torc.generation.generator import GeneratedProblem
         from torc.scenes.problem import save_problem
 
-        if isinstance(made, GeneratedProblem):
+        path = self._path(job)
+        if isinstance(made, GeneratedProblem) and not self._is_there(
+            job, robot
+        ):  # somebody else may be at it
             try:
                 save_problem(made.problem, path)
             except OSError as error:
