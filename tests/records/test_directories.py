@@ -3,7 +3,8 @@
 import pytest
 
 from torc.errors import InputError
-from torc.records.directories import check_place
+from torc.records import directories
+from torc.records.directories import check_place, claim
 
 
 def _check(out, overwrite=True):
@@ -41,3 +42,45 @@ def test_a_directory_needs_a_name(tmp_path, name, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match="give it a name"):
         _check(type(tmp_path)(name))
+
+
+def _claim(directory):
+    return claim(directory, "log.txt", "trial")
+
+
+def test_a_directory_that_is_written_is_nobody_elses(tmp_path):
+    mine = _claim(tmp_path / "a" / "trial")
+    mine.write("so far")
+    mine.flush()
+    with pytest.raises(InputError, match="Another process is writing"):
+        _claim(tmp_path / "a" / "trial")
+    assert (tmp_path / "a" / "trial" / "log.txt").read_text() == "so far"
+    mine.close()
+    _claim(tmp_path / "a" / "trial").close()
+    assert (tmp_path / "a" / "trial" / "log.txt").read_text() == ""
+
+
+def test_what_a_killed_process_left_is_removed_as_a_whole(tmp_path, monkeypatch):
+    left = tmp_path / "trial"
+    _claim(left).close()
+    (left / "picks" / "deep").mkdir(parents=True)
+    (left / "result.json").write_text("{}")
+    (tmp_path / "kept.txt").write_text("")
+    (left / "link").symlink_to(tmp_path)
+    with monkeypatch.context() as interrupted:  # in the middle
+        interrupted.setattr(directories.shutil, "rmtree", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            _claim(left)
+    _claim(left).close()
+    assert [path.name for path in left.iterdir()] == ["log.txt"]
+    assert (tmp_path / "kept.txt").is_file()
+
+
+def test_only_directories_of_the_kind_are_claimed(tmp_path):
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "thesis.txt").write_text("")
+    with pytest.raises(InputError, match="is no trial, so nothing replaces it"):
+        _claim(tmp_path / "thesis")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"Cannot write to .*file/trial'.* Choose another --out"):
+        _claim(tmp_path / "file" / "trial")

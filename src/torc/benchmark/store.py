@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import IO, Any
+from typing import Any
 
 from torc.benchmark.dispatch import Failure
 from torc.benchmark.manifest import MANIFEST_FORMAT
@@ -26,6 +26,7 @@ from torc.episode.trial import RESULT_FORMAT
 from torc.episode.versions import versions
 from torc.errors import InputError
 from torc.records.files import write_json
+from torc.records.locks import try_lock
 from torc.scenes.problem import Problem, save_problem
 
 SPEC, MANIFEST, TRIALS, PROBLEMS, WORK, LOCK = (
@@ -94,7 +95,10 @@ class Store:
         """One runner at a time; what a killed one was playing is thrown away. Raises InputError."""
         self.root.mkdir(parents=True, exist_ok=True)
         with open(self.root / LOCK, "w", encoding="utf-8") as lock:
-            _lock(lock, self.root)
+            if try_lock(lock) is False:
+                raise InputError(
+                    f"Another `torc bench` is at work in '{self.root}'. Wait for it or use another --out."
+                )
             shutil.rmtree(self.root / WORK, ignore_errors=True)
             try:
                 yield
@@ -207,18 +211,3 @@ def _read(path: Path) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise InputError(f"{path} is damaged. Use another --out.")
     return data
-
-
-def _lock(lock: IO[str], root: Path) -> None:
-    try:
-        import fcntl
-    except ImportError:  # not on Windows
-        return
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise InputError(
-            f"Another `torc bench` is at work in '{root}'. Wait for it or use another --out."
-        ) from None
-    except OSError:  # a file system without locks
-        return

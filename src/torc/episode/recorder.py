@@ -5,7 +5,7 @@ import os
 import shutil
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from torc.episode.viewer_links import PARTIAL
 from torc.errors import InputError
 from torc.perception.marking import mark_image
 from torc.records import GraspReport, SegmentedScene
-from torc.records.directories import check_place
+from torc.records.directories import check_place, claim
 from torc.records.files import write_json, write_png
 from torc.records.serialization import save_record
 from torc.task_planning.drawing import draw_decision
@@ -36,7 +36,8 @@ class TrialRecorder:
         records: also save each snapshot as a record (about 1 MB a pick).
 
     Raises:
-        InputError: the directory exists (and not overwrite), is no trial, or cannot be written.
+        InputError: the directory exists (and not overwrite), is no trial, cannot be written, or another process is
+            writing it.
     """
 
     def __init__(
@@ -44,16 +45,13 @@ class TrialRecorder:
     ) -> None:
         check_place(out, overwrite, LOG, "trial")
         self.out, self.partial, self.records = out, out.with_name(out.name + PARTIAL), records
-        check_place(self.partial, True, LOG, "trial")
         self.frames: list[Frame] = []
         self.begun = False
         """Whether an event has been recorded."""
         self._crop: Crop | None = None
         self._new = [parent for parent in out.parents if not parent.exists()]
+        self._log = claim(self.partial, LOG, "trial")
         try:
-            shutil.rmtree(self.partial, ignore_errors=True)
-            self.partial.mkdir(parents=True)
-            self._log: IO[str] = open(self.partial / LOG, "w", encoding="utf-8")  # noqa: SIM115
             (self.partial / "picks").mkdir()
             write_json(self.partial / "spec.json", spec)
         except OSError as error:
@@ -86,11 +84,13 @@ class TrialRecorder:
 
     def complete(self, result: dict[str, Any]) -> None:
         """Write result.json and the picture strip, then rename the directory to its final name."""
-        self.write_result(result)
+        self._write_result(result)
         backup = self.out.with_name(self.out.name + ".replaced")
         if self.out.exists():
+            shutil.rmtree(backup, ignore_errors=True)
             os.replace(self.out, backup)
         os.replace(self.partial, self.out)
+        self._log.close()
         shutil.rmtree(backup, ignore_errors=True)
 
     def discard(self) -> None:
@@ -103,7 +103,10 @@ class TrialRecorder:
 
     def write_result(self, result: dict[str, Any]) -> None:
         """Write what there is, leaving the directory partial (an interrupted trial)."""
+        self._write_result(result)
         self._log.close()
+
+    def _write_result(self, result: dict[str, Any]) -> None:
         if self.frames:
             write_png(self.partial / "strip.png", picture_strip(self.frames))
         write_json(self.partial / "result.json", result)

@@ -4,16 +4,14 @@ import json
 import os
 import re
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torc.errors import InputError
 from torc.exports.selection import SPLITS
-from torc.records.directories import check_place
+from torc.records.directories import check_place, claim
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.-]+")
 
@@ -50,20 +48,17 @@ def new_directory(out: Path, overwrite: bool, mark: str) -> Iterator[Path]:
         InputError: `out` exists (and not overwrite), is something else, or cannot be written.
     """
     check_place(out, overwrite, mark, "export")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        aside = Path(tempfile.mkdtemp(prefix=f".{out.name}-", dir=out.parent))
-        partial = aside / out.name  # within: a directory that others may read, as any that is made
-        partial.mkdir()
-    except OSError as error:
-        raise InputError(f"Cannot write to '{out}': {error.strerror}. Choose another --out.") from error
-    try:
-        yield partial
-        if out.exists():
-            shutil.rmtree(out)
-        os.replace(partial, out)
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
+    aside = out.with_name(f".{out.name}.partial")
+    with claim(aside, "lock", "unfinished export"):
+        try:
+            partial = aside / out.name
+            partial.mkdir()
+            yield partial
+            if out.exists():
+                os.replace(out, aside / "replaced")
+            os.replace(partial, out)
+        finally:
+            shutil.rmtree(aside, ignore_errors=True)
 
 
 def write_rows(directory: Path, rows: Iterator[Row]) -> dict[str, int]:

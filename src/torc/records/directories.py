@@ -1,9 +1,13 @@
 """Directories of results: whole ones, of which nothing else is ever replaced by them."""
 
 import os
+import shutil
+from contextlib import suppress
 from pathlib import Path
+from typing import IO
 
 from torc.errors import InputError
+from torc.records.locks import try_lock
 
 
 def check_place(out: Path, overwrite: bool, mark: str, what: str) -> None:
@@ -22,11 +26,8 @@ def check_place(out: Path, overwrite: bool, mark: str, what: str) -> None:
         raise InputError(
             f"'{out}' cannot become the directory of one {what}: give it a name, e.g. --out runs/mine."
         )
-    if not os.path.lexists(out):
-        return
-    if not is_of_kind(out, mark):
-        raise InputError(f"'{out}' exists and is no {what}, so nothing replaces it. Choose another --out.")
-    if not overwrite:
+    _check_kind(out, mark, what)
+    if os.path.lexists(out) and not overwrite:
         raise InputError(f"'{out}' exists already. Choose another --out, or add --overwrite to replace it.")
 
 
@@ -35,3 +36,59 @@ def is_of_kind(directory: Path, mark: str) -> bool:
     if directory.is_symlink() or not directory.is_dir():
         return False
     return (directory / mark).is_file() or not any(directory.iterdir())
+
+
+def claim(directory: Path, mark: str, what: str) -> IO[str]:
+    """Makes a directory anew, for this process alone; what an ended process left in one of that kind is removed.
+
+    Args:
+        directory: where; its parents are made where needed.
+        mark: a file that each directory of that kind holds.
+        what: in messages, e.g. "trial".
+
+    Returns:
+        The new file `mark`, open for writing: the directory is this process's until it is closed.
+
+    Raises:
+        InputError: another process is writing there, it is something else, or it cannot be written.
+    """
+    _check_kind(directory, mark, what)
+    try:
+        with suppress(FileNotFoundError), open(directory / mark, "r+", encoding="utf-8") as left:
+            _lock(left, directory)
+            _remove(directory, mark)
+        directory.mkdir(parents=True, exist_ok=True)
+        taken = open(directory / mark, "x", encoding="utf-8")  # noqa: SIM115  # for its lock
+    except FileExistsError:
+        raise _busy(directory) from None
+    except OSError as error:
+        raise InputError(f"Cannot write to '{directory}': {error.strerror}. Choose another --out.") from error
+    _lock(taken, directory)
+    return taken
+
+
+def _check_kind(directory: Path, mark: str, what: str) -> None:
+    if os.path.lexists(directory) and not is_of_kind(directory, mark):
+        raise InputError(
+            f"'{directory}' exists and is no {what}, so nothing replaces it. Choose another --out."
+        )
+
+
+def _lock(file: IO[str], directory: Path) -> None:
+    if try_lock(file) is False:
+        raise _busy(directory)
+
+
+def _busy(directory: Path) -> InputError:
+    return InputError(f"Another process is writing '{directory}'. Wait for it, or choose another --out.")
+
+
+def _remove(directory: Path, mark: str) -> None:
+    """The mark goes last: where this is interrupted, what is left is still of its kind."""
+    for inner in directory.iterdir():
+        if inner.is_dir() and not inner.is_symlink():
+            shutil.rmtree(inner)
+        elif inner.name != mark:
+            inner.unlink()
+    (directory / mark).unlink()
+    directory.rmdir()

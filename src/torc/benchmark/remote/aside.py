@@ -7,6 +7,8 @@ import tempfile
 from pathlib import Path
 from typing import IO
 
+from torc.records.locks import try_lock
+
 _PREFIX, _UNLOCKED, _LOCK = "torc-ray-", "torc-new-", ".lock"
 
 
@@ -22,7 +24,7 @@ class Aside:
         # It is only looked at by others under its second name, when the lock is held.
         new = Path(tempfile.mkdtemp(prefix=_UNLOCKED))
         self._lock: IO[str] | None = open(new / _LOCK, "w", encoding="utf-8")  # noqa: SIM115  # for life
-        _try_lock(self._lock)
+        try_lock(self._lock)
         self.path = new.with_name(new.name.replace(_UNLOCKED, _PREFIX, 1))
         os.rename(new, self.path)
 
@@ -37,17 +39,5 @@ class Aside:
 def _remove_if_left(directory: Path) -> None:
     # Somebody else may be removing it, or it may be another user's.
     with contextlib.suppress(OSError), open(directory / _LOCK, "r+", encoding="utf-8") as lock:
-        if _try_lock(lock):
+        if try_lock(lock):  # where there are no locks, what is left stays
             shutil.rmtree(directory, ignore_errors=True)
-
-
-def _try_lock(file: IO[str]) -> bool:
-    try:
-        import fcntl
-    except ImportError:  # Windows: what is left stays
-        return False
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
