@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import pytest
 from torc_command import run_torc
@@ -17,6 +18,7 @@ from torc.benchmark.reading import read_table
 from torc.benchmark.store import Store
 from torc.benchmark.table_files import trial_records
 from torc.robots.schema import EXAMPLE
+from torc.scenes.problem import load_problem, save_problem
 from torc.testing.fake_bench import InlineBackend, play_quickly
 
 PROBLEMS = "structured-04,unstructured-02"
@@ -208,11 +210,12 @@ def test_ones_own_robot_and_grasp_planner_count_with_what_is_in_their_files(benc
     here.rename(there)
     assert "2 complete already, 0 to play now" in again(there)[2]
     robot = there / EXAMPLE.name
-    robot.write_text(robot.read_text() + "\n# changed\n")
+    whole = robot.read_text()
+    robot.write_text(whole.replace("speed_deg_s: 60", "speed_deg_s: 5", 1))
     code, _, err = again(there)
     assert code == 2
     assert f"robot {robot}, which has changed since" in err
-    robot.write_text(robot.read_text().removesuffix("\n# changed\n"))
+    robot.write_text(whole + "\n# a word\n")
     module.write_text(module.read_text().replace("1", "2"))
     code, _, err = again(there)
     assert code == 2
@@ -220,6 +223,17 @@ def test_ones_own_robot_and_grasp_planner_count_with_what_is_in_their_files(benc
     code, _, err = bench("--planners", "random", "--repeats", 1)
     assert code == 2
     assert "grasps some_grasps:Mine there, geometric now" in err
+
+
+def test_problems_that_were_made_for_another_robot_are_hinted_at(bench, tmp_path):
+    origin = {"robot": "my_robot", "robot_source": "a1"}
+    for name, facts in (("theirs", {}), ("mine", origin)):
+        problem = replace(load_problem("structured-04"), name=name, origin=facts)
+        (tmp_path / "set").mkdir(exist_ok=True)
+        save_problem(problem, tmp_path / "set" / f"{name}.yaml")
+    _, _, err = bench("--planners", "random", "--repeats", 1, problems=tmp_path / "set")
+    assert "1 of 2 problem(s): Made for the robot 'my_robot': give its file with --robot." in err
+    assert "Made for" not in bench("--repeats", 1, out=tmp_path / "other")[2]
 
 
 @pytest.mark.parametrize("kind", [FailureKind.CRASHED, FailureKind.HUNG, FailureKind.MEMORY])

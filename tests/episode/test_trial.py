@@ -122,7 +122,7 @@ def test_a_problem_for_another_robot_is_played_with_a_hint(tmp_path):
         raise KeyboardInterrupt
 
     run_trial(spec, tmp_path / "trial", listeners=[stop], say=said.append)
-    assert any("made for the robot 'my_robot'" in line for line in said)
+    assert any("Made for the robot 'my_robot'" in line for line in said)
 
 
 def test_bad_input_during_the_episode_makes_it_errored(tmp_path):

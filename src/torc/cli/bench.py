@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -171,8 +172,13 @@ class BenchCommand:
         import torc
         from torc.benchmark.preflight import find_planners, find_problems, find_settings
         from torc.benchmark.spec import Settings, make_spec
+        from torc.robots.loading import load_robot
+        from torc.scenes.made_for import robot_hint
 
-        problems = find_problems(self.problems)
+        problems, robot = find_problems(self.problems), load_robot(self.robot)
+        hints = Counter(robot_hint(problem, robot.name, robot.source) for problem in problems.values())
+        for hint in filter(None, hints):
+            _say(f"{hints[hint]} of {len(problems)} problem(s): {hint}")
         settings = Settings(self.max_picks, self.noise, self.robot, self.min_score, self.grasps)
         settings = find_settings(settings, self._backend(), log_directory)
         planners = find_planners(self._questions(), self._backend(), log_directory)

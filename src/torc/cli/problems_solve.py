@@ -40,6 +40,7 @@ class SolveCommand:
         from torc.errors import InputError
         from torc.pipeline.warm_up import announced_compilation
         from torc.robots.loading import load_robot
+        from torc.scenes.made_for import robot_hint
         from torc.scenes.problem import load_problem
         from torc.scenes.workspace import Workspace
 
@@ -49,11 +50,13 @@ class SolveCommand:
         def say(text: str) -> None:
             print(text, file=sys.stderr, flush=True)
 
-        problem = load_problem(self.problem)
+        problem, robot = load_problem(self.problem), load_robot(self.robot)
+        if hint := robot_hint(problem, robot.name, robot.source):
+            say(hint)
         with announced_compilation(say):
             answer = solve_problem(
                 problem,
-                load_robot(self.robot),
+                robot,
                 Workspace(),
                 self.seed,
                 self.budget,

@@ -69,7 +69,7 @@ class ValidateCommand:
         with announced_compilation(_on_stderr):
             for name, problem in problems.items():
                 say(f"{name}: {problem.description}")
-                if hint := robot_hint(problem, inspector.robot.source):
+                if hint := robot_hint(problem, inspector.robot.name, inspector.robot.source):
                     say(f"  {hint}")
                 reports[name] = report = validate_problem(
                     problem, inspector, resolve=resolve, progress=lambda check: say(_line(check))

@@ -196,7 +196,7 @@ def _play(
     say: Callable[[str], None],
 ) -> dict[str, Any]:
     workspace, robot = Workspace(), load_robot(spec.robot)
-    if hint := robot_hint(problem, robot.source):
+    if hint := robot_hint(problem, robot.name, robot.source):
         say(hint)
     last = _Last()
     with ExitStack() as stack:

@@ -28,7 +28,7 @@ def parse_robot(path: Path) -> RobotDescription:
     entry = read_robot_file(path)
     mjcf_path = (path.parent / entry.mjcf).resolve()
     compiled = _compile(mjcf_path)
-    source = robot_source(path, compiled)  # before it is posed for what is read from it
+    source = robot_source(entry, compiled)  # before it is posed for what is read from it
     model = Model(path, compiled)
     arm = _parse_arm(model, entry.arm)
     gripper = parse_gripper(model, entry)

@@ -1,19 +1,21 @@
 """What is in a robot's files, as a digest: two robots that are alike in it are the same, wherever the files lie."""
 
 import hashlib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from torc.fingerprints import file_fingerprint, fingerprint
+from torc.fingerprints import fingerprint
+from torc.robots.schema import RobotFile
 
 _WHERE = ("paths", "npaths", "nbuffer")
 """Of a compiled model, what follows from where the files of its meshes and textures lie."""
 
 
-def robot_source(description: Path, model: Any) -> str:
+def robot_source(description: RobotFile, model: Any) -> str:
     """Fingerprint of a robot file, and of all that its MJCF pulls in: included files, meshes, textures.
+
+    Comments and the names of files do not count.
 
     Args:
         description: the robot file.
@@ -21,7 +23,9 @@ def robot_source(description: Path, model: Any) -> str:
     """
     digest = hashlib.sha256()
     _take(digest, "", model)
-    return fingerprint({"description": file_fingerprint(description), "model": digest.hexdigest()})
+    return fingerprint(
+        {"description": description.model_dump(mode="json", exclude={"mjcf"}), "model": digest.hexdigest()}
+    )
 
 
 def _take(digest: Any, name: str, value: Any) -> None:

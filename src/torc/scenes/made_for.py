@@ -11,11 +11,16 @@ def robot_wanted(problem: Problem) -> str:
     return str(problem.origin.get(NAME_KEY, "")) if SOURCE_KEY in problem.origin else ""
 
 
-def robot_hint(problem: Problem, robot_source: str) -> str:
-    """A sentence where a problem was made for another robot than the one with these files; "" where it was not."""
-    if problem.origin.get(SOURCE_KEY, robot_source) == robot_source:
+def robot_hint(problem: Problem, name: str, source: str) -> str:
+    """What to say of a problem that was made for another robot than this one; "" where it was not.
+
+    Args:
+        problem: the problem.
+        name, source: of the robot that is to play it; the latter is the fingerprint of its files.
+    """
+    if problem.origin.get(SOURCE_KEY, source) == source:
         return ""
-    return (
-        f"This problem was made for the robot '{robot_wanted(problem)}': give its file with --robot. For another robot "
-        "things may be out of reach."
-    )
+    wanted = robot_wanted(problem)
+    if wanted == name:
+        return f"Made for the robot '{wanted}' before its files were changed: things may be out of reach."
+    return f"Made for the robot '{wanted}': give its file with --robot. For another one things may be out of reach."
