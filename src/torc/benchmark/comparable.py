@@ -1,5 +1,6 @@
 """Which trials can stand in one table: played under one set of conditions, of one version of a problem, once each."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -29,13 +30,19 @@ def _is_played(row: TrialRow) -> bool:
 def _under_one_condition(rows: Sequence[TrialRow], left_out: _LeftOut) -> Iterator[TrialRow]:
     """Without trials under other conditions than most, or than the first of two that are as common."""
     played = [row for row in rows if _is_played(row)] or rows
-    ((most, _),) = Counter(row.conditions for row in played).most_common(1)
+    ((most, _),) = Counter(_without_file_names(row.conditions) for row in played).most_common(1)
+    told = next(row.conditions for row in played if _without_file_names(row.conditions) == most)
     for row in rows:
-        if row.conditions == most:
+        if _without_file_names(row.conditions) == most:
             yield row
         else:
-            here, there = (text or "the defaults" for text in (row.conditions, most))
+            here, there = (text or "the defaults" for text in (row.conditions, told))
             left_out.append((row, f"it was played with {here}, most others with {there}"))
+
+
+def _without_file_names(conditions: str) -> str:
+    """Of a robot what is in its files counts; its digest says that."""
+    return re.sub(r"robot .*? (\([0-9a-f]{8}\))", r"robot \1", conditions)
 
 
 def _of_one_problem(rows: Iterable[TrialRow], left_out: _LeftOut) -> Iterator[TrialRow]:
