@@ -101,6 +101,21 @@ def test_of_two_meshes_with_one_name_neither_is_lost_unsaid(tmp_path, object_sto
         assert f"[2/2] textured.stl: refused: 'textured' is {tmp_path / 'a' / 'textured.stl'} in this" in out
 
 
+def test_overwriting_replaces_nothing_but_objects(tmp_path, object_store, capsys):
+    mesh = _write_box(tmp_path / "mug.stl")
+    (object_store / "mug").mkdir(parents=True)
+    thesis = object_store / "mug" / "thesis.txt"
+    thesis.write_text("years of work")
+    for _ in range(2):
+        code, out, _ = _torc("import", mesh, "--scale", "0.001", "--overwrite", capsys=capsys)
+        assert code == 1
+        assert "mug is no object, or holds other files besides" in out
+        assert thesis.read_text() == "years of work"
+        thesis.rename(object_store / "kept.txt")
+        assert _torc("import", mesh, "--scale", "0.001", "--overwrite", capsys=capsys)[0] == 0
+        (object_store / "kept.txt").rename(thesis)  # now beside an object
+
+
 def test_odd_names_and_links_stop_nothing(tmp_path, object_store, capsys):
     meshes = tmp_path / "meshes"
     meshes.mkdir()

@@ -109,8 +109,10 @@ def test_origin_names_what_was_asked_for_besides(generated, inspector, monkeypat
     }
     many = replace(SMALL, kinds=kinds * 100)
     made = generate_problem(many, 7, inspector).problem
-    assert made.origin["kinds"] == "500 names"
+    assert made.origin["kinds"].startswith("500 names (SHA-256 of the list: ")
     assert parse_problem(problem_text(made)) == made
+    others = replace(many, kinds=("mug", *many.kinds[1:-1], "bowl"))
+    assert generate_problem(others, 7, inspector).problem.origin["kinds"] != made.origin["kinds"]
 
 
 class _Knows:

@@ -8,6 +8,7 @@ import numpy as np
 
 import torc
 from torc.errors import PhysicsError
+from torc.fingerprints import fingerprint
 from torc.generation.choice import allowed_models
 from torc.generation.clutter import ClutterConfig, ObjectRange, again_at_rest, make_clutter, worst_mover
 from torc.generation.config import GENERATOR_VERSION, GenerationConfig, Hiddenness
@@ -232,4 +233,6 @@ def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict
 def _listed(names: tuple[str, ...]) -> str:
     """The names as on the command line, unless they are too many for a problem file."""
     text = ",".join(names)
-    return text if len(text) <= _LONGEST_LIST else f"{len(names)} names"
+    if len(text) <= _LONGEST_LIST:
+        return text
+    return f"{len(names)} names (SHA-256 of the list: {fingerprint({'names': list(names)})})"

@@ -5,6 +5,8 @@ geometry.npz     visual_0_vertices, visual_0_faces, visual_0_uv, visual_0_normal
 texture_0.png    one per textured surface
 """
 
+import os
+import re
 import shutil
 import tempfile
 from dataclasses import dataclass
@@ -31,6 +33,7 @@ from torc.scenes.visual_files import read_visuals, save_textures, visual_arrays,
 OBJECT_FILE, GEOMETRY_FILE = "object.yaml", "geometry.npz"
 MAX_GEOMETRY_BYTES = 64 * 2**20
 _FRAME_TOLERANCE_M = 1e-5
+_OWN_FILE = re.compile(r"object\.yaml|geometry\.npz|texture_\d+\.png")
 
 
 @dataclass(frozen=True)
@@ -65,14 +68,15 @@ def save_object(
     """Write an object to a directory that bears its name; it appears complete or not at all.
 
     Raises:
-        InputError: the directory exists (and not overwrite) or cannot be written, or the model is outside of the
-            format's limits.
+        InputError: the directory exists (and not overwrite), is something else, or cannot be written, or the model is
+            outside of the format's limits.
     """
     directory = Path(directory)
     if directory.name != model.name:
         raise InputError(
             f"The directory of an object bears its name: {directory} should be .../{model.name}."
         )
+    check_replaceable(directory)
     if directory.exists() and not overwrite:
         raise InputError(f"{directory} exists already. Choose another name, or overwrite it.")
     try:
@@ -90,6 +94,18 @@ def save_object(
         raise InputError(f"Cannot write {directory}: {error.strerror}.") from error
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def check_replaceable(directory: Path) -> None:
+    """Raises InputError where something lies that is not an object and nothing else: an object must not replace it."""
+    if not os.path.lexists(directory):
+        return
+    plain = directory.is_dir() and not directory.is_symlink()
+    if not plain or not all(_OWN_FILE.fullmatch(name) for name in os.listdir(directory)):
+        raise InputError(
+            f"{directory} is no object, or holds other files besides, so no object replaces it. Give another name, or "
+            "keep your objects elsewhere."
+        )
 
 
 def load_object_directory(directory: Path | str) -> ObjectModel:

@@ -107,3 +107,16 @@ def test_the_real_mesh_reader_keeps_the_frame_too(tmp_path, store):
         converted = convert_object(root, object_id, "a thing", str)
         _covers(converted, object_id, 1e-4)
     assert load_object("gc6d_000017").visuals[0].texture is not None
+
+
+def test_another_data_sets_mesh_of_that_number_is_not_passed_over(tmp_path, store):
+    pytest.importorskip("coacd")
+    convert_object(_tree(tmp_path / "one", "models_obj_m"), 17, "the can", lambda _: None)
+    other = _tree(tmp_path / "other", "models_obj_m")
+    assert convert_object(other, 17, "the can", lambda _: None).notes == ()
+    (mesh,) = (other / "models_obj_m").rglob("obj_000017.obj")
+    mesh.write_text(mesh.read_text() + "# another\n")
+    with pytest.raises(InputError, match="was made from another mesh than"):
+        convert_object(other, 17, "the can", lambda _: None)
+    mesh.unlink()  # once converted, the meshes are not needed
+    convert_object(other, 17, "the can", lambda _: None)

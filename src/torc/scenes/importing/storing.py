@@ -11,7 +11,7 @@ from torc.fingerprints import file_fingerprint
 from torc.scenes.importing.mesh import MeshImport
 from torc.scenes.importing.options import FORMATS
 from torc.scenes.library import builtin_object_names, object_description, object_names
-from torc.scenes.object_files import load_source, save_object
+from torc.scenes.object_files import check_replaceable, load_source, save_object
 from torc.scenes.object_store import find_stored, store_directories
 
 MAX_MESHES = 2_000
@@ -24,6 +24,7 @@ def check_name(name: str, library: Path | None = None, overwrite: bool = False) 
     if name in builtin_object_names():
         raise InputError(f"'{name}' is an object that comes with torc. Give another --name.")
     directory = (library or store_directories()[0]) / name
+    check_replaceable(directory)
     taken = directory if directory.exists() else find_stored(name)
     if taken is not None and (not overwrite or taken.resolve() != directory.resolve()):
         raise InputError(

@@ -8,13 +8,14 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
+from torc.fingerprints import file_fingerprint
 from torc.geometry.transforms import Pose
 from torc.scenes.importing.graspclutter6d.layout import MeshFile, find_mesh
 from torc.scenes.importing.mesh import MeshImport, read_mesh
 from torc.scenes.importing.options import MeshOptions
 from torc.scenes.importing.storing import add_object
 from torc.scenes.models import ObjectModel
-from torc.scenes.object_files import load_source
+from torc.scenes.object_files import ObjectSource, load_source
 from torc.scenes.object_store import find_stored, load_stored, store_directories
 
 _NOTE = "GraspClutter6D, CC-BY-SA-4.0"
@@ -55,7 +56,8 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
         say: told if it has to be converted, which takes seconds to a minute.
 
     Raises:
-        InputError: it has no mesh, the mesh cannot be used, or the store holds something else of that name.
+        InputError: it has no mesh, the mesh cannot be used, or the store holds something else of that name, or what
+            another mesh became.
         MissingDependencyError: the extra `import` is not installed.
     """
     name, notes = model_name(object_id), tuple[str, ...]()
@@ -70,7 +72,21 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
         raise InputError(
             f"{stored} is not from GraspClutter6D, but has the name of one of its objects. Move it away."
         )
+    _check_mesh(root, object_id, source, stored)
     return ConvertedObject(load_stored(stored), source.T_object_mesh, notes)
+
+
+def _check_mesh(root: Path, object_id: int, source: ObjectSource, stored: Path) -> None:
+    """Raises InputError where the stored object was made from another mesh than the data set's, which may be gone."""
+    try:
+        path = find_mesh(root, object_id).path
+    except InputError:
+        return
+    if source.sha256 not in ("", file_fingerprint(path)):
+        raise InputError(
+            f"{stored} was made from another mesh than {path}. Move it away to have this one converted, or name "
+            "another directory for your objects in TORC_OBJECTS."
+        )
 
 
 def _read(mesh: MeshFile, options: MeshOptions) -> tuple[MeshImport, tuple[str, ...]]:
