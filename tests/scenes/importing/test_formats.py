@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from mesh_files import box, glb_box, write_obj, write_ply, write_stl
 
-from torc.scenes.importing.formats import is_format, no_such_format
+from torc.scenes.importing.reading.formats import is_format, no_such_format
 
 SIZE = (0.06, 0.16, 0.21)
 FORMATS = ("glb", "obj", "ply", "stl")

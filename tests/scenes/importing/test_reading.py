@@ -10,7 +10,8 @@ from mesh_files import box, glb_box, two_tone, write_glb, write_obj, write_ply, 
 from PIL import Image
 
 from torc.errors import InputError
-from torc.scenes.importing.reading import Neighbours, read_surfaces
+from torc.scenes.importing.reading import read_surfaces
+from torc.scenes.importing.reading.pictures import Neighbours
 from torc.scenes.importing.surfaces import Surface
 
 SIZE = (0.06, 0.16, 0.21)
@@ -149,7 +150,7 @@ def test_textures_outside_of_the_directory_are_refused_unless_it_holds_both(tmp_
 
 
 def test_neighbours_are_plain_files_of_limited_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("torc.scenes.importing.reading._MAX_SIDE_FILES_BYTES", 1000)
+    monkeypatch.setattr("torc.scenes.importing.reading.pictures._MAX_SIDE_FILES_BYTES", 1000)
     neighbours = Neighbours(tmp_path, tmp_path)
     (tmp_path / "small.mtl").write_bytes(b"x" * 600)
     assert neighbours.get("small.mtl") == b"x" * 600
@@ -335,9 +336,9 @@ def test_pictures_of_odd_formats_are_refused(tmp_path: Path) -> None:
 def test_too_many_parts_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     vertices, faces = box(SIZE)
     path = write_stl(tmp_path / "a.stl", vertices, faces)
-    monkeypatch.setattr("torc.scenes.importing.reading.MAX_FILE_FACES", 11)
+    monkeypatch.setattr("torc.scenes.importing.reading.reader.MAX_FILE_FACES", 11)
     with pytest.raises(InputError, match="more than 11 triangles"):
         _read(path)
-    monkeypatch.setattr("torc.scenes.importing.reading.MAX_PARTS", 0)
-    with pytest.raises(InputError, match="1 parts"):
+    monkeypatch.setattr("torc.scenes.importing.reading.reader.MAX_PARTS", 0)
+    with pytest.raises(InputError, match="more than 0 parts"):
         _read(path)

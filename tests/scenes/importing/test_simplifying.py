@@ -69,6 +69,17 @@ def test_textures_and_plain_colours_come_through() -> None:
             assert tuple(colour) == ((250, 250, 0) if point[2] > 0 else (0, 0, 0))
 
 
+def test_colours_of_vertices_tint_a_texture() -> None:
+    vertices, faces = box((0.1, 0.1, 0.1))
+    texture = np.full((8, 8, 3), (200, 100, 50), np.uint8)
+    colours = np.where(vertices[:, 2:] > 0, 255, 128).astype(np.uint8) * np.ones(3, np.uint8)
+    surface = Surface(vertices, faces, vertices[:, :2], texture, (0.1, 0.1, 0.1, 1.0), colours)
+    at, seen = _seen(baked([surface], vertices, faces, 512), (0.4, 0.35, 0.25))
+    top, bottom = at[:, 2] > 0.0499, at[:, 2] < -0.0499
+    assert np.abs(seen[top].astype(int) - (200, 100, 50)).max() <= 1
+    assert np.abs(seen[bottom].astype(int) - (100, 50, 25)).max() <= 1
+
+
 def test_triangles_of_a_baked_surface_do_not_share_texels() -> None:
     vertices, faces = _ball(10, 16)
     visual = baked([Surface(vertices, faces)], vertices, faces, 256)

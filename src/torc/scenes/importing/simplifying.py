@@ -120,15 +120,15 @@ def _samples(sources: Sequence[Surface], count: int) -> tuple[np.ndarray, np.nda
 def _colours(source: Surface, corners: np.ndarray, shares: np.ndarray) -> UInt8[np.ndarray, "n 3"]:
     tint = np.array(source.rgba[:3])
     if source.colours is not None:
-        return np.einsum("nk,nkd->nd", shares, source.colours[corners].astype(float)).astype(np.uint8)
+        tint = np.einsum("nk,nkd->nd", shares, source.colours[corners] / 255.0)
     if source.texture is None or source.uv is None:
-        return np.tile((255 * tint).astype(np.uint8), (len(corners), 1))
+        return np.round(255 * np.broadcast_to(tint, (len(corners), 3))).astype(np.uint8)
     uv = np.einsum("nk,nkd->nd", shares, source.uv[corners])
     uv = np.where((uv < 0.0) | (uv > 1.0), uv % 1.0, uv)  # textures repeat, but 1 is the far edge
     h, w = source.texture.shape[:2]
     column = np.minimum((uv[:, 0] * w).astype(np.int64), w - 1)
     row = np.minimum((uv[:, 1] * h).astype(np.int64), h - 1)
-    return (source.texture[row, column] * tint).astype(np.uint8)
+    return np.round(source.texture[row, column] * tint).astype(np.uint8)
 
 
 def _spread(value: np.ndarray, gap: int) -> np.ndarray:

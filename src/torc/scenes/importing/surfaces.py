@@ -22,7 +22,7 @@ class Surface:
         uv: texture coordinates per vertex, v down, or None.
         texture: its picture, or None.
         rgba: colour; multiplies the texture.
-        colours: per vertex, or None.
+        colours: per vertex, or None; they take the place of rgba.
     """
 
     vertices: Float[np.ndarray, "n 3"]
@@ -31,6 +31,20 @@ class Surface:
     texture: UInt8[np.ndarray, "h w 3"] | None = None
     rgba: Quat = GREY
     colours: UInt8[np.ndarray, "n 3"] | None = None
+
+
+def coloured(surface: Surface, colours: UInt8[np.ndarray, "n 3"]) -> Surface:
+    """The surface with a colour per vertex; where they are all the same, it is the surface's."""
+    if len(colours) and (colours == colours[0]).all():
+        r, g, b = (float(c) / 255 for c in colours[0])
+        return replace(surface, rgba=(r, g, b, 1.0), colours=None)
+    return replace(surface, colours=colours)
+
+
+def textured(surface: Surface, uv: Float[np.ndarray, "n 2"], texture: UInt8[np.ndarray, "h w 3"]) -> Surface:
+    """The surface with a texture; coordinates (v down) that are no numbers or absurd are made harmless."""
+    finite = np.where(np.isfinite(uv).all(axis=1)[:, None], uv, 0.0)
+    return replace(surface, uv=np.clip(finite, -1e3, 1e3), texture=texture)
 
 
 def without_bad_faces(surface: Surface) -> tuple[Surface, int]:

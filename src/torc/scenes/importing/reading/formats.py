@@ -3,7 +3,7 @@
 import re
 
 _OBJ_LINE = re.compile(
-    rb"^[ \t]*(v[ \t]+[-+.\d]|f[ \t]+\d|(mtllib|usemtl)[ \t]+\S|o[ \t]+\S+[ \t]*\r?$)", re.MULTILINE
+    rb"(?:^|\r)[ \t]*(v[ \t]+[-+.\d]|f[ \t]+\d|(mtllib|usemtl)[ \t]+\S|o[ \t]+\S+[ \t]*\r?$)", re.MULTILINE
 )
 _STL_FACET = re.compile(rb"\n\s*facet\b")
 _GLB_HEADER_BYTES = 20

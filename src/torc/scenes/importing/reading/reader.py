@@ -1,0 +1,78 @@
+"""Mesh files to surfaces in metres, z up."""
+
+import codecs
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from torc.errors import InputError
+from torc.scenes.importing.reading.formats import is_format, no_such_format
+from torc.scenes.importing.reading.gltf_surfaces import read_glb
+from torc.scenes.importing.reading.limits import MAX_FILE_FACES, MAX_PARTS
+from torc.scenes.importing.reading.pictures import Neighbours
+from torc.scenes.importing.reading.ply import read_ply
+from torc.scenes.importing.reading.request import Reading, SurfaceReader
+from torc.scenes.importing.reading.trimesh_surfaces import read_obj, read_stl
+from torc.scenes.importing.surfaces import Surface
+
+Y_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""y up and the front towards +z (glTF) to z up and the front towards -x."""
+_READERS: dict[str, SurfaceReader] = {"glb": read_glb, "obj": read_obj, "ply": read_ply, "stl": read_stl}
+
+
+def read_surfaces(
+    path: Path, scale: float, y_up: bool, root: Path | None, texture_px: int
+) -> tuple[list[Surface], list[str]]:
+    """The surfaces in a mesh file, metres, z up; and what a user should know about the reading.
+
+    Args:
+        path: the file.
+        scale: metres per unit of it.
+        y_up: its y axis points up.
+        root: materials and textures are read from this directory and below; None: not at all.
+        texture_px: longest side of a texture.
+
+    Raises:
+        InputError: not readable, too large, without triangles, or it points to files that it may not read.
+    """
+    kind = path.suffix[1:].lower()
+    data = _utf8(path.read_bytes())
+    if not is_format(data, kind):  # readers take what is left of a file that is cut off, or of another format
+        raise InputError(f"{path} {no_such_format(data, kind)}")
+    neighbours = None if root is None else Neighbours(path.parent, root)
+    reading = Reading(path, neighbours, texture_px)
+    found = _within_limits(_READERS[kind](data, reading), path)
+    if neighbours is not None and neighbours.refused:
+        raise InputError(
+            f"{path}: {neighbours.refused[0]}. Import the directory that holds both, or put a sound file beside the "
+            "mesh and correct the name, or leave materials out (--no-textures)."
+        )
+    if not found:
+        raise InputError(f"{path} holds no triangles.")
+    for name in dict.fromkeys(neighbours.missing if neighbours else ()):
+        reading.note(f"'{name}' is not there: its colours are missing.")
+    R = scale * (Y_UP if y_up else np.eye(3))
+    return [replace(s, vertices=s.vertices @ R.T) for s in found], reading.notes
+
+
+def _utf8(data: bytes) -> bytes:
+    """Text in UTF-16, which begins with a mark, as plain text; everything else as it is."""
+    if data[:2] not in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return data.removeprefix(codecs.BOM_UTF8)
+    return data.decode("utf-16", "replace").encode()
+
+
+def _within_limits(surfaces: Iterable[Surface], path: Path) -> list[Surface]:
+    found: list[Surface] = []
+    faces = 0
+    for surface in surfaces:
+        if len(found) == MAX_PARTS:
+            raise InputError(f"{path} has more than {MAX_PARTS} parts. Join them into one mesh first.")
+        faces += len(surface.faces)
+        if faces > MAX_FILE_FACES:
+            raise InputError(f"{path} has more than {MAX_FILE_FACES} triangles. Simplify it first.")
+        if len(surface.faces):
+            found.append(surface)
+    return found

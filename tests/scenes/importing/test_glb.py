@@ -1,0 +1,355 @@
+"""GLB files as the standard and its extensions have them; what is not read is refused, never left out."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mesh_files import GlbBuilder, box, enclosed_volume, png, two_tone
+from PIL import Image
+
+from torc.errors import InputError
+from torc.scenes.importing.reading import read_surfaces
+from torc.scenes.importing.surfaces import Surface
+
+SIZE = (0.06, 0.16, 0.21)
+VERTICES, FACES = box(SIZE)
+VOLUME = 0.06 * 0.16 * 0.21
+
+
+def _read(builder: GlbBuilder, directory: Path, textures: bool = True) -> list[Surface]:
+    path = builder.write(directory / "a.glb")
+    return read_surfaces(path, 1.0, False, directory if textures else None, 64)[0]
+
+
+def _one(builder: GlbBuilder, directory: Path) -> Surface:
+    (surface,) = _read(builder, directory)
+    return surface
+
+
+def _box() -> GlbBuilder:
+    return GlbBuilder().shape(VERTICES, FACES)
+
+
+def _flat_white(surface: Surface) -> bool:
+    return surface.rgba == (1.0, 1.0, 1.0, 1.0) and surface.colours is None
+
+
+def test_a_box_is_the_box(tmp_path: Path) -> None:
+    surface = _one(_box(), tmp_path)
+    np.testing.assert_allclose(surface.vertices[surface.faces], VERTICES[FACES], atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    "node",
+    [
+        {"translation": [0.1, 0.2, 0.3], "rotation": [0.5, 0.5, 0.5, 0.5], "scale": [2, 2, 2]},
+        {"matrix": [0, 2, 0, 0, 0, 0, 2, 0, 2, 0, 0, 0, 0.1, 0.2, 0.3, 1]},
+    ],
+)
+def test_nodes_place_their_parts(node: dict[str, Any], tmp_path: Path) -> None:
+    builder = _box()
+    builder.gltf["nodes"] = [node | {"children": [1]}, {"mesh": 0}]
+    surface = _one(builder, tmp_path)
+    np.testing.assert_allclose(
+        surface.vertices, 2 * np.roll(VERTICES, 1, axis=1) + (0.1, 0.2, 0.3), atol=1e-6
+    )
+
+
+def test_mirrored_parts_still_face_outwards(tmp_path: Path) -> None:
+    builder = _box()
+    builder.gltf["nodes"] = [{"mesh": 0, "scale": [-1, 1, 1]}, {"mesh": 0, "translation": [1, 0, 0]}]
+    builder.gltf["scenes"] = [{"nodes": [0, 1]}]
+    volumes = [enclosed_volume(s.vertices, s.faces) for s in _read(builder, tmp_path)]
+    np.testing.assert_allclose(volumes, [VOLUME, VOLUME], rtol=1e-5)
+
+
+def test_only_the_scene_that_is_shown_is_read(tmp_path: Path) -> None:
+    builder = _box()
+    builder.gltf["nodes"] = [{"mesh": 0}, {"mesh": 0, "translation": [1, 0, 0]}]
+    builder.gltf["scenes"], builder.gltf["scene"] = [{"nodes": [0]}, {"nodes": [1]}], 1
+    assert _one(builder, tmp_path).vertices[:, 0].min() > 0.9
+    del builder.gltf["scenes"], builder.gltf["scene"]
+    assert len(_read(builder, tmp_path)) == 2
+
+
+@pytest.mark.parametrize("mode", [4, 5, 6, None])
+def test_strips_and_fans_are_triangles(mode: int | None, tmp_path: Path) -> None:
+    outline = np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) * 0.1
+    vertices = np.c_[outline, np.zeros(4)]
+    faces = {4: [0, 1, 2, 0, 2, 3], 5: [0, 1, 3, 2], 6: [0, 1, 2, 3], None: [0, 1, 2]}[mode]
+    builder = GlbBuilder().shape(vertices, np.array(faces))
+    if mode is not None:
+        builder.primitive["mode"] = mode
+    surface = _one(builder, tmp_path)
+    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a) / 2
+    assert (normals[:, 2] > 0).all()
+    assert normals[:, 2].sum() == pytest.approx(0.005 if mode is None else 0.01)
+
+
+def test_points_and_lines_are_passed_over(tmp_path: Path) -> None:
+    builder = _box()
+    for mode in (0, 1, 2, 3):
+        builder.gltf["meshes"][0]["primitives"].append({**builder.primitive, "mode": mode})
+    assert len(_read(builder, tmp_path)) == 1
+
+
+@pytest.mark.parametrize(("kind", "most"), [("<i1", 127), ("<u1", 255), ("<i2", 32767), ("<u2", 65535)])
+def test_normalised_corners_are_fractions(kind: str, most: int, tmp_path: Path) -> None:
+    builder = GlbBuilder()
+    corners = (VERTICES / np.abs(VERTICES).max(axis=0) > 0) * most
+    padded = np.zeros((8, 4), kind)
+    padded[:, :3] = corners
+    builder.attribute("POSITION", padded, normalized=True)
+    builder.gltf["accessors"][0]["type"] = "VEC3"
+    builder.gltf["bufferViews"][0]["byteStride"] = padded.strides[0]
+    builder.primitive["indices"] = builder.accessor(FACES.astype("<u2").reshape(-1))
+    builder.gltf["extensionsRequired"] = ["KHR_mesh_quantization"]
+    builder.gltf["nodes"] = [{"mesh": 0, "scale": list(SIZE)}]
+    np.testing.assert_allclose(_one(builder, tmp_path).vertices, (VERTICES > 0) * SIZE, atol=1e-6)
+
+
+@pytest.mark.parametrize("from_zero", [False, True])
+def test_sparse_corners_take_their_places(from_zero: bool, tmp_path: Path) -> None:
+    rows = np.arange(8) if from_zero else np.array([1, 6])
+    builder = GlbBuilder().shape(np.zeros((8, 3)) if from_zero else VERTICES, FACES)
+    accessor = builder.gltf["accessors"][0]
+    if from_zero:
+        del accessor["bufferView"]
+    moved = VERTICES[rows] + (0 if from_zero else 0.01)
+    accessor["sparse"] = {
+        "count": len(rows),
+        "indices": {"bufferView": builder.view(rows.astype("<u2").tobytes()), "componentType": 5123},
+        "values": {"bufferView": builder.view(moved.astype("<f4").tobytes())},
+    }
+    expected = VERTICES.copy()
+    expected[rows] = moved
+    np.testing.assert_allclose(_one(builder, tmp_path).vertices, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("of_node", [False, True])
+def test_morph_targets_that_are_on_move_the_corners(of_node: bool, tmp_path: Path) -> None:
+    builder = _box()
+    targets = [{"POSITION": builder.accessor((VERTICES * k).astype("<f4"))} for k in (1, 5)]
+    builder.primitive["targets"] = targets
+    builder.gltf["meshes"][0]["weights"] = [0.0, 1.0] if of_node else [0.5, 0.0]
+    if of_node:
+        builder.gltf["nodes"][0]["weights"] = [0.5, 0.0]
+    np.testing.assert_allclose(_one(builder, tmp_path).vertices, 1.5 * VERTICES, atol=1e-6)
+
+
+def _require(name: str) -> Callable[[GlbBuilder], None]:
+    return lambda builder: builder.gltf.__setitem__("extensionsRequired", [name])
+
+
+def _at(path: tuple[Any, ...], value: Any) -> Callable[[GlbBuilder], None]:
+    def change(builder: GlbBuilder) -> None:
+        place: Any = builder.gltf
+        for key in path[:-1]:
+            place = place[key]
+        place[path[-1]] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (_require("EXT_mesh_gpu_instancing"), "needs the extension EXT_mesh_gpu_instancing"),
+        (_require("ACME_geometry"), "needs the extension ACME_geometry"),
+        (_at(("nodes", 0, "extensions"), {"EXT_mesh_gpu_instancing": {}}), "stands for many copies"),
+        (_at(("nodes", 0, "skin"), 0), "bent by a skeleton"),
+        (_at(("nodes", 0, "children"), [0]), "below itself"),
+        (_at(("nodes", 0, "mesh"), 7), r"meshes\[7\] is named, but is not there"),
+        (_at(("nodes", 0, "scale"), [1, 1]), r"nodes\[0\].scale"),
+        (_at(("nodes", 0, "scale"), [1, 1, float("nan")]), "finite number"),
+        (_at(("scenes", 0, "nodes"), [5]), r"nodes\[5\]"),
+        (_at(("scene",), 3), r"scenes\[3\]"),
+        (_at(("meshes", 0, "primitives", 0, "mode"), 9), "mode"),
+        (_at(("meshes", 0, "primitives", 0, "attributes"), {}), "no POSITION"),
+        (_at(("meshes", 0, "primitives", 0, "indices"), 0), "VEC3, not SCALAR"),
+        (_at(("accessors", 0, "count"), 9), "needs more than the 96 bytes"),
+        (_at(("accessors", 0, "count"), 7), "beyond the 7"),
+        (_at(("accessors", 0, "count"), 10**12), "count"),
+        (_at(("accessors", 0, "componentType"), 5130), "componentType"),
+        (_at(("accessors", 0, "byteOffset"), -4), "byteOffset"),
+        (_at(("accessors", 0, "bufferView"), 99), r"bufferViews\[99\]"),
+        (_at(("accessors", 0, "type"), "MAT3"), "MAT3, not VEC3"),
+        (_at(("bufferViews", 0, "byteLength"), 10**7), r"bufferViews\[0\] leaves its buffer"),
+        (_at(("bufferViews", 0, "byteStride"), 8), "needs more than"),
+        (_at(("bufferViews", 0, "buffer"), 1), r"buffers\[1\]"),
+    ],
+)
+def test_what_is_not_read_or_not_right_is_refused(
+    change: Callable[[GlbBuilder], None], message: str, tmp_path: Path
+) -> None:
+    builder = _box()
+    change(builder)
+    with pytest.raises(InputError, match=message):
+        _read(builder, tmp_path)
+
+
+def test_a_buffer_that_is_cut_off_is_refused(tmp_path: Path) -> None:
+    builder = _box()
+    path = builder.write(tmp_path / "a.glb")
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b'"byteLength": 168}]', b'"byteLength": 999}]'))
+    assert path.read_bytes() != content
+    with pytest.raises(InputError, match="168 bytes of 999: it is cut off"):
+        read_surfaces(path, 1.0, False, tmp_path, 64)
+
+
+def test_an_older_version_is_told_as_that(tmp_path: Path) -> None:
+    path = _box().write(tmp_path / "a.glb")
+    content = bytearray(path.read_bytes())
+    content[4] = 1
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="is glTF 1"):
+        read_surfaces(path, 1.0, False, tmp_path, 64)
+
+
+def test_extensions_of_looks_are_no_obstacle(tmp_path: Path) -> None:
+    builder = _box()
+    builder.gltf["extensionsRequired"] = ["KHR_materials_unlit", "KHR_texture_transform", "KHR_xmp_json_ld"]
+    assert _one(builder, tmp_path).rgba == (0.72, 0.72, 0.74, 1.0)
+
+
+def test_a_material_without_colours_is_white(tmp_path: Path) -> None:
+    builder = _box()
+    builder.material({})
+    assert _flat_white(_one(builder, tmp_path))
+
+
+def test_base_colours_are_linear_light(tmp_path: Path) -> None:
+    builder = _box()
+    builder.material({"pbrMetallicRoughness": {"baseColorFactor": [0.2140, 0.0, 1.0, 0.5]}})
+    assert _one(builder, tmp_path).rgba == pytest.approx((0.5, 0.0, 1.0, 1.0), abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["<f4", "<u1", "<u2"])
+@pytest.mark.parametrize("channels", [3, 4])
+def test_vertex_colours_are_linear_and_multiply_the_material(
+    kind: str, channels: int, tmp_path: Path
+) -> None:
+    builder = _box()
+    most = 1.0 if kind == "<f4" else float(np.iinfo(kind).max)
+    share = np.where(VERTICES[:, [2]] > 0, 1.0, 0.2140) * np.ones(channels)
+    builder.attribute("COLOR_0", np.round(most * share, 0 if most > 1 else 6).astype(kind), most > 1)
+    builder.material({"pbrMetallicRoughness": {"baseColorFactor": [1.0, 0.5, 0.0, 1.0]}})
+    surface = _one(builder, tmp_path)
+    assert surface.colours is not None
+    high = surface.vertices[:, 2] > 0
+    np.testing.assert_allclose(surface.colours[high], np.tile((255, 188, 0), (4, 1)), atol=1)
+    np.testing.assert_allclose(surface.colours[~high], np.tile((128, 92, 0), (4, 1)), atol=2)
+
+
+def test_one_vertex_colour_for_all_is_a_colour(tmp_path: Path) -> None:
+    builder = _box()
+    builder.attribute("COLOR_0", np.ones((8, 4), "<f4"))
+    assert _flat_white(_one(builder, tmp_path))
+
+
+def test_vertex_colours_that_are_no_fractions_are_refused(tmp_path: Path) -> None:
+    builder = _box()
+    builder.attribute("COLOR_0", np.full((8, 4), 255, "<u1"))
+    with pytest.raises(InputError, match="COLOR_0"):
+        _read(builder, tmp_path)
+    assert _read(builder, tmp_path, textures=False)
+
+
+UV = (VERTICES[:, 1:] / SIZE[1:] + 0.5).astype("<f4")
+
+
+def _textured(
+    info: dict[str, Any] | None = None, uv: np.ndarray = UV, name: str = "TEXCOORD_0"
+) -> GlbBuilder:
+    builder = _box()
+    builder.attribute(name, uv, normalized=uv.dtype.kind == "u")
+    texture = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, **(info or {})}}}
+    builder.material(texture, png(two_tone(32)))
+    return builder
+
+
+def test_textures_and_vertex_colours_both_show(tmp_path: Path) -> None:
+    builder = _textured()
+    builder.attribute("COLOR_0", np.linspace(0, 1, 24, dtype="<f4").reshape(8, 3))
+    surface = _one(builder, tmp_path)
+    assert surface.texture is not None
+    assert surface.colours is not None
+
+
+@pytest.mark.parametrize("kind", ["<u1", "<u2"])
+def test_normalised_texture_coordinates_are_fractions(kind: str, tmp_path: Path) -> None:
+    uv = np.round(UV * np.iinfo(kind).max).astype(kind)
+    surface = _one(_textured(uv=uv), tmp_path)
+    assert surface.uv is not None
+    np.testing.assert_allclose(surface.uv, UV, atol=0.01)
+
+
+def test_the_set_of_coordinates_that_is_named_is_used(tmp_path: Path) -> None:
+    builder = _textured({"texCoord": 1})
+    builder.attribute("TEXCOORD_1", UV[::-1].copy())
+    surface = _one(builder, tmp_path)
+    assert surface.uv is not None
+    np.testing.assert_allclose(surface.uv, UV[::-1])
+    transform = {"KHR_texture_transform": {"texCoord": 0}}
+    builder.gltf["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] = transform
+    surface = _one(builder, tmp_path)
+    assert surface.uv is not None
+    np.testing.assert_allclose(surface.uv, UV)
+
+
+def test_texture_transforms_scale_turn_and_move(tmp_path: Path) -> None:
+    transform = {"offset": [0.5, 0.25], "rotation": np.pi / 2, "scale": [2.0, 3.0]}
+    surface = _one(_textured({"extensions": {"KHR_texture_transform": transform}}), tmp_path)
+    assert surface.uv is not None
+    # A quarter turn takes u's axis to where v points up: (u, v) to (v, -u).
+    expected = np.stack([3 * UV[:, 1] + 0.5, -2 * UV[:, 0] + 0.25], axis=1)
+    np.testing.assert_allclose(surface.uv, expected, atol=1e-6)
+
+
+def test_older_materials_have_their_colours_elsewhere(tmp_path: Path) -> None:
+    builder = _box()
+    builder.attribute("TEXCOORD_0", UV)
+    older = {"diffuseFactor": [1.0, 0.2140, 0.0, 1.0], "diffuseTexture": {"index": 0}}
+    builder.material({"extensions": {"KHR_materials_pbrSpecularGlossiness": older}}, png(two_tone(32)))
+    surface = _one(builder, tmp_path)
+    assert surface.rgba == pytest.approx((1.0, 0.5, 0.0, 1.0), abs=1e-3)
+    assert surface.texture is not None
+    assert surface.texture.shape == (32, 32, 3)
+
+
+def test_webp_is_read_and_what_is_not_read_is_refused(tmp_path: Path) -> None:
+    builder = _textured()
+    builder.gltf["textures"] = [{"extensions": {"EXT_texture_webp": {"source": 0}}}]
+    assert _one(builder, tmp_path).texture is not None
+    builder.gltf["textures"] = [{"extensions": {"KHR_texture_basisu": {"source": 0}}}]
+    with pytest.raises(InputError, match=r"no picture that is read \(KHR_texture_basisu\)"):
+        _read(builder, tmp_path)
+    assert _read(builder, tmp_path, textures=False)
+
+
+def test_every_bad_texture_is_refused_not_only_the_first(tmp_path: Path) -> None:
+    builder = _textured()
+    second = {**builder.primitive, "material": 1}
+    builder.gltf["meshes"][0]["primitives"].append(second)
+    builder.gltf["materials"].append({"pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}})
+    broken = png(Image.new("RGB", (8, 8)))[:40]
+    builder.gltf["images"].append({"bufferView": builder.view(broken)})
+    builder.gltf["textures"].append({"source": 1})
+    with pytest.raises(InputError, match="texture cannot be used"):
+        _read(builder, tmp_path)
+
+
+def test_what_cannot_be_shown_exactly_is_told(tmp_path: Path) -> None:
+    builder = _textured(uv=3 * UV)
+    builder.gltf["samplers"] = [{"wrapS": 33071}]
+    builder.gltf["textures"][0]["sampler"] = 0
+    path = builder.write(tmp_path / "a.glb")
+    assert "clamped" in read_surfaces(path, 1.0, False, tmp_path, 64)[1][0]
+    path = _textured({"texCoord": 2}).write(tmp_path / "b.glb")
+    surfaces, notes = read_surfaces(path, 1.0, False, tmp_path, 64)
+    assert surfaces[0].texture is None
+    assert notes == ["A texture without coordinates was left out."]
