@@ -1,5 +1,6 @@
 """Importing many scenes: what is asked for is made, and whatever is not made has a reason."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 from torc.errors import InputError
 from torc.generation.graspclutter6d import runs
 from torc.generation.graspclutter6d.runs import ImportRequest, run_import
-from torc.generation.graspclutter6d.settling import ImportConfig
+from torc.generation.graspclutter6d.settling import ImportConfig, SceneFailure
 from torc.robots.loading import load_robot
 from torc.scenes.made_for import robot_wanted
 from torc.scenes.problem import load_problem
@@ -85,6 +86,29 @@ def test_a_scene_that_is_there_twice_is_imported_once(root, tmp_path):
     assert first.file is not None
     assert second.file is None
     assert "the same as scene 401" in second.reason
+
+
+def test_nor_is_its_twin_imported_by_a_run_that_goes_on(root, tmp_path, monkeypatch):
+    twins = {"scenes": (401, 404), "target": "17_0"}
+    first = _run(root, tmp_path / "out", **twins)
+    settled = _count_settling(monkeypatch)
+    again = _run(root, tmp_path / "out", **twins)
+    assert [(a.scene, a.file, a.reason) for a in again] == [(a.scene, a.file, a.reason) for a in first]
+    assert settled == []
+    shutil.rmtree(root / "scenes" / "000401")  # what is kept cannot be compared with any more
+    kept, made = _run(root, tmp_path / "out", **twins)
+    assert (kept.there, made.there, made.reason) == (True, False, "")
+
+
+def test_a_scene_that_failed_is_not_told_to_be_imported(root, tmp_path, monkeypatch):
+    settle_scene = runs.settle_scene
+    failure = SceneFailure(401, None, "never still")
+    monkeypatch.setattr(runs, "settle_scene", lambda *a: failure if a[1].scene == 401 else settle_scene(*a))
+    for there in (False, True):
+        failed, twin = _run(root, tmp_path / "out", scenes=(401, 404), target="17_0")
+        assert failed.reason == "never still"
+        assert (twin.reason, twin.there) == ("", there)
+        assert twin.file is not None
 
 
 def test_files_are_replaced_only_on_request(root, tmp_path):

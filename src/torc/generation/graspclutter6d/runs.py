@@ -84,7 +84,8 @@ def run_import(
 ) -> list[Attempt]:
     """Makes the problems that are asked for and saves them, one file each, named like the problem.
 
-    A scene that cannot be read or settled does not stop the others.
+    A scene that cannot be read or settled does not stop the others. Of scenes that are the same, one is imported: the
+    first that gives a problem, in this call or before it.
 
     Args:
         request: what to import.
@@ -103,15 +104,19 @@ def run_import(
     except OSError as error:
         raise InputError(f"Cannot make {out}: {error.strerror}. Choose another --out.") from None
     attempts: list[Attempt] = []
-    seen: list[AnnotatedScene] = []
+    imported: list[AnnotatedScene] = []
     for scene, problems in wanted.items():
         # Known before the work of settling, so that a run that was interrupted is soon where it was.
         there = {} if overwrite else _there(request, scene, problems, inspector, out)
-        attempts += [_kept(out, scene, target, request, inspector) for target in there.values()]
+        done = [_kept(out, scene, target, request, inspector) for target in there.values()]
         left = [p for p in problems if p not in there]
         if left:
-            made = _attempts(request, scene, left, seen, inspector, say)
-            attempts += [_save(attempt, out, overwrite, request, inspector) for attempt in made]
+            made = _attempts(request, scene, left, imported, inspector, say)
+            done += [_save(attempt, out, overwrite, request, inspector) for attempt in made]
+        if any(attempt.file for attempt in done):
+            with suppress(InputError):  # kept, and gone from the data set: nothing can be compared with it
+                imported.append(replace(_read(request, scene), others=()))
+        attempts += done
     return attempts
 
 
@@ -145,12 +150,12 @@ def _attempts(
     request: ImportRequest,
     scene: int,
     problems: list[PaperProblem | None],
-    seen: list[AnnotatedScene],
+    imported: Sequence[AnnotatedScene],
     inspector: Inspector,
     say: Say,
 ) -> list[Attempt]:
-    """One attempt at each problem of a scene; `seen` are the scenes before it, and it is added."""
-    settled = _settled(request, scene, seen, say)
+    """One attempt at each problem of a scene, unless it is the same as one of those `imported` before it."""
+    settled = _settled(request, scene, imported, say)
     if isinstance(settled, SceneFailure):
         return [_failed(replace(settled, target=p.target if p else None)) for p in problems]
     say(f"scene {scene}: looking for the target")
@@ -159,18 +164,20 @@ def _attempts(
 
 
 def _settled(
-    request: ImportRequest, scene: int, seen: list[AnnotatedScene], say: Say
+    request: ImportRequest, scene: int, imported: Sequence[AnnotatedScene], say: Say
 ) -> SettledScene | SceneFailure:
-    config = request.config
     try:
-        annotated = read_scene(request.root, scene, config.annotation, config.camera)
-        twin = next((other.scene for other in seen if same_annotation(other, annotated)), None)
+        annotated = _read(request, scene)
+        twin = next((other.scene for other in imported if same_annotation(other, annotated)), None)
         if twin is not None:
             return SceneFailure(scene, None, f"it is the same as scene {twin}, which is imported already")
-        seen.append(replace(annotated, others=()))
-        return settle_scene(request.root, annotated, config, say)
+        return settle_scene(request.root, annotated, request.config, say)
     except InputError as error:
         return SceneFailure(scene, None, str(error))
+
+
+def _read(request: ImportRequest, scene: int) -> AnnotatedScene:
+    return read_scene(request.root, scene, request.config.annotation, request.config.camera)
 
 
 def _attempt(
