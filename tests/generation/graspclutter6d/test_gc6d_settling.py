@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from settled_scenes import OBJECTS, QUICK, settled
 
 from torc.generation.graspclutter6d.settling import SceneFailure, SettledScene
@@ -56,6 +57,24 @@ def test_what_falls_off_is_left_out_and_named(tmp_path):
     assert scene.fell == ("obj_000048_0", "obj_000048_1")
     assert {o.name for o in scene.problem.objects}.isdisjoint(scene.fell)
     assert any("fell off" in note and "obj_000048_1" in note for note in scene.notes)
+
+
+@pytest.mark.parametrize(
+    ("scene", "told"),
+    [
+        (
+            (upright(17, 0.0, 0.0),),
+            "it has one object only, so nothing stands around a target: choose another",
+        ),
+        ((upright(17, 0.0, -1.8), upright(17, 0.0, 0.0), upright(48, 0.0, 1.8)), "2 of 3 objects fell off"),
+        ((upright(17, 0.0, -0.9), upright(48, 0.0, 0.9)), "2 of 2 objects fell off"),
+    ],
+)
+def test_one_object_alone_is_no_problem_and_it_says_why(tmp_path, scene, told):
+    failure = settled(tmp_path / "tree", scene)
+    assert isinstance(failure, SceneFailure)
+    assert told in failure.reason
+    assert "nothing stands around a target: choose another scene" in failure.reason
 
 
 def test_a_scene_that_does_not_come_to_rest_is_reported(tmp_path):

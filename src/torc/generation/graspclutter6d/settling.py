@@ -21,6 +21,7 @@ from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import Presence, World, build_world
 
 _TWINS = {401: 404, 404: 401}
+_ALONE = "nothing stands around a target: choose another scene"
 
 Say = Callable[[str], None]
 
@@ -92,6 +93,8 @@ def settle_scene(
     config = config or ImportConfig()
     table = align_to_table(annotated)
     notes = [*table.notes, *mask_notes(annotated), *_twin_note(annotated.scene)]
+    if len(table.objects) < 2:
+        return SceneFailure(table.scene, None, f"it has one object only, so {_ALONE}", tuple(notes))
     objects = _convert(root, table, say)
     notes += [f"{o.model.name}: {note}" for o in objects.values() for note in o.notes]
     placements = place_objects(table, objects, placement_rule(config.placement))
@@ -108,7 +111,7 @@ def settle_scene(
     on_table = {raw.ordered()[i].name for i in world.on_table()}
     fell = tuple(o.name for o in placements if o.name not in on_table)
     if len(on_table) < 2:
-        reason = f"{len(fell)} of {len(placements)} objects fell off the table"
+        reason = f"{len(fell)} of {len(placements)} objects fell off the table, so {_ALONE} or --placement"
         return SceneFailure(table.scene, None, reason, tuple(notes))
     rest = tuple(o for o in with_poses_of(world).objects if o.name in on_table)
     annotated_poses = {o.name: o for o in placements}
