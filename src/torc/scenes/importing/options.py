@@ -105,10 +105,14 @@ class MeshOptions:
                 )
 
     def name_for(self, path: Path) -> str:
-        """The object's name: the one given, or made from the file's. Raises InputError if none can be made."""
+        """The object's name: the one given, or made from the file's, of which a long one keeps the end.
+
+        Raises InputError if none can be made.
+        """
         if self.name is not None:
             return self.name
-        name = re.sub(r"[^A-Za-z0-9_.\-]+", "_", path.stem).strip("_.-")[:64].lower()
+        name = re.sub(r"[^A-Za-z0-9_.\-]+", "_", path.stem).strip("_.-").lower()
+        name = name[-64:].lstrip("_.-")  # files of a deep tree differ at the end
         if not name:
             raise InputError(f"No name can be made from '{path.name}'. Give one with --name.")
         return name
