@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import struct
 from functools import partial
 from pathlib import Path
@@ -99,6 +100,31 @@ def test_of_two_meshes_with_one_name_neither_is_lost_unsaid(tmp_path, object_sto
         code, out, _ = _torc("import", *both, *more, capsys=capsys)
         assert code == 1
         assert f"[2/2] textured.stl: refused: 'textured' is {tmp_path / 'a' / 'textured.stl'} in this" in out
+
+
+def test_a_file_is_known_by_whatever_name_it_was_imported(tmp_path, object_store, capsys):
+    first = tmp_path / "meshes" / "a" / "cup.stl"
+    other = tmp_path / "meshes" / "b" / "cup.stl"
+    for path in (first, other):
+        path.parent.mkdir(parents=True)
+    _write_box(first)
+    again = "import", tmp_path / "meshes", "--scale", "0.001"
+    assert _torc(*again, capsys=capsys)[0] == 0
+    # Files of one name get their directories' names.
+    _write_box(other).write_bytes(first.read_bytes()[:-1] + b"\1")
+    code, out, _ = _torc(*again, capsys=capsys)
+    assert code == 0
+    assert "[1/2] cup.stl: cup is there already (--overwrite imports it again, as a_cup)" in out
+    assert "[2/2] cup.stl: b_cup, the b cup:" in out
+    assert "1 imported, 1 there already, 0 refused" in out
+    code, out, _ = _torc(*again, "--json", capsys=capsys)
+    assert [row["there"] for row in json.loads(out)] == ["cup", "b_cup"]
+    shutil.move(first, tmp_path / "meshes" / "b" / "jug.stl")
+    code, out, _ = _torc(*again, "--json", capsys=capsys)
+    assert [row["there"] for row in json.loads(out)] == ["b_cup", "cup"]
+    other.unlink()
+    _torc(*again, "--name", "mine", capsys=capsys)  # asked for by that name
+    assert sorted(p.name for p in object_store.iterdir()) == ["b_cup", "cup", "mine"]
 
 
 def test_overwriting_replaces_nothing_but_objects(tmp_path, object_store, capsys):

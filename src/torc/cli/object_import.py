@@ -3,6 +3,7 @@
 import json as json_module
 import os
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -60,6 +61,7 @@ class ImportCommand:
 
         meshes, left_out = self._meshes()
         check_library(self.library)  # a mesh may take minutes
+        kept = self._kept(meshes)
         rows: list[dict[str, Any]] = []
         files: dict[str, Path] = {}
         for i, (path, name, root) in enumerate(meshes):
@@ -67,16 +69,19 @@ class ImportCommand:
             try:
                 options = self._options(self.name, name, root)
                 called = options.name_for(path)
-                if called in files:
+                kept_as = None if root is None else kept.get(path)
+                stored = kept_as or called
+                if stored in files:
                     raise InputError(
-                        f"'{called}' is {files[called]} in this call. Import it with another --name."
+                        f"'{stored}' is {files[stored]} in this call. Import it with another --name."
                     )
-                if root is not None and self._is_kept(path, options):
-                    rows.append({"file": str(path), "there": called})
-                    self._say(f"{start}: {called} is there already (--overwrite imports it again)")
+                if kept_as:
+                    rows.append({"file": str(path), "there": kept_as})
+                    anew = "" if kept_as == called else f", as {called}"
+                    self._say(f"{start}: {kept_as} is there already (--overwrite imports it again{anew})")
                 else:
                     rows.append(self._import_one(path, options, start))
-                files[called] = path
+                files[stored] = path
             except (InputError, PhysicsError) as error:
                 rows.append({"file": str(path), "refused": str(error)})
                 self._say(f"{start}: refused: {error}")
@@ -143,10 +148,18 @@ class ImportCommand:
             root=root,
         )
 
-    def _is_kept(self, path: Path, options: "MeshOptions") -> bool:
-        from torc.scenes.importing.storing import is_kept
+    def _kept(self, meshes: list[tuple[Path, str | None, Path | None]]) -> dict[Path, str]:
+        """Of the meshes in directories, those that were imported before, with the names of the objects."""
+        from torc.errors import InputError
+        from torc.scenes.importing.storing import kept_names
 
-        return not self.overwrite and is_kept(options.name_for(path), path, self.scale, self.library)
+        names: dict[Path, str] = {}
+        for path, name, root in meshes:
+            if root is not None and not self.overwrite:
+                with suppress(InputError):  # refused for it when its turn comes
+                    names[path] = self._options(self.name, name, root).name_for(path)
+        kept = kept_names(names, self.scale, self.library)
+        return {path: name for path, name in kept.items() if self.name in (None, name)}
 
     def _import_one(self, path: Path, options: "MeshOptions", start: str) -> dict[str, Any]:
         from torc.scenes.importing import read_mesh

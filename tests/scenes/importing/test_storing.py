@@ -7,12 +7,14 @@ import pytest
 from mesh_files import box, write_obj, write_stl
 
 from torc.errors import InputError
+from torc.fingerprints import file_fingerprint
 from torc.scenes.importing import MeshImport
 from torc.scenes.importing.storing import (
     add_object,
     check_library,
     check_name,
     find_meshes,
+    kept_names,
     unique_description,
 )
 from torc.scenes.library import load_object, object_description
@@ -74,6 +76,37 @@ def test_a_damaged_object_is_in_nobodys_way(object_store: Path) -> None:
     add_object(_found("thing"))
     (object_store / "thing" / "object.yaml").write_text("broken")
     assert unique_description("the own die", "other") == "the own die"
+
+
+def _keep(library: Path, **made_of: Path) -> None:
+    for name, path in made_of.items():
+        source = ObjectSource(path.name, scale=0.001, sha256=file_fingerprint(path))
+        add_object(replace(_found(name, f"the {name}"), source=source), library)
+
+
+def test_files_are_known_whatever_they_are_called(object_store: Path, tmp_path: Path) -> None:
+    cup, jug, new = (tmp_path / name for name in ("cup.stl", "jug.stl", "new.stl"))
+    for path in (cup, jug, new):
+        path.write_text(path.name)
+    assert kept_names({cup: "cup"}, 0.001) == {}
+    _keep(object_store, mug=cup, jug=jug)
+    (object_store / "damaged").mkdir()
+    (object_store / "damaged" / "object.yaml").write_text("broken")
+    wanted = {cup: "cup", jug: "jug", new: "mug", tmp_path / "gone.stl": "gone"}
+    assert kept_names(wanted, 0.001) == {cup: "mug", jug: "jug"}
+    assert kept_names(wanted, 1.0) == {}
+    assert kept_names(wanted, 0.001, tmp_path / "elsewhere") == {}
+
+
+def test_an_object_stands_for_one_of_several_copies(object_store: Path, tmp_path: Path) -> None:
+    copies = {tmp_path / f"{name}.obj": name for name in ("a_cup", "b_cup", "c_cup")}
+    for path in copies:
+        path.write_text("the same corners, with another texture each")
+    a, b, c = copies
+    _keep(object_store, b_cup=b)
+    assert kept_names(copies, 0.001) == {b: "b_cup"}
+    _keep(object_store, cup=c)
+    assert kept_names(copies, 0.001) == {a: "cup", b: "b_cup"}
 
 
 def test_meshes_are_found_once_with_distinct_names(tmp_path: Path) -> None:

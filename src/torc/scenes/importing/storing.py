@@ -3,6 +3,8 @@
 import os
 import tempfile
 from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,13 +35,46 @@ def check_name(name: str, library: Path | None = None, overwrite: bool = False) 
     return directory
 
 
-def is_kept(name: str, file: Path, scale: float, library: Path | None = None) -> bool:
-    """Whether the object of that name is what was imported from this very file, by that scale."""
-    try:
-        source = load_source((library or store_directories()[0]) / name)
-        return (source.sha256, source.scale) == (file_fingerprint(file), scale)
-    except (InputError, OSError):
-        return False
+def kept_names(files: Mapping[Path, str], scale: float, library: Path | None = None) -> dict[Path, str]:
+    """Which mesh files were imported before (this very file, by that scale), and what the objects are called.
+
+    Files are known by their digests: what a file is called depends on the files beside it. An object stands for one
+    file, first of all for that of its name: copies may have other textures.
+
+    Args:
+        files: mesh files, with the names that they would get now.
+        scale: metres per unit of the files.
+        library: where to look; by default in the first directory of the store.
+    """
+    left = _imported(library or store_directories()[0])
+    digests = _digests(files) if left else {}
+    kept = {path: files[path] for path in digests if left.get(files[path]) == (digests[path], scale)}
+    for name in set(kept.values()):
+        del left[name]
+    for path, digest in digests.items():
+        alike = next((name for name, made_of in left.items() if made_of == (digest, scale)), None)
+        if path not in kept and alike is not None:
+            kept[path] = alike
+            del left[alike]
+    return kept
+
+
+def _imported(library: Path) -> dict[str, tuple[str, float]]:
+    """Digest and scale of the meshes that the objects of a library were made of, by the objects' names."""
+    found = {}
+    for file in sorted(library.glob("*/object.yaml")):
+        with suppress(InputError):  # a damaged one stands for no file
+            source = load_source(file.parent)
+            found[file.parent.name] = (source.sha256, source.scale)
+    return found
+
+
+def _digests(files: Iterable[Path]) -> dict[Path, str]:
+    digests = {}
+    for path in files:
+        with suppress(OSError):  # importing it says what is wrong
+            digests[path] = file_fingerprint(path)
+    return digests
 
 
 def check_library(library: Path | None = None) -> None:
