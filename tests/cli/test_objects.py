@@ -202,9 +202,15 @@ def test_a_damaged_object_does_not_stop_the_list(object_store, capsys):
         (["show", "mug_rad"], "Did you mean 'mug_red'"),
         (["list", "--kind", "mog"], "Did you mean 'mug'"),
         (["show", "mug_red", "--picture", "/proc/no.png"], "Cannot write the picture"),
+        (
+            ["show", "mug_red", "--picture", "x.gif"],
+            "x.gif: pictures are written as .png. Use a name that ends so",
+        ),
+        (["show", "mug_red", "--picture", "x"], "x: pictures are written as .png"),
     ],
 )
-def test_wrong_arguments_get_one_clear_line(arguments, told, tmp_path, capsys):
+def test_wrong_arguments_get_one_clear_line(arguments, told, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "empty").mkdir()
     places = {"EMPTY": tmp_path / "empty", "MESH": _write_box(tmp_path / "a.stl")}
     code, _, err = _torc(*(places.get(a, a) for a in arguments), capsys=capsys)

@@ -64,14 +64,17 @@ def _chosen(names: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(chosen)) if names else known
 
 
-def _prepare(path: Path) -> None:
-    """Finds out that the pages cannot be written before time is spent on drawing them."""
+def check_picture_name(path: Path, *endings: str) -> None:
+    """Raises InputError unless a picture's name has one of the endings; .jpeg counts as .jpg."""
     from torc.errors import InputError
 
-    if path.suffix.lower() not in (".jpg", ".jpeg", ".png"):
-        raise InputError(
-            f"{path}: pictures are written as .jpg or .png. Use a name that ends in one of them."
-        )
+    if path.suffix.lower().replace(".jpeg", ".jpg") not in endings:
+        raise InputError(f"{path}: pictures are written as {' or '.join(endings)}. Use a name that ends so.")
+
+
+def _prepare(path: Path) -> None:
+    """Finds out that the pages cannot be written before time is spent on drawing them."""
+    check_picture_name(path, ".jpg", ".png")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:

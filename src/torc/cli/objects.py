@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import tyro
 
 from torc.cli.object_import import ImportCommand
-from torc.cli.object_sheet import SheetCommand
+from torc.cli.object_sheet import SheetCommand, check_picture_name
 
 _GRIPPER = {True: "gets hold of it as it stands", False: "does not get hold of it as it stands"}
 
@@ -74,6 +74,8 @@ class ShowCommand:
 
     def run(self) -> int:
         """Print the facts."""
+        if self.picture is not None:
+            check_picture_name(self.picture, ".png")
         facts = _facts(self.name)
         if self.picture is not None:
             _write_picture(self.name, self.picture)
@@ -172,6 +174,4 @@ def _write_picture(name: str, path: Path) -> None:
     try:
         Image.fromarray(np.concatenate(views, axis=1)).save(path)
     except (OSError, ValueError) as error:
-        raise InputError(
-            f"Cannot write the picture {path}: {error}. Give a file name that ends in .png."
-        ) from None
+        raise InputError(f"Cannot write the picture {path}: {error}. Give another --picture.") from None
