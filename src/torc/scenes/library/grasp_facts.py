@@ -18,6 +18,8 @@ if TYPE_CHECKING:  # the facts alone need no numpy
 
 FACTS_PATH = Path(__file__).parents[1] / "data" / "graspable.json"
 FORMAT = "torc-graspable/1"
+_OFF_GRID = 0.3137
+"""Of a step: sizes that people choose lie far from where one step ends and the next begins."""
 
 
 @dataclass(frozen=True)
@@ -69,13 +71,24 @@ def save_facts(facts: Mapping[str, GraspFact], path: Path = FACTS_PATH) -> None:
 
 
 def model_digest(model: "ObjectModel") -> str:
-    """A short digest of what decides how a model is held: contact pieces, mass, friction."""
+    """A short digest of what decides how a model is held: contact pieces, mass, friction; the same on every machine.
+
+    Numbers count in steps of a millionth: the last bits of a product of matrices depend on the processor.
+    """
     import hashlib
 
+    import numpy as np
+
     digest = hashlib.sha256()
+
+    def add(*numbers: object) -> None:
+        flat = np.concatenate([np.ravel(np.asarray(n, dtype=np.float64)) for n in numbers])
+        steps = np.floor(flat * 1e6 + _OFF_GRID).astype(np.int64)
+        digest.update(repr(steps.tolist()).encode())
+
     for piece in model.pieces:
-        shape = (piece.kind, piece.size, piece.position, piece.wxyz, piece.relative_density)
-        vertices = None if piece.vertices is None else piece.vertices.round(7).tolist()
-        digest.update(repr((shape, vertices)).encode())
-    digest.update(repr((model.mass_kg, model.friction, model.rolls)).encode())
+        digest.update(piece.kind.encode())
+        add(piece.size, piece.position, piece.wxyz, piece.relative_density)
+        add(() if piece.vertices is None else piece.vertices)
+    add(model.mass_kg, model.friction, model.rolls)
     return digest.hexdigest()[:16]
