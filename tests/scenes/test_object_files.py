@@ -210,9 +210,23 @@ def test_an_array_that_unpacks_to_gigabytes_is_refused(box: Path) -> None:
     members = _members(box / "geometry.npz")
     with zipfile.ZipFile(box / "geometry.npz", "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in members.items():
-            archive.writestr(name, b"\0" * 60_000_000 if name == "visual_0_vertices.npy" else data)
+            archive.writestr(name, b"\0" * 30_000_000 if name == "visual_0_vertices.npy" else data)
     assert (box / "geometry.npz").stat().st_size < 200_000
-    with pytest.raises(InputError, match="unpacks to 60000000 bytes"):
+    with pytest.raises(InputError, match="unpacks to 30000000 bytes"):
+        load_object_directory(box)
+
+
+def test_arrays_that_are_too_large_together_are_refused(box: Path) -> None:
+    text = (box / "object.yaml").read_text()
+    text += "".join(text[text.index("- rgba") :] for _ in range(3)).replace("texture_0.png", "null")
+    (box / "object.yaml").write_text(text)
+    members = _members(box / "geometry.npz")
+    full = {"vertices": _npy(np.zeros((600_000, 3))), "uv": _npy(np.zeros((600_000, 2)))}
+    with zipfile.ZipFile(box / "geometry.npz", "w", zipfile.ZIP_DEFLATED) as archive:
+        for i in range(4):
+            for key in ("vertices", "faces", "uv", "normals"):
+                archive.writestr(f"visual_{i}_{key}.npy", full.get(key, members[f"visual_0_{key}.npy"]))
+    with pytest.raises(InputError, match="bytes in all; at most"):
         load_object_directory(box)
 
 

@@ -17,7 +17,8 @@ from PIL import Image
 
 from torc.errors import InputError
 
-_MAX_MEMBERS = 2000
+_MAX_MEMBERS, _MEMBER_SIGNATURE = 2000, b"PK\1\2"
+"""Where an archive lists its contents, every entry starts so."""
 _NPY_HEADER_BYTES = 128
 """What numpy writes before the data of a plain array; longer headers belong to records, which are refused."""
 
@@ -67,18 +68,36 @@ def read_arrays(
 ) -> dict[str, np.ndarray]:
     """The arrays of a .npz file: exactly those of `specs`, float64 or int32, without pickle.
 
+    Args:
+        path: the file.
+        specs: what the arrays must be, one by one.
+        max_bytes: of the file, and of what all arrays together unpack to.
+        what: names the file's content in errors.
+
     Raises:
         InputError: not readable, too large (packed or unpacked), arrays missing or not asked for, wrong kinds,
             shapes or values.
     """
     data = read_bytes(path, max_bytes, what)
+    # Counted before zipfile reads the list, which takes seconds if the file holds little else.
+    count = data.count(_MEMBER_SIGNATURE)
+    if count > _MAX_MEMBERS:
+        raise InputError(
+            f"{path} is no plain file of arrays: it lists {count} members; at most {_MAX_MEMBERS} are allowed. "
+            "Write it with numpy.savez_compressed."
+        )
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            members = {m.filename.removesuffix(".npy"): m for m in archive.infolist()[:_MAX_MEMBERS]}
+            members = {m.filename.removesuffix(".npy"): m for m in archive.infolist()}
             if set(members) != set(specs):
                 odd = sorted(set(members) ^ set(specs))[:4]
                 raise InputError(
                     f"{path} does not hold the arrays it should; missing or not expected: {', '.join(odd)}."
+                )
+            unpacked = sum(m.file_size for m in members.values())  # no more is unpacked, true or not
+            if unpacked > max_bytes:
+                raise InputError(
+                    f"{path} unpacks to {unpacked} bytes in all; at most {max_bytes} are allowed for {what}."
                 )
             return {name: _read_array(archive, members[name], spec, path) for name, spec in specs.items()}
     except (zipfile.BadZipFile, EOFError, OSError, zlib.error, NotImplementedError, RuntimeError) as error:
