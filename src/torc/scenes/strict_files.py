@@ -1,10 +1,9 @@
-"""Arrays and pictures from strangers: nothing is allocated before its size is known to be allowed."""
+"""Files and arrays from strangers: nothing is allocated before its size is known to be allowed."""
 
 import io
 import os
 import stat
 import tokenize
-import warnings
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -12,8 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import UInt8
-from PIL import Image
 
 from torc.errors import InputError
 
@@ -147,38 +144,3 @@ def _read_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, spec: ArraySp
     if not np.isfinite(array).all():
         raise InputError(f"{where} holds numbers that are not finite.")
     return array.astype(np.float64)
-
-
-def read_png(path: Path, max_side_px: int, max_bytes: int, what: str) -> UInt8[np.ndarray, "h w 3"]:
-    """A PNG as colours. Raises InputError if it is missing, a link, too large (in bytes or unpacked), or no PNG."""
-    return decode_image(read_bytes(path, max_bytes, what), str(path), max_side_px, ("PNG",))
-
-
-def decode_image(
-    data: bytes, where: str, max_side_px: int, formats: tuple[str, ...] = ("PNG", "JPEG")
-) -> UInt8[np.ndarray, "h w 3"]:
-    """A picture as colours, transparency dropped. Its size is looked at before anything is unpacked.
-
-    Raises:
-        InputError: too large, or not readable in these formats.
-    """
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(io.BytesIO(data), formats=formats) as image:
-                if max(image.size) > max_side_px:
-                    raise InputError(
-                        f"{where} is {image.width}x{image.height} pixels; at most {max_side_px} a side are allowed. "
-                        "Scale it down."
-                    )
-                return np.array(image.convert("RGB"))
-    except (
-        Image.DecompressionBombError,
-        Image.DecompressionBombWarning,
-        OSError,  # PIL's "unidentified" and "truncated" too
-        SyntaxError,
-        ValueError,
-        EOFError,
-        zlib.error,
-    ) as error:
-        raise InputError(f"{where} is no readable picture ({' or '.join(formats)}): {error}.") from None

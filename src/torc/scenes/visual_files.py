@@ -5,14 +5,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import UInt8
 from PIL import Image
 
 from torc.errors import InputError
 from torc.scenes.models import VisualMesh
-from torc.scenes.object_schema import MAX_FACES, MAX_TEXTURE_PX, MAX_VERTICES, VisualEntry
-from torc.scenes.strict_files import ArraySpec, read_png
+from torc.scenes.object_schema import (
+    MAX_FACES,
+    MAX_TEXTURE_PIXELS,
+    MAX_TEXTURE_PX,
+    MAX_VERTICES,
+    VisualEntry,
+)
+from torc.scenes.strict_files import ArraySpec
+from torc.scenes.strict_png import read_png
 
-MAX_PNG_BYTES = 32 * 2**20
+MAX_PNG_BYTES = 64 * 2**20
+"""Of all textures of an object."""
 
 
 def visual_arrays(visuals: Sequence[VisualMesh]) -> dict[str, np.ndarray]:
@@ -65,7 +74,8 @@ def read_visuals(
 ) -> tuple[VisualMesh, ...]:
     """The surfaces, with their textures out of `directory`. Raises InputError."""
     _check(entries, arrays, directory)
-    return tuple(_visual(i, entry, arrays, directory) for i, entry in enumerate(entries))
+    textures = _read_textures(entries, directory)
+    return tuple(_visual(i, entry, arrays, textures.get(i)) for i, entry in enumerate(entries))
 
 
 def _check(entries: Sequence[VisualEntry], arrays: Mapping[str, np.ndarray], directory: Path) -> None:
@@ -84,10 +94,25 @@ def _check(entries: Sequence[VisualEntry], arrays: Mapping[str, np.ndarray], dir
         )
 
 
-def _visual(i: int, entry: VisualEntry, arrays: Mapping[str, np.ndarray], directory: Path) -> VisualMesh:
-    texture = None
-    if entry.texture is not None:
-        texture = read_png(directory / entry.texture, MAX_TEXTURE_PX, MAX_PNG_BYTES, "a texture")
+def _read_textures(entries: Sequence[VisualEntry], directory: Path) -> dict[int, UInt8[np.ndarray, "h w 3"]]:
+    """The textures by the number of their surface. None is unpacked before the sizes of all are known."""
+    packed, left = {}, MAX_PNG_BYTES
+    for i, entry in enumerate(entries):
+        if entry.texture is not None:
+            packed[i] = read_png(directory / entry.texture, MAX_TEXTURE_PX, left, "a texture")
+            left -= len(packed[i].data)
+    pixels = sum(png.pixels for png in packed.values())
+    if pixels > MAX_TEXTURE_PIXELS:
+        raise InputError(
+            f"{directory}: its {len(packed)} textures have {pixels} pixels in all; at most {MAX_TEXTURE_PIXELS} are "
+            "allowed. Scale them down, or import the mesh again."
+        )
+    return {i: png.unpack() for i, png in packed.items()}
+
+
+def _visual(
+    i: int, entry: VisualEntry, arrays: Mapping[str, np.ndarray], texture: UInt8[np.ndarray, "h w 3"] | None
+) -> VisualMesh:
     return VisualMesh(
         arrays[f"visual_{i}_vertices"],
         arrays[f"visual_{i}_faces"],

@@ -15,8 +15,9 @@ from torc.scenes.importing.closing import Net, closed_net
 from torc.scenes.importing.reading import read_surfaces
 from torc.scenes.importing.simplifying import baked, simplified
 from torc.scenes.importing.surfaces import Surface, welded, with_normals, without_bad_faces
+from torc.scenes.importing.texture_sizes import fitting_textures
 from torc.scenes.models import VisualMesh
-from torc.scenes.object_schema import MAX_SIZE_M, MAX_VISUALS, MIN_SIZE_M, VisualEntry
+from torc.scenes.object_schema import MAX_SIZE_M, MAX_TEXTURE_PIXELS, MAX_VISUALS, MIN_SIZE_M, VisualEntry
 from torc.scenes.strict_files import ArraySpec, read_arrays
 from torc.scenes.visual_files import read_visuals, save_textures, visual_arrays, visual_entries, visual_specs
 
@@ -192,7 +193,12 @@ def _visuals(
         else:
             visuals = [baked(surfaces, vertices, faces, texture_px)]
             notes.append("Its colours were put into one new texture.")
-    return [v for visual in visuals for v in (visual, _back(visual))] if two_sided else visuals
+    if two_sided:
+        visuals = [v for visual in visuals for v in (visual, _back(visual))]
+    visuals, factor = fitting_textures(visuals, MAX_TEXTURE_PIXELS)
+    if factor < 1.0:
+        notes.append(f"Its textures are many and large: they were scaled down to {100 * factor:.0f} %.")
+    return visuals
 
 
 def _turned(surface: Surface) -> Surface:
