@@ -1,5 +1,9 @@
 """Surface clouds lie on the surface, all around, with outward normals, the same every time."""
 
+import gc
+import weakref
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -47,9 +51,19 @@ def test_both_sides_of_a_thin_wall_are_there():
 def test_the_same_every_time_and_moved_as_a_body():
     model = load_object("toy_car_blue")
     points, normals = surface_cloud(model)
-    again, _ = surface_cloud.__wrapped__(model)
+    again, _ = surface_cloud(replace(model))
+    assert again is not points
     assert np.array_equal(points, again)
     T = make_pose(rotation_about((1, 2, 3), 0.7), (0.1, -0.2, 0.3))
     moved, turned = placed(points, normals, T)
     assert np.allclose((moved - T[:3, 3]) @ T[:3, :3], points)
     assert np.allclose(turned @ T[:3, :3], normals)
+
+
+def test_a_cloud_is_made_once_and_keeps_no_model_in_memory():
+    model = replace(load_object("die_red"))
+    assert surface_cloud(model)[0] is surface_cloud(model)[0]
+    gone = weakref.ref(model)
+    del model
+    gc.collect()
+    assert gone() is None

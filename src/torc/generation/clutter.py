@@ -12,6 +12,7 @@ from torc.scenes.library import load_object
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import ObjectPlacement, Problem
 from torc.scenes.problem_file import Category
+from torc.scenes.scene_limits import load_models
 from torc.scenes.workspace import Workspace
 from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import COARSE, DumpConfig, SettleConfig, dump, settle_problem, with_poses_of
@@ -141,12 +142,13 @@ def _arrange(
     config: ClutterConfig,
 ) -> Problem | Reason:
     """Settled for a first time; objects may have left the table."""
+    loaded = load_models(models)
     if category == "unstructured":
         scene = _scene(category, drop_arrangement(models, rng))
-        walls = _shrunk(config.walls_m, sum(map(_mean_shadow_m2, map(load_object, models))) / config.heap)
+        walls = _shrunk(config.walls_m, sum(map(_mean_shadow_m2, loaded)) / config.heap)
         dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s)
         return dump(scene, workspace, rng, dumping, config.rough, COARSE)[0]
-    footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in map(load_object, models))
+    footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in loaded)
     for fill in config.fill:
         lengths = _shrunk(config.region_m, footprints_m2 / fill)
         (x, y), (lx, ly) = config.center_xy, lengths
