@@ -183,6 +183,7 @@ def _header(shape: str, descr: str = "<f8") -> bytes:
     ("key", "content", "message"),
     [
         ("visual_0_vertices.npy", _npy(np.array([[1.0, 2.0, np.nan]])), "not finite"),
+        ("visual_0_uv.npy", _npy(np.array([[1.0, 1e300]])), r"beyond 1e\+30"),
         ("visual_0_vertices.npy", _npy(np.array([{"a": 1}], dtype=object)), "need kind 'f'"),
         ("visual_0_vertices.npy", _npy(np.zeros((3, 2))), "rows of 3"),
         ("visual_0_vertices.npy", _npy(np.zeros((0, 3))), "rows of 3"),

@@ -98,6 +98,11 @@ class CollisionPiece:
             return np.pi * s[0] ** 2 * (2.0 * s[1] + 4.0 / 3.0 * s[0])
         return float(self._hull.volume)
 
+    @property
+    def thickness_m(self) -> float:
+        """How thick it is: a primitive where it is thinnest, a mesh in the mean (volume by half the surface)."""
+        return 2.0 * min(self.size) if self.size else float(2.0 * self._hull.volume / self._hull.area)
+
     def contains(self, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
         """Which points, model frame, lie inside it."""
         T = self.T_object_piece

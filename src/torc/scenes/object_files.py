@@ -18,7 +18,8 @@ import yaml
 
 from torc.errors import InputError
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
-from torc.scenes.models import CollisionPiece, ObjectModel, Quat, Vec3, pieces_bounds
+from torc.scenes.models import CollisionPiece, ObjectModel, Quat, Vec3
+from torc.scenes.object_checks import check_model
 from torc.scenes.object_schema import (
     FORMAT,
     MAX_PIECE_VERTICES,
@@ -33,7 +34,6 @@ from torc.scenes.visual_files import read_visuals, save_textures, visual_arrays,
 OBJECT_FILE, GEOMETRY_FILE = "object.yaml", "geometry.npz"
 MAX_GEOMETRY_BYTES = 48 * 2**20
 """Packed, and unpacked: all corners, triangles and pieces that are allowed together take 44 million bytes."""
-_FRAME_TOLERANCE_M = 1e-5
 _OWN_FILE = re.compile(r"object\.yaml|geometry\.npz|texture_\d+\.png")
 
 
@@ -127,7 +127,7 @@ def load_object_directory(directory: Path | str) -> ObjectModel:
         friction=entry.friction,
         held_out=entry.held_out,
     )
-    _check_frame(model, directory)
+    check_model(model, directory)
     return model
 
 
@@ -234,36 +234,3 @@ def _piece(i: int, entry: PieceEntry, arrays: dict[str, np.ndarray]) -> Collisio
         arrays.get(f"piece_{i}_vertices"),
         entry.relative_density,
     )
-
-
-def _check_frame(model: ObjectModel, directory: Path) -> None:
-    """The model frame is where every other part of the project takes it to be; pieces are solid."""
-    flat = [i for i, p in enumerate(model.pieces) if p.kind == "mesh" and not _is_solid(p)]
-    if flat:
-        raise InputError(
-            f"{directory}: pieces[{flat[0]}] is flat or degenerate; a piece must enclose a volume."
-        )
-    lower, upper = pieces_bounds(model.pieces)
-    if np.abs(lower + upper).max() > 2 * _FRAME_TOLERANCE_M:
-        raise InputError(
-            f"{directory}: the pieces' bounding box is centred at {((lower + upper) / 2).round(5).tolist()}, but the "
-            "origin of an object must lie at its centre. Import the mesh again."
-        )
-    if np.abs(upper - lower - model.size_m).max() > 2 * _FRAME_TOLERANCE_M:
-        raise InputError(
-            f"{directory}: size_m is {list(model.size_m)}, but the pieces measure {(upper - lower).round(5).tolist()}."
-        )
-    extent = np.abs(np.concatenate([v.vertices for v in model.visuals])).max()
-    if extent > 2.0 * max(model.size_m):
-        raise InputError(
-            f"{directory}: the visible surface reaches {extent:.2f} m, far beyond the contact pieces."
-        )
-
-
-def _is_solid(piece: CollisionPiece) -> bool:
-    from scipy.spatial import QhullError
-
-    try:
-        return piece.volume_m3 > 1e-12
-    except (QhullError, ValueError):
-        return False

@@ -18,6 +18,8 @@ _MAX_MEMBERS, _MEMBER_SIGNATURE = 2000, b"PK\1\2"
 """Where an archive lists its contents, every entry starts so."""
 _NPY_HEADER_BYTES = 128
 """What numpy writes before the data of a plain array; longer headers belong to records, which are refused."""
+_MAX_NUMBER = 1e30
+"""Larger ones do not fit the single precision of physics and pictures."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class ArraySpec:
     """What an array in a file must be.
 
     Attributes:
-        kind: "f" for floats (they must be finite), "i" for integers.
+        kind: "f" for floats (they must be finite, and not huge), "i" for integers.
         columns: its second dimension; the first is free.
         max_rows: upper limit of the first dimension.
     """
@@ -141,6 +143,6 @@ def _read_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, spec: ArraySp
         if array.min() < 0 or array.max() >= 2**31:
             raise InputError(f"{where} holds numbers that are no indices.")
         return array.astype(np.int32)
-    if not np.isfinite(array).all():
-        raise InputError(f"{where} holds numbers that are not finite.")
+    if not (np.abs(array) < _MAX_NUMBER).all():
+        raise InputError(f"{where} holds numbers that are not finite, or beyond {_MAX_NUMBER:g}.")
     return array.astype(np.float64)

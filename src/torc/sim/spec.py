@@ -1,7 +1,6 @@
 """What goes into the simulated world: physics options, lights, table, bin, objects, as a MuJoCo specification."""
 
 from dataclasses import dataclass
-from functools import cache
 
 import mujoco
 import numpy as np
@@ -10,6 +9,7 @@ from torc.robots.description import RobotDescription
 from torc.scenes.models import CollisionPiece, ObjectModel, VisualMesh
 from torc.scenes.problem import Problem
 from torc.scenes.workspace import Box, Workspace
+from torc.sim.made_textures import checker_texture, sky_texture, wood_texture
 
 VISUAL_GROUP, COLLISION_GROUP = 1, 3
 _PIECE_TYPES = {
@@ -133,12 +133,12 @@ def _set_looks(spec: mujoco.MjSpec, workspace: Workspace, config: WorldConfig) -
     fill = world.add_light(name="fill_light", pos=[0.0, -0.4, 2.2], dir=[0.7, 0.3, -0.6], castshadow=False)
     fill.type, fill.diffuse, fill.specular = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, [0.28] * 3, [0.0] * 3
     _add_texture(
-        spec, "sky", _gradient((0.82, 0.87, 0.93), (0.55, 0.66, 0.80)), mujoco.mjtTexture.mjTEXTURE_SKYBOX
+        spec, "sky", sky_texture((0.82, 0.87, 0.93), (0.55, 0.66, 0.80)), mujoco.mjtTexture.mjTEXTURE_SKYBOX
     )
 
 
 def _add_static(spec: mujoco.MjSpec, workspace: Workspace, extra: tuple[Box, ...]) -> None:
-    material = _add_material(spec, "floor", _checker((0.62, 0.64, 0.66), (0.56, 0.58, 0.60)))
+    material = _add_material(spec, "floor", checker_texture((0.62, 0.64, 0.66), (0.56, 0.58, 0.60)))
     spec.material("floor").texrepeat = [2, 2]
     spec.material("floor").texuniform = True
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5, 5, 0.1])
@@ -233,14 +233,19 @@ def _add_hull(spec: mujoco.MjSpec, name: str, piece: CollisionPiece) -> None:
 
 def _add_surface(spec: mujoco.MjSpec, name: str, visual: VisualMesh) -> None:
     mesh = spec.add_mesh(name=name)
-    mesh.uservert = visual.vertices.astype(np.float32).ravel()
+    mesh.uservert = _four_rows(visual.vertices)
     mesh.userface = visual.faces.astype(np.int32).ravel()
     if visual.uv is not None:
-        mesh.usertexcoord = visual.uv.astype(np.float32).ravel()
+        mesh.usertexcoord = _four_rows(visual.uv)
     if visual.normals is not None:
-        mesh.usernormal = visual.normals.astype(np.float32).ravel()
+        mesh.usernormal = _four_rows(visual.normals)
     # A visual surface may be open; the mass comes from the contact pieces.
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+
+
+def _four_rows(rows: np.ndarray) -> np.ndarray:
+    """The numbers in a row; MuJoCo wants four vertices even for a single triangle, so the last one is repeated."""
+    return np.pad(rows.astype(np.float32), ((0, max(0, 4 - len(rows))), (0, 0)), mode="edge").ravel()
 
 
 def _add_material(
@@ -264,36 +269,4 @@ def _add_texture(spec: mujoco.MjSpec, name: str, image: np.ndarray, kind: mujoco
     texture.data = np.ascontiguousarray(image).tobytes()
 
 
-@cache
-def wood_texture(size: int = 256) -> np.ndarray:
-    """Planks with a grain, always the same: (size, size, 3) uint8, read-only."""
-    rng = np.random.default_rng(7)
-    v, u = np.meshgrid(np.arange(size) / size, np.arange(size) / size, indexing="ij")
-    plank = np.floor(v * 6).astype(int)
-    tone, phase = rng.uniform(-0.06, 0.06, 6)[plank], rng.uniform(0, 9, 6)[plank]
-    wave = 0.9 * np.sin(2 * np.pi * u + phase) + 0.5 * np.sin(4 * np.pi * u + 2 * phase)
-    grain = 0.5 + 0.5 * np.sin(2 * np.pi * (v * 38 + 0.35 * wave) + 3 * phase)
-    seam = np.where((v * 6) % 1 < 0.03, 0.75, 1.0)
-    light = (0.93 + tone + 0.07 * grain) * seam + 0.012 * rng.standard_normal((size, size))
-    color = light[..., None] * np.array([0.80, 0.66, 0.48])
-    texture = np.asarray(np.clip(color, 0, 1) * 255, dtype=np.uint8)
-    texture.flags.writeable = False
-    return texture
-
-
-def _checker(a: tuple[float, float, float], b: tuple[float, float, float], size: int = 64) -> np.ndarray:
-    i, j = np.indices((size, size)) // (size // 2)
-    return np.asarray(np.where(((i + j) % 2)[..., None], a, b) * np.float64(255), dtype=np.uint8)
-
-
-def _gradient(
-    low: tuple[float, float, float], high: tuple[float, float, float], size: int = 32
-) -> np.ndarray:
-    """Six faces of a sky box, stacked: sides shade upwards."""
-    t = np.linspace(1, 0, size)[:, None, None]
-    side = np.broadcast_to(t * np.array(high) + (1 - t) * np.array(low), (size, size, 3))
-    faces = [side, side, np.broadcast_to(high, side.shape), np.broadcast_to(low, side.shape), side, side]
-    return np.asarray(np.concatenate(faces) * 255, dtype=np.uint8)
-
-
-__all__ = ["COLLISION_GROUP", "VISUAL_GROUP", "WorldConfig", "build_spec", "object_body_name", "wood_texture"]
+__all__ = ["COLLISION_GROUP", "VISUAL_GROUP", "WorldConfig", "build_spec", "object_body_name"]

@@ -190,3 +190,16 @@ def test_a_missing_library_is_told_with_the_remedy(tmp_path: Path, monkeypatch: 
 def test_senseless_options_are_refused(options: dict[str, object]) -> None:
     with pytest.raises(InputError):
         MeshOptions(**options)  # type: ignore[arg-type]
+
+
+def test_parts_that_the_physics_takes_for_lines_are_left_out(tmp_path: Path) -> None:
+    """Besides a box, a triangle of 10 cm by 2 nm of another material."""
+    vertices, faces = box(SIZE)
+    corners = np.concatenate([vertices, [(0, 0, 0), (0.1, 0, 0), (0, 2e-9, 0)]])
+    path = write_obj(tmp_path / "box.obj", corners, faces)
+    path.write_text(f"mtllib box.mtl\nusemtl a\n{path.read_text()}usemtl b\nf 9 10 11\n")
+    (tmp_path / "box.mtl").write_text("newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n")
+    found = read_mesh(path)
+    assert "Parts that are but points or lines were left out (1)." in found.notes
+    assert [v.rgba[:3] for v in found.model.visuals] == [(1.0, 0.0, 0.0)]
+    save_object(found.model, tmp_path / "box", found.source)

@@ -11,6 +11,7 @@ from torc.scenes.importing.texture_sizes import fitting_textures
 from torc.scenes.library import load_object
 from torc.scenes.object_files import load_object_directory, save_object
 from torc.scenes.object_schema import MAX_TEXTURE_PIXELS
+from torc.sim.object_check import world_with
 
 SIZES = [(2048, 2048)] * 3 + [(1, 2048), (300, 1000)]
 
@@ -58,3 +59,4 @@ def test_an_object_of_many_large_textures_can_be_stored(tmp_path: Path) -> None:
     assert "Its textures are many and large: they were scaled down to 81 %." in found.notes
     save_object(found.model, tmp_path / "box", found.source)
     assert _pixels(load_object_directory(tmp_path / "box").visuals) == _pixels(visuals)
+    world_with(found.model)  # surfaces of a single triangle

@@ -17,6 +17,7 @@ from torc.scenes.importing.simplifying import baked, simplified
 from torc.scenes.importing.surfaces import Surface, welded, with_normals, without_bad_faces
 from torc.scenes.importing.texture_sizes import fitting_textures
 from torc.scenes.models import VisualMesh
+from torc.scenes.object_checks import visible_area_m2
 from torc.scenes.object_schema import MAX_SIZE_M, MAX_TEXTURE_PIXELS, MAX_VISUALS, MIN_SIZE_M, VisualEntry
 from torc.scenes.strict_files import ArraySpec, read_arrays
 from torc.scenes.visual_files import read_visuals, save_textures, visual_arrays, visual_entries, visual_specs
@@ -65,6 +66,7 @@ def prepare(request: Mapping[str, Any], directory: Path) -> dict[str, Any]:
     if dropped:
         notes.append(f"{dropped} unusable triangles were left out (not finite, without area, or double).")
     _check_size(surfaces, path, scale)
+    surfaces = _visible(surfaces, path, notes)
     net, whole = _net(surfaces)
     if len(net.faces) > MAX_READ_FACES:
         raise InputError(
@@ -133,6 +135,16 @@ def _check_size(surfaces: Sequence[Surface], path: Path, scale: float) -> None:
             f"{path} is {_length(float(extent.min()))} thin; things thinner than {1000 * MIN_SIZE_M:g} mm slip through "
             "contacts. Give it a thickness first."
         )
+
+
+def _visible(surfaces: Sequence[Surface], path: Path, notes: list[str]) -> list[Surface]:
+    """Those that the physics takes for surfaces."""
+    found = [s for s in surfaces if visible_area_m2(s.vertices, s.faces) > 0.0]
+    if not found:
+        raise InputError(f"{path} has next to no area: its triangles are points or lines.")
+    if len(found) < len(surfaces):
+        notes.append(f"Parts that are but points or lines were left out ({len(surfaces) - len(found)}).")
+    return found
 
 
 def _length(metres: float) -> str:
