@@ -14,6 +14,8 @@ from torc.generation.difficulty import Difficulty
 from torc.generation.generator import GeneratedProblem, NotGenerated
 from torc.generation.rejections import Reason
 from torc.generation.validation import Check, ValidationReport
+from torc.scenes.library import load_object
+from torc.scenes.object_files import save_object
 from torc.scenes.problem import load_problem, save_problem
 
 SHIPPED = load_problem("structured-04")
@@ -191,6 +193,22 @@ def test_validation_says_what_it_found_and_exits_accordingly(reports, tmp_path, 
     assert "BAD rest:" in out
     assert "NOT VALID" in out
     assert "1 of 2 are valid" in out
+
+
+def test_an_object_that_cannot_be_used_fails_its_problem_and_stops_nothing(object_store, tmp_path, capsys):
+    save_object(replace(load_object("die_red"), name="thing"), object_store / "thing")
+    it = replace(SHIPPED.objects[0], name="it", model="thing")
+    for name in ("a", "b"):
+        save_problem(replace(SHIPPED, name=name, objects=(*SHIPPED.objects, it)), tmp_path / f"{name}.yaml")
+    (object_store / "thing" / "geometry.npz").unlink()
+    code, out, err = _torc("validate", tmp_path, "--no-oracle", "--json", capsys=capsys)
+    assert code == 1
+    for row in (rows := json.loads(out)):
+        assert (row["valid"], row["difficulty"], len(row["checks"])) == (False, None, 1)
+        assert row["checks"][0]["name"] == "objects"
+        assert "geometry.npz is missing" in row["checks"][0]["text"]
+    assert [row["problem"].endswith(name) for row, name in zip(rows, ("a.yaml", "b.yaml"))] == [True, True]
+    assert "BAD objects:" in err
 
 
 def test_validation_in_json(reports, capsys):

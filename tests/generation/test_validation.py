@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from torc.generation.validation import Check, ValidationConfig, validate_problem
+from torc.scenes.library import load_object
+from torc.scenes.object_files import save_object
 from torc.scenes.problem import ObjectPlacement, load_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.stillness import StillnessConfig
@@ -88,6 +90,35 @@ def test_a_changed_visible_fraction_is_noticed(inspector):
     assert "40 %" in checks["sight"].text
     _, checks = _checks(replace(GOOD, origin={"visible_fraction": 0.0}), inspector)
     assert checks["sight"].passed
+
+
+def _thing_in(problem, model, store):
+    """The problem with a stored object on the table."""
+    save_object(model, store / model.name)
+    x, y, z = 0.55, 0.2, TABLE_Z + model.size_m[2] / 2
+    return _with(problem, ObjectPlacement("it", model.name, (x, y, z), (1.0, 0.0, 0.0, 0.0)))
+
+
+def test_a_damaged_object_fails_its_problem_alone(inspector, object_store):
+    problem = _thing_in(GOOD, replace(load_object("die_red"), name="thing"), object_store)
+    (object_store / "thing" / "geometry.npz").write_bytes(b"")
+    report, checks = _checks(problem, inspector)
+    assert not report.valid
+    assert report.difficulty is None
+    assert list(checks) == ["objects"]
+    assert "geometry.npz is not a readable" in checks["objects"].text
+
+
+def test_an_object_that_the_physics_refuses_fails_its_problem_alone(inspector, object_store, monkeypatch):
+    monkeypatch.setattr("torc.scenes.object_files.check_model", lambda *_: None)
+    die = load_object("die_red")
+    line = replace(die.visuals[0], vertices=die.visuals[0].vertices * (1, 0, 0))
+    problem = _thing_in(GOOD, replace(die, name="thing", visuals=(line,)), object_store)
+    report, checks = _checks(problem, inspector)
+    assert not report.valid
+    assert report.difficulty is None
+    assert list(checks) == ["contact", "rest", "objects"]
+    assert "mesh surface area is too small" in checks["objects"].text
 
 
 @pytest.mark.parametrize("solved", [True, False])

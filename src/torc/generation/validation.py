@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from torc.errors import PhysicsError
+from torc.errors import InputError, PhysicsError
 from torc.generation.clutter import MAX_OVERLAP_M
 from torc.generation.difficulty import Difficulty, measure_difficulty
 from torc.generation.inspection import Inspector, SceneView
@@ -25,7 +25,8 @@ class Check:
     """One thing that was checked.
 
     Attributes:
-        name: one word: "contact", "rest", "sight", "first look", "target", "surroundings", or of a re-solving step.
+        name: one word: "contact", "rest", "sight", "first look", "target", "surroundings", or of a re-solving step;
+            "objects" where they cannot be simulated.
         passed: whether a valid problem looks like that.
         text: what was found, in words.
     """
@@ -96,20 +97,34 @@ def validate_problem(
         if progress is not None:
             progress(check)
 
-    world = build_world(problem, None, inspector.workspace, UNSEEN)
+    def ended(check: Check) -> ValidationReport:
+        note(check)
+        return ValidationReport(problem.name, tuple(checks), None)
+
+    try:
+        world = build_world(problem, None, inspector.workspace, UNSEEN)
+    except InputError as error:
+        return ended(_unusable(error))
     note(_contact(world))
     try:
         note(_rest(world, config.stillness))
     except PhysicsError as error:
-        note(Check("rest", False, f"The simulation breaks: {error}"))
-        return ValidationReport(problem.name, tuple(checks), None)
-    view, around = inspector.view(problem), inspector.around(problem, problem.target)
+        return ended(Check("rest", False, f"The simulation breaks: {error}"))
+    try:
+        view = inspector.view(problem)
+    except InputError as error:  # the first world had no surfaces
+        return ended(_unusable(error))
+    around = inspector.around(problem, problem.target)
     difficulty = measure_difficulty(inspector, view, problem.target, around)
     for check in _looks(problem, view, around, difficulty, inspector, config):
         note(check)
     if resolve is not None:
         note(resolve(problem))
     return ValidationReport(problem.name, tuple(checks), difficulty)
+
+
+def _unusable(error: InputError) -> Check:
+    return Check("objects", False, f"They cannot be simulated: {' '.join(str(error).split())}")
 
 
 def _contact(world: World) -> Check:
