@@ -1,13 +1,18 @@
 """`torc objects sheet`: pages with the right pictures on them, and clear errors."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from torc.cli import object_sheet
 from torc.cli.object_sheet import SheetCommand
 from torc.errors import InputError
+from torc.scenes.library import builtin_object_names, load_object, object_facts
+from torc.scenes.models import ObjectModel
+from torc.scenes.object_files import save_object
 
 
 def test_a_sheet_of_a_kind_and_an_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -44,6 +49,57 @@ def test_mistakes_are_named_before_anything_is_drawn(
     name: str, out: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "file").write_text("not a directory")
-    monkeypatch.setattr(object_sheet, "contact_sheets", lambda *_: pytest.fail("drawn"))
+    monkeypatch.setattr("torc.sim.portraits.portrait", lambda *_: pytest.fail("drawn"))
     with pytest.raises(InputError, match=message):
         SheetCommand((name,), tmp_path / out).run()
+
+
+def _own(store: Path, name: str, kind: str) -> None:
+    save_object(replace(load_object("die_red"), name=name, kind=kind), store / name)
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the objects whose portraits were made; nothing is drawn."""
+    names: list[str] = []
+
+    def fake(model: ObjectModel, width: int, height: int) -> np.ndarray:
+        names.append(model.name)
+        return np.zeros((height, width, 3), np.uint8)
+
+    monkeypatch.setattr("torc.sim.portraits.portrait", fake)
+    return names
+
+
+def test_kinds_of_ones_own_can_be_asked_for(tmp_path: Path, object_store: Path, drawn: list[str]) -> None:
+    for name, kind in (("thing_b", "thing"), ("thing_a", "thing"), ("cup", "mug")):
+        _own(object_store, name, kind)
+    assert SheetCommand(("thing",), tmp_path / "s.png").run() == 0
+    assert drawn == ["thing_a", "thing_b"]
+    assert SheetCommand(("mug", "thing_a"), tmp_path / "s.png").run() == 0
+    mugs = [name for name in builtin_object_names() if object_facts(name).kind == "mug"]
+    assert drawn[2:] == [*mugs, "cup", "thing_a"]
+
+
+def test_damaged_objects_are_passed_over_and_told(
+    tmp_path: Path, object_store: Path, drawn: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("a", "b", "c", "d"):
+        _own(object_store, name, "thing")
+    (object_store / "b" / "object.yaml").write_text("broken")
+    (object_store / "c" / "geometry.npz").write_bytes(b"")
+    assert SheetCommand(("thing", "b"), tmp_path / "s.png").run() == 0
+    assert drawn == ["a", "d"]
+    told = capsys.readouterr()
+    assert [line for line in told.err.splitlines() if line.startswith("torc: ")] == told.err.splitlines()
+    assert told.err.count(str(object_store / "b" / "object.yaml")) == 1
+    assert told.err.count(str(object_store / "c" / "geometry.npz")) == 1
+    assert "page 1 of 1" in told.out
+
+
+def test_with_nothing_left_to_draw_there_is_no_sheet(tmp_path: Path, object_store: Path) -> None:
+    _own(object_store, "a", "thing")
+    (object_store / "a" / "geometry.npz").write_bytes(b"")
+    with pytest.raises(InputError, match="None of these objects can be drawn"):
+        SheetCommand(("a",), tmp_path / "s.png").run()
+    assert not (tmp_path / "s.png").exists()

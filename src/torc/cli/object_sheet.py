@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from torc.cli.known_objects import known_objects, pass_over
+
 if TYPE_CHECKING:  # the command line answers before Pillow and MuJoCo are imported
     from PIL.Image import Image as Picture
     from PIL.ImageDraw import ImageDraw
@@ -23,7 +25,7 @@ class SheetCommand:
     """Draw a contact sheet: every object as the simulator shows it, with its size and mass."""
 
     names: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="[NAME...]")] = ()
-    """Objects or kinds to draw; all if none are named."""
+    """Objects or kinds to draw, your own too; all if none are named. What is damaged is passed over."""
     out: Annotated[
         Path, tyro.conf.arg(metavar="FILE", help="A .jpg or .png; several pages become NAME-1, NAME-2 ...")
     ] = Path("objects.jpg")
@@ -32,36 +34,38 @@ class SheetCommand:
         """Draw and save the pages."""
         from rich.console import Console
 
-        from torc.scenes.library import load_object
+        from torc.errors import InputError
 
         names = _chosen(self.names)
         _prepare(self.out)
-        count = -(-len(names) // (COLUMNS * ROWS))
         with Console(stderr=True).status("") as status:
-            models = [load_object(name) for name in names]
-            pages = contact_sheets(models, lambda k: status.update(f"{k + 1} of {len(names)}: {names[k]}"))
-            for number, page in enumerate(pages, start=1):
-                path = self.out if count == 1 else self.out.with_stem(f"{self.out.stem}-{number}")
-                _save(page, path)
-                print(f"{path}  (page {number} of {count})", flush=True)
+            cells = list(_cells(names, status.update))
+        if not cells:
+            raise InputError("None of these objects can be drawn. Import them again, or name others.")
+        count = -(-len(cells) // (COLUMNS * ROWS))
+        for number, page in enumerate(contact_sheets(cells), start=1):
+            path = self.out if count == 1 else self.out.with_stem(f"{self.out.stem}-{number}")
+            _save(page, path)
+            print(f"{path}  (page {number} of {count})", flush=True)
         return 0
 
 
 def _chosen(names: Sequence[str]) -> list[str]:
-    """Model names of the objects and kinds named."""
+    """Model names of the objects and kinds named, without those that cannot be read."""
     from torc.errors import UnknownNameError
-    from torc.scenes.library import kind_names, load_object, object_names
+    from torc.scenes.library import object_names
 
-    known, kinds = list(object_names()), kind_names()
+    known = known_objects()
+    sound, kinds = [facts.name for facts in known], list(dict.fromkeys(facts.kind for facts in known))
     chosen: list[str] = []
     for name in names:
         if name in kinds:
-            chosen += [n for n in known if load_object(n).kind == name]
-        elif name in known:
+            chosen += [facts.name for facts in known if facts.kind == name]
+        elif name in sound:
             chosen.append(name)
-        else:
-            raise UnknownNameError("object or kind", name, [*known, *kinds])
-    return list(dict.fromkeys(chosen)) if names else known
+        elif name not in object_names():
+            raise UnknownNameError("object or kind", name, [*sound, *kinds])
+    return list(dict.fromkeys(chosen)) if names else sound
 
 
 def check_picture_name(path: Path, *endings: str) -> None:
@@ -94,24 +98,40 @@ def _unwritable(path: Path, error: OSError) -> Exception:
     return InputError(f"{path} cannot be written ({error.strerror}). Choose another --out.")
 
 
-def contact_sheets(
-    models: Sequence["ObjectModel"], progress: Callable[[int], None] = lambda _: None
-) -> Iterator["Picture"]:
-    """Pages of portraits with captions, in the given order; `progress` is told the index of each before it is drawn."""
+def _cells(names: Sequence[str], say: Callable[[str], None]) -> Iterator["Picture"]:
+    """Portraits with captions of the objects that can be drawn; `say` is told which comes next."""
+    from torc.errors import InputError
+    from torc.scenes.library import load_object
+
+    for number, name in enumerate(names, start=1):
+        say(f"{number} of {len(names)}: {name}")
+        try:
+            yield _cell(load_object(name))
+        except InputError as error:
+            pass_over(error)
+
+
+def _cell(model: "ObjectModel") -> "Picture":
     from PIL import Image, ImageDraw
 
     from torc.sim.portraits import portrait
 
+    cell = Image.new("RGB", (CELL[0], CELL[1] + CAPTION), _PAPER)
+    cell.paste(Image.fromarray(portrait(model, *CELL)), (0, 0))
+    _caption(ImageDraw.Draw(cell), 8, CELL[1] + 4, model)
+    return cell
+
+
+def contact_sheets(cells: Sequence["Picture"]) -> Iterator["Picture"]:
+    """Pages of portraits with captions, in the given order."""
+    from PIL import Image
+
     width, height = CELL[0], CELL[1] + CAPTION
-    for first in range(0, len(models), COLUMNS * ROWS):
-        some = models[first : first + COLUMNS * ROWS]
+    for first in range(0, len(cells), COLUMNS * ROWS):
+        some = cells[first : first + COLUMNS * ROWS]
         page = Image.new("RGB", (COLUMNS * width, -(-len(some) // COLUMNS) * height), _PAPER)
-        draw = ImageDraw.Draw(page)
-        for k, model in enumerate(some):
-            progress(first + k)
-            x, y = k % COLUMNS * width, k // COLUMNS * height
-            page.paste(Image.fromarray(portrait(model, *CELL)), (x, y))
-            _caption(draw, x + 8, y + CELL[1] + 4, model)
+        for k, cell in enumerate(some):
+            page.paste(cell, (k % COLUMNS * width, k // COLUMNS * height))
         yield page
 
 

@@ -1,13 +1,13 @@
 """`torc objects`: what there is to put on the table, and how to add to it."""
 
 import json as json_module
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
 
+from torc.cli.known_objects import known_objects
 from torc.cli.object_import import ImportCommand
 from torc.cli.object_sheet import SheetCommand, check_picture_name
 
@@ -26,15 +26,10 @@ class ListCommand:
 
     def run(self) -> int:
         """Print a line per object."""
-        from torc.errors import InputError, UnknownNameError
-        from torc.scenes.library import ObjectFacts, graspable, object_facts, object_names
+        from torc.errors import UnknownNameError
+        from torc.scenes.library import graspable
 
-        found: list[ObjectFacts] = []
-        for name in object_names():
-            try:
-                found.append(object_facts(name))
-            except InputError as error:
-                print(f"torc: {error}", file=sys.stderr)
+        found = known_objects()
         kinds = sorted({facts.kind for facts in found})
         if self.kind is not None and self.kind not in kinds:
             raise UnknownNameError("kind of object", self.kind, kinds)
