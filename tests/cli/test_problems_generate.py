@@ -1,6 +1,7 @@
 """`torc problems generate` and `validate` as a user meets them: files, words, exit codes."""
 
 import json
+import zipfile
 from collections import Counter
 from dataclasses import replace
 from functools import partial
@@ -209,6 +210,19 @@ def test_an_object_that_cannot_be_used_fails_its_problem_and_stops_nothing(objec
         assert "geometry.npz is missing" in row["checks"][0]["text"]
     assert [row["problem"].endswith(name) for row, name in zip(rows, ("a.yaml", "b.yaml"))] == [True, True]
     assert "BAD objects:" in err
+
+
+def test_what_a_strangers_file_says_does_not_reach_the_terminal_raw(object_store, tmp_path, capsys):
+    save_object(replace(load_object("die_red"), name="thing"), object_store / "thing")
+    it = replace(SHIPPED.objects[0], name="it", model="thing")
+    save_problem(replace(SHIPPED, objects=(*SHIPPED.objects, it)), tmp_path / "a.yaml")
+    with zipfile.ZipFile(object_store / "thing" / "geometry.npz", "w") as archive:
+        archive.writestr("\x1b[2J" + 60_000 * "x", b"")
+    code, out, _ = _torc("validate", tmp_path, "--no-oracle", capsys=capsys)
+    assert code == 1
+    assert "\\x1b[2Jxxx" in out
+    assert "\x1b" not in out
+    assert len(out) < 2_000
 
 
 def test_validation_in_json(reports, capsys):

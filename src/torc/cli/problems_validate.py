@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from torc.cli.printing import printable
 from torc.episode.oracle.budget import DEFAULT_BUDGET
 from torc.robots.names import DEFAULT_ROBOT
 
@@ -88,7 +89,7 @@ def _on_stderr(text: str) -> None:
 
 
 def _line(check: "Check") -> str:
-    return f"  {'ok ' if check.passed else 'BAD'} {check.name + ':':<14}{check.text}"
+    return printable(f"  {'ok ' if check.passed else 'BAD'} {check.name + ':':<14}{check.text}")
 
 
 def _plain(name: str, report: "ValidationReport") -> dict[str, Any]:

@@ -89,7 +89,7 @@ def read_arrays(
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = {m.filename.removesuffix(".npy"): m for m in archive.infolist()}
             if set(members) != set(specs):
-                odd = sorted(set(members) ^ set(specs))[:4]
+                odd = [name[:80] for name in sorted(set(members) ^ set(specs))[:4]]
                 raise InputError(
                     f"{path} does not hold the arrays it should; missing or not expected: {', '.join(odd)}."
                 )
