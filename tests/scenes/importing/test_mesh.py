@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mesh_files import box, glb_box, revolved, two_tone, write_obj, write_ply, write_stl
+from mesh_files import L_OUTLINE, box, glb_box, prism, revolved, two_tone, write_obj, write_ply, write_stl
 
 from torc.errors import InputError, MissingDependencyError
 from torc.scenes.importing import MeshOptions, import_mesh, read_mesh
@@ -49,6 +49,43 @@ def test_the_source_tells_where_the_meshs_frame_lies(tmp_path: Path) -> None:
     np.testing.assert_allclose(lower + upper, 0.0, atol=1e-9)
     as_is = read_mesh(tmp_path / "box.obj", MeshOptions(scale=0.001, up="z", stand=False))
     np.testing.assert_allclose(as_is.source.T_object_mesh[:3, :3], np.eye(3))
+
+
+PLUS = [(1, 0), (2, 0), (2, 1), (3, 1), (3, 2), (2, 2), (2, 3), (1, 3), (1, 2), (0, 2), (0, 1), (1, 1)]
+
+
+@pytest.mark.parametrize(
+    ("outline", "shadow_m2", "steps"),
+    [
+        ([(0, 0), (0.1, 0), (0.1, 0.1), (0, 0.1)], 0.01, 1),
+        ([(0, 0), (0.1, 0), (0.1, 0.1), (0, 0.1)], 0.01, 5),
+        (L_OUTLINE, 0.0051, 3),
+        ([(0.03 * x, 0.03 * y) for x, y in PLUS], 0.0045, 1),
+        ([(0.03 * x, 0.03 * y) for x, y in PLUS], 0.0045, 4),
+    ],
+)
+@pytest.mark.parametrize("turned", [False, True])
+def test_corners_along_an_edge_leave_a_solid_closed(
+    outline: list[tuple[float, float]], shadow_m2: float, steps: int, turned: bool, tmp_path: Path
+) -> None:
+    """Polygons beside a subdivided edge have straight corners; their triangles must leave no gap there."""
+    ends = [*outline[1:], outline[0]]
+    fine = [
+        (a[0] + (b[0] - a[0]) * k / steps, a[1] + (b[1] - a[1]) * k / steps)
+        for a, b in zip(outline, ends)
+        for k in range(steps)
+    ]
+    vertices, polygons = prism(fine, 0.05)
+    if turned:
+        vertices = vertices @ np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+        if np.linalg.det(np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]) < 0:
+            polygons = [p[::-1] for p in polygons]
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices.tolist()]
+    lines += ["f " + " ".join(str(i + 1) for i in polygon) for polygon in polygons]
+    (tmp_path / "prism.obj").write_text("\n".join(lines) + "\n")
+    found = read_mesh(tmp_path / "prism.obj", MeshOptions(stand=False))
+    assert found.notes == ()
+    assert found.model.mass_kg == pytest.approx(850 * 0.05 * shadow_m2, rel=0.06)  # CoACD is generous
 
 
 def test_options_are_taken(tmp_path: Path) -> None:

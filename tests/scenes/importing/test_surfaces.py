@@ -3,7 +3,7 @@
 import numpy as np
 from mesh_files import box, revolved
 
-from torc.scenes.importing.surfaces import Surface, welded, with_normals, without_bad_faces
+from torc.scenes.importing.surfaces import Surface, welded, with_area, with_normals, with_sound_faces
 
 
 def test_unusable_triangles_go_and_the_others_stay(rng: np.random.Generator) -> None:
@@ -24,8 +24,10 @@ def test_unusable_triangles_go_and_the_others_stay(rng: np.random.Generator) -> 
     surface = Surface(
         bad_vertices, np.array([*bad_faces[:4], *faces, *bad_faces[4:]]), np.vstack([uv, uv[:4]])
     )
-    clean, dropped = without_bad_faces(surface)
-    assert dropped == len(bad_faces)
+    sound, dropped = with_sound_faces(surface)
+    clean = with_area(sound)
+    assert dropped == len(bad_faces) - 2  # those of the two without area are sound
+    assert len(sound.faces) - len(clean.faces) == 2
     assert clean.uv is not None
     np.testing.assert_array_equal(clean.vertices[clean.faces], vertices[faces])
     np.testing.assert_array_equal(clean.uv[clean.faces], uv[faces])
@@ -34,11 +36,11 @@ def test_unusable_triangles_go_and_the_others_stay(rng: np.random.Generator) -> 
 def test_the_two_sides_of_a_sheet_stay() -> None:
     vertices, faces = box((0.1, 0.2, 0.3))
     sheet = np.concatenate([faces[:2], faces[:2, ::-1]])
-    assert without_bad_faces(Surface(vertices, sheet))[1] == 0
+    assert with_sound_faces(Surface(vertices, sheet))[1] == 0
 
 
 def test_nothing_usable_is_empty() -> None:
-    clean, dropped = without_bad_faces(Surface(np.full((3, 3), np.nan), np.array([[0, 1, 2]])))
+    clean, dropped = with_sound_faces(Surface(np.full((3, 3), np.nan), np.array([[0, 1, 2]])))
     assert (len(clean.faces), dropped) == (0, 1)
 
 

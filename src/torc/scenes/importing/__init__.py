@@ -1,4 +1,4 @@
-"""Objects out of mesh files: OBJ, GLB, STL, PLY. Needs the extra `import` (trimesh, CoACD and others).
+"""Objects out of mesh files: OBJ, GLB, STL, PLY. Needs the extra `import` (CoACD and others).
 
 Mesh files come from strangers, so they are parsed and decomposed in child processes with limits of time and memory;
 what comes back is validated like any object file.

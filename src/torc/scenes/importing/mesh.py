@@ -24,7 +24,7 @@ from torc.scenes.object_files import ObjectSource
 from torc.scenes.object_schema import MAX_MASS_KG, MIN_MASS_KG, MIN_SIZE_M
 
 Say = Callable[[str], None]
-_LIBRARIES = ("trimesh", "mapbox_earcut", "coacd", "fast_simplification")
+_LIBRARIES = ("mapbox_earcut", "coacd", "fast_simplification")
 
 
 @dataclass(frozen=True, eq=False)

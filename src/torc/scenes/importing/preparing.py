@@ -14,7 +14,8 @@ from torc.errors import InputError
 from torc.scenes.importing.closing import Net, closed_net
 from torc.scenes.importing.reading import read_surfaces
 from torc.scenes.importing.simplifying import baked, simplified
-from torc.scenes.importing.surfaces import Surface, welded, with_normals, without_bad_faces
+from torc.scenes.importing.slivers import without_slivers
+from torc.scenes.importing.surfaces import Surface, welded, with_area, with_normals, with_sound_faces
 from torc.scenes.importing.texture_sizes import fitting_textures
 from torc.scenes.models import VisualMesh
 from torc.scenes.object_checks import visible_area_m2
@@ -62,12 +63,12 @@ def prepare(request: Mapping[str, Any], directory: Path) -> dict[str, Any]:
     scale, texture_px = float(request["scale"]), int(request["texture_px"])
     root = Path(request["root"] or path.parent) if request["textures"] else None
     surfaces, notes = read_surfaces(path, scale, bool(request["y_up"]), root, texture_px)
-    surfaces, dropped = _clean(surfaces, path)
+    sound, dropped = _sound(surfaces, path)
     if dropped:
-        notes.append(f"{dropped} unusable triangles were left out (not finite, without area, or double).")
-    _check_size(surfaces, path, scale)
-    surfaces = _visible(surfaces, path, notes)
-    net, whole = _net(surfaces)
+        notes.append(f"{dropped} unusable triangles were left out (not finite, or double).")
+    _check_size(sound, path, scale)
+    surfaces = _visible([with_area(s) for s in sound], path, notes)
+    net, whole = _net(sound)
     if len(net.faces) > MAX_READ_FACES:
         raise InputError(
             f"{path} cannot be simplified below {MAX_READ_FACES} triangles: it is torn into pieces."
@@ -107,16 +108,16 @@ def read_prepared(answer: Mapping[str, Any], directory: Path) -> PreparedMesh:
     return PreparedMesh(read_visuals(entries, arrays, directory), vertices, faces, closed, told)
 
 
-def _clean(surfaces: Sequence[Surface], path: Path) -> tuple[list[Surface], int]:
-    cleaned, dropped = [], 0
+def _sound(surfaces: Sequence[Surface], path: Path) -> tuple[list[Surface], int]:
+    found, dropped = [], 0
     for surface in surfaces:
-        good, bad = without_bad_faces(surface)
+        good, bad = with_sound_faces(surface)
         dropped += bad
         if len(good.faces):
-            cleaned.append(good)
-    if not cleaned:
-        raise InputError(f"{path} holds no usable triangles: all {dropped} are without area or not finite.")
-    return cleaned, dropped
+            found.append(good)
+    if not found:
+        raise InputError(f"{path} holds no usable triangles: all {dropped} are not finite.")
+    return found, dropped
 
 
 def _check_size(surfaces: Sequence[Surface], path: Path, scale: float) -> None:
@@ -172,6 +173,7 @@ def _net(surfaces: Sequence[Surface]) -> tuple[Net, tuple[np.ndarray, np.ndarray
     vertices = np.concatenate([s.vertices for s in surfaces])
     faces = np.concatenate([s.faces + o for s, o in zip(surfaces, offsets)])
     whole = welded(vertices, faces)
+    whole = whole[0], without_slivers(*whole)
     return closed_net(*simplified(*whole, MAX_CONTACT_FACES)), whole
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
+from torc.scenes.importing.slivers import flat_faces
 from torc.scenes.models import Quat
 
 GREY: Quat = (0.72, 0.72, 0.74, 1.0)
@@ -47,22 +48,21 @@ def textured(surface: Surface, uv: Float[np.ndarray, "n 2"], texture: UInt8[np.n
     return replace(surface, uv=np.clip(finite, -1e3, 1e3), texture=texture)
 
 
-def without_bad_faces(surface: Surface) -> tuple[Surface, int]:
-    """The surface without faces that use corners which are not there or not finite, without area, or twice the same;
-    and without unused vertices. Also how many faces were dropped."""
+def with_sound_faces(surface: Surface) -> tuple[Surface, int]:
+    """The surface without faces that use corners which are not there or not finite, or are there twice, and without
+    unused vertices. Also how many faces were dropped."""
     faces = surface.faces[((surface.faces >= 0) & (surface.faces < len(surface.vertices))).all(axis=1)]
-    corners = surface.vertices[faces]
-    good = np.isfinite(corners).all(axis=(1, 2))
-    faces, corners = faces[good], corners[good]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    longest = edges.max(axis=1, initial=0.0)
-    faces = faces[area > 1e-9 * longest**2]
+    faces = faces[np.isfinite(surface.vertices[faces]).all(axis=(1, 2))]
     # Turned copies of a face start with the same corner after this; mirrored ones (a sheet with two sides) stay.
     turn = (np.argmin(faces, axis=1)[:, None] + np.arange(3)) % 3 if len(faces) else np.zeros((0, 3), int)
     _, first = np.unique(np.take_along_axis(faces, turn, axis=1), axis=0, return_index=True)
     faces = faces[np.sort(first)]
     return compact(replace(surface, faces=faces)), len(surface.faces) - len(faces)
+
+
+def with_area(surface: Surface) -> Surface:
+    """The surface without faces that have no area, and without unused vertices."""
+    return compact(replace(surface, faces=surface.faces[~flat_faces(surface.vertices, surface.faces)]))
 
 
 def compact(surface: Surface) -> Surface:

@@ -1,7 +1,7 @@
 """Mesh files to surfaces, all formats. Runs in a child process: the files are a stranger's.
 
-GLB and PLY are read here: what the well-kept libraries for them cannot read of a file they leave out without a word.
-OBJ and STL are read by trimesh.
+Each format has a reader of its own: libraries leave out what they cannot read of a file without a word, or read it
+wrongly (concave polygons, relative indices, sparse accessors, colours of vertices).
 """
 
 from torc.scenes.importing.reading.limits import MAX_MESH_BYTES

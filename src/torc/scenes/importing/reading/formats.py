@@ -2,12 +2,16 @@
 
 import re
 
+from torc.scenes.importing.reading.texts import plain_text
+
 _OBJ_LINE = re.compile(
-    rb"(?:^|\r)[ \t]*(v[ \t]+[-+.\d]|f[ \t]+\d|(mtllib|usemtl)[ \t]+\S|o[ \t]+\S+[ \t]*\r?$)", re.MULTILINE
+    rb"^[ \t]*(v[ \t]+[-+.\d]|f[ \t]+\d|(mtllib|usemtl)[ \t]+\S|o[ \t]+\S+[ \t]*\r?$)", re.MULTILINE
 )
-_STL_FACET = re.compile(rb"\n\s*facet\b")
+_STL_FACET = re.compile(rb"\n[ \t]*facet\b")
 _GLB_HEADER_BYTES = 20
-_STL_HEADER_BYTES, _STL_TRIANGLE_BYTES = 84, 50
+STL_HEADER_BYTES, STL_TRIANGLE_BYTES = 84, 50
+_MAX_STL_SURPLUS_BYTES = STL_TRIANGLE_BYTES - 1
+"""Some programs write a few bytes behind the last triangle."""
 
 
 def is_format(data: bytes, kind: str) -> bool:
@@ -31,17 +35,24 @@ def _is_glb(data: bytes) -> bool:
 
 
 def _is_obj(data: bytes) -> bool:
-    return b"\0" not in data and _OBJ_LINE.search(data) is not None
+    text = plain_text(data)
+    return b"\0" not in text and _OBJ_LINE.search(text) is not None
 
 
 def _is_ply(data: bytes) -> bool:
     return data[:3] == b"ply" and b"end_header" in data
 
 
+def is_binary_stl(data: bytes) -> bool:
+    """Whether the bytes are as many as a binary STL file says."""
+    triangles = int.from_bytes(data[STL_HEADER_BYTES - 4 : STL_HEADER_BYTES], "little")
+    surplus = len(data) - STL_HEADER_BYTES - STL_TRIANGLE_BYTES * triangles
+    return surplus == 0 or (0 < surplus <= _MAX_STL_SURPLUS_BYTES and triangles > 0)
+
+
 def _is_stl(data: bytes) -> bool:
-    triangles = int.from_bytes(data[_STL_HEADER_BYTES - 4 : _STL_HEADER_BYTES], "little")
-    if len(data) == _STL_HEADER_BYTES + _STL_TRIANGLE_BYTES * triangles:
+    if is_binary_stl(data):
         return True
-    text = data.lstrip().lower()  # the other kind of STL is text
+    text = data.replace(b"\r", b"\n").lstrip().lower()  # the other kind of STL is text
     _, end, rest = text.rpartition(b"endsolid")  # of several solids the last, too, must be whole
     return text.startswith(b"solid") and end != b"" and _STL_FACET.search(rest) is None

@@ -1,6 +1,5 @@
 """Mesh files to surfaces in metres, z up."""
 
-import codecs
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -11,10 +10,11 @@ from torc.errors import InputError
 from torc.scenes.importing.reading.formats import is_format, no_such_format
 from torc.scenes.importing.reading.gltf_surfaces import read_glb
 from torc.scenes.importing.reading.limits import MAX_FILE_FACES, MAX_PARTS
+from torc.scenes.importing.reading.obj import read_obj
 from torc.scenes.importing.reading.pictures import Neighbours
 from torc.scenes.importing.reading.ply import read_ply
 from torc.scenes.importing.reading.request import Reading, SurfaceReader
-from torc.scenes.importing.reading.trimesh_surfaces import read_obj, read_stl
+from torc.scenes.importing.reading.stl import read_stl
 from torc.scenes.importing.surfaces import Surface
 
 Y_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -38,7 +38,7 @@ def read_surfaces(
         InputError: not readable, too large, without triangles, or it points to files that it may not read.
     """
     kind = path.suffix[1:].lower()
-    data = _utf8(path.read_bytes())
+    data = path.read_bytes()
     if not is_format(data, kind):  # readers take what is left of a file that is cut off, or of another format
         raise InputError(f"{path} {no_such_format(data, kind)}")
     neighbours = None if root is None else Neighbours(path.parent, root)
@@ -55,13 +55,6 @@ def read_surfaces(
         reading.note(f"'{name}' is not there: its colours are missing.")
     R = scale * (Y_UP if y_up else np.eye(3))
     return [replace(s, vertices=s.vertices @ R.T) for s in found], reading.notes
-
-
-def _utf8(data: bytes) -> bytes:
-    """Text in UTF-16, which begins with a mark, as plain text; everything else as it is."""
-    if data[:2] not in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-        return data.removeprefix(codecs.BOM_UTF8)
-    return data.decode("utf-16", "replace").encode()
 
 
 def _within_limits(surfaces: Iterable[Surface], path: Path) -> list[Surface]:
