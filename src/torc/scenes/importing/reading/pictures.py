@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import UInt8
-from PIL import Image
+from PIL import Image, UnidentifiedImageError
 
 from torc.errors import InputError
 
@@ -21,6 +21,8 @@ _FAULTS = (
     Image.DecompressionBombWarning,
 )
 _MAX_SIDE_FILES_BYTES = 300 * 2**20
+_MAX_GREY = 2**16 - 1
+_TIFF_BITS, _TIFF_SENSE, _WHITE_IS_ZERO = 258, 262, 0
 
 
 class Neighbours:
@@ -41,13 +43,18 @@ class Neighbours:
         if path is None:
             self.refused.append(f"it names '{name[:120]}', which is not below {self._root}")
             raise OSError(name)
-        if not path.is_file():
+        size = _size(path)
+        if size is None:
             self.missing.append(name[:120])
             raise FileNotFoundError(name)
-        if path.stat().st_size > self._left:
+        if size > self._left:
             self.refused.append(f"with '{name[:120]}' it is more than {_MAX_SIDE_FILES_BYTES // 2**20} MB")
             raise OSError(name)
-        data = path.read_bytes()
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            self.refused.append(f"'{name[:120]}', which it names, cannot be opened ({error.strerror})")
+            raise
         self._left -= len(data)
         if path.suffix.lower() != ".mtl":
             self._look_at(data, name)
@@ -59,7 +66,7 @@ class Neighbours:
             with Image.open(io.BytesIO(data)) as image:
                 _check_picture(image)
         except _FAULTS as error:
-            self.refused.append(f"its texture '{name[:120]}' cannot be used ({error})")
+            self.refused.append(f"its texture '{name[:120]}' cannot be used ({_reason(error)})")
             raise OSError(name) from error
 
     def __getitem__(self, name: str) -> bytes:
@@ -94,7 +101,7 @@ def picture(image: Image.Image, texture_px: int, path: Path) -> UInt8[np.ndarray
     """
     try:
         _check_picture(image)
-        small = image.convert("RGB")
+        small = (_grey(image) if image.mode.startswith("I") else image).convert("RGB")
         if max(small.size) > texture_px:
             factor = texture_px / max(small.size)
             size = (max(1, round(factor * small.width)), max(1, round(factor * small.height)))
@@ -104,9 +111,34 @@ def picture(image: Image.Image, texture_px: int, path: Path) -> UInt8[np.ndarray
     return np.asarray(small, np.uint8)
 
 
+def _size(path: Path) -> int | None:
+    """Bytes of a plain file; None if there is none, or no file can have the name."""
+    try:
+        return path.stat().st_size if path.is_file() else None
+    except OSError:
+        return None
+
+
+def _grey(image: Image.Image) -> Image.Image:
+    """8 bits of a grey picture of more, which Pillow cuts off at 255 instead of scaling."""
+    values = np.asarray(image)
+    if values.min() < 0 or values.max() > _MAX_GREY:
+        raise ValueError("its grey values are not of 16 bits; save it with 8 bits per colour")
+    tags = getattr(image, "tag_v2", {})  # of a TIFF
+    most = 2**12 - 1 if tags.get(_TIFF_BITS) == (12,) else _MAX_GREY
+    grey = np.round(values * np.float32(255 / most)).astype(np.uint8)
+    return Image.fromarray(255 - grey if tags.get(_TIFF_SENSE) == _WHITE_IS_ZERO else grey)
+
+
+def _reason(error: BaseException) -> str:
+    if isinstance(error, UnidentifiedImageError):  # Pillow's own words name an object in memory
+        return "it is of no picture format that is read; PNG and JPEG are"
+    return str(error) or type(error).__name__
+
+
 def _unusable(path: Path, error: BaseException) -> InputError:
     return InputError(
-        f"{path}: a texture cannot be used ({error}). Repair it, or leave textures out (--no-textures)."
+        f"{path}: a texture cannot be used ({_reason(error)}). Repair it, or leave textures out (--no-textures)."
     )
 
 
@@ -116,3 +148,5 @@ def _check_picture(image: Image.Image) -> None:
         raise ValueError(f"it is {image.format or 'of an unknown format'}; PNG and JPEG are read")
     if max(image.size) > _MAX_IMAGE_SIDE_PX or image.width * image.height > _MAX_IMAGE_PIXELS:
         raise ValueError(f"{image.width}x{image.height} pixels are too many")
+    if image.mode == "F":
+        raise ValueError("its colours are fractions, which are not read; save it with 8 bits per colour")
