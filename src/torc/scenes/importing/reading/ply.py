@@ -1,11 +1,11 @@
 """The surfaces of PLY files."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float, Int, Shaped, UInt8
 
 from torc.errors import InputError
 from torc.scenes.importing.reading.pictures import picture_of
@@ -17,14 +17,22 @@ from torc.scenes.importing.surfaces import Surface, coloured, textured
 _INDICES = ("vertex_indices", "vertex_index")
 _COLOURS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 _COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
-_TEXTURE = re.compile(r"TextureFile\s+(.*\S)", re.IGNORECASE)
+_TEXTURE = re.compile(r"TextureFile[\s:]+([^\s:].*)", re.IGNORECASE)
+_NO_TEXTURE = _RESTART = -1
+_MAX_WHOLE = 2**53
+_ROUNDING = 0.01
+"""Fractions may be above 1 by this much; colours beyond it are from 0 to 255."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Triangles:
-    """The faces as triangles: positions in the list of all the faces' corners, and the face of each."""
+    """The faces as triangles: positions in the list of all the faces' corners, and the face of each.
+
+    `lengths`: how many corners each face has.
+    """
 
     corners: Int[np.ndarray, "c"]
+    lengths: Int[np.ndarray, "k"]
     positions: Int[np.ndarray, "m 3"]
     owners: Int[np.ndarray, "m"]
 
@@ -33,6 +41,7 @@ def read_ply(data: bytes, reading: Reading) -> Iterator[Surface]:
     """The surfaces of a PLY file: one per texture. See `SurfaceReader`."""
     try:
         tables, comments = read_tables(data)
+        tables = _with_faces(tables)
         vertices, triangles = _shape(tables)
         if reading.neighbours is None:
             yield Surface(vertices, triangles.corners[triangles.positions])
@@ -43,23 +52,69 @@ def read_ply(data: bytes, reading: Reading) -> Iterator[Surface]:
         raise InputError(f"{reading.path} is not a readable PLY file: {error}.") from None
 
 
+def _with_faces(tables: dict[str, Table]) -> dict[str, Table]:
+    """The tables, with triangle strips as faces."""
+    strips = tables.get("tristrips")
+    lists = _lists(strips, _INDICES)
+    if strips is not None and lists is None and (strips.columns or strips.lists):
+        raise PlyError("its triangle strips have no list of vertex_indices; write them as faces")
+    if lists is None or not len(lists.lengths):
+        return tables
+    faces = _lists(tables.get("face"), _INDICES)
+    if faces is not None and len(faces.lengths):
+        raise PlyError("it holds both faces and triangle strips; write all of it as faces")
+    return tables | {"face": Table({}, {}, {_INDICES[0]: _unrolled(lists)})}
+
+
+def _unrolled(strips: Lists) -> Lists:
+    """Triangle strips as triangles: every other one is turned, and -1 begins anew."""
+    corners = _whole(strips.values, "the number of a corner")
+    at = np.arange(len(corners))
+    fresh = np.zeros(len(corners), bool)
+    fresh[(np.cumsum(strips.lengths) - strips.lengths)[strips.lengths > 0]] = True
+    fresh[1:] |= corners[:-1] == _RESTART
+    begins = np.maximum.accumulate(np.where(fresh, at, 0))
+    first = np.flatnonzero((begins[:-2] == begins[2:]) & (corners[2:] != _RESTART))
+    odd = (first - begins[first]) % 2
+    triangles = corners[np.stack([first, first + 1 + odd, first + 2 - odd], axis=1)]
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]  # those without area join strips
+    return Lists(np.full(len(triangles), 3), triangles.reshape(-1))
+
+
 def _shape(tables: dict[str, Table]) -> tuple[Float[np.ndarray, "n 3"], _Triangles]:
     try:
         columns = tables["vertex"].columns
-        vertices = np.stack([columns[axis].astype(np.float64) for axis in "xyz"], axis=1)
+        vertices = _beside(columns[axis] for axis in "xyz")
     except KeyError:
         raise PlyError("it has no table of vertices with x, y and z") from None
     faces = _lists(tables.get("face"), _INDICES)
     if faces is None:
-        return vertices, _Triangles(*(np.zeros(n, np.int64) for n in (0, (0, 3), 0)))
-    corners = faces.values.astype(np.int64)
+        faces = Lists(np.zeros(0, np.int64), np.zeros(0))
+    corners = _whole(faces.values, "the number of a corner")
     if len(corners) and (corners.min() < 0 or corners.max() >= len(vertices)):
         raise PlyError(f"a face uses a corner beyond the {len(vertices)} vertices")
-    return vertices, _Triangles(corners, *triangulated(vertices, faces.lengths, corners))
+    with np.errstate(all="ignore"):  # faces at places that are no numbers are dropped later
+        return vertices, _Triangles(corners, faces.lengths, *triangulated(vertices, faces.lengths, corners))
+
+
+def _beside(columns: Iterable[np.ndarray]) -> Float[np.ndarray, "n k"]:
+    with np.errstate(invalid="ignore"):  # some that are no numbers warn when they are converted
+        return np.stack([column.astype(np.float64) for column in columns], axis=1)
+
+
+def _whole(values: Shaped[np.ndarray, "n"], what: str) -> Int[np.ndarray, "n"]:
+    if values.dtype.kind == "f":
+        with np.errstate(invalid="ignore"):
+            whole = (np.abs(values) <= _MAX_WHOLE) & (values == np.floor(values))
+        if not whole.all():
+            raise PlyError(f"{what} is {values[~whole][0]:g}; whole numbers are read")
+    return values.astype(np.int64)
 
 
 def _lists(table: Table | None, names: tuple[str, ...]) -> Lists | None:
-    return next((table.lists[name] for name in names if name in table.lists), None) if table else None
+    found = next((table.lists[name] for name in names if name in table.lists), None) if table else None
+    return None if found is None else replace(found, lengths=found.lengths.astype(np.int64))
 
 
 def _dressed(
@@ -82,15 +137,38 @@ def _dressed(
     if colours is not None:
         surface = coloured(surface, colours)
     if not names or uv is None:
+        if names:
+            reading.note("Its textures are left out: it has no texture coordinates.")
         yield surface
         return
-    which = tables["face"].columns.get("texnumber") if wedges is not None else None
-    numbers = np.zeros(len(corners), np.int64) if which is None else which[triangles.owners].astype(np.int64)
+    numbers = _textures(tables.get("face"), triangles, len(names), reading)
+    bare = ~np.isfinite(uv[surface.faces]).all(axis=(1, 2)) & (numbers != _NO_TEXTURE)
+    if bare.any():
+        reading.note("Some of its faces have no texture: their texture coordinates are not complete.")
+        numbers[bare] = _NO_TEXTURE
     for number in np.unique(numbers):
         part = replace(surface, faces=surface.faces[numbers == number])
-        picture = _picture(names[number], reading) if 0 <= number < len(names) else None
+        picture = None if number == _NO_TEXTURE else _picture(names[number], reading)
         white = replace(part, rgba=(1.0, 1.0, 1.0, 1.0)) if colours is None else part
         yield part if picture is None else textured(white, uv * (1.0, -1.0) + (0.0, 1.0), picture)
+
+
+def _textures(
+    faces: Table | None, triangles: _Triangles, count: int, reading: Reading
+) -> Int[np.ndarray, "m"]:
+    """Which texture each triangle has."""
+    named = None if faces is None else faces.columns.get("texnumber")
+    if named is None:
+        if count > 1:
+            reading.note(f"It has {count} textures and does not say where: the first is used throughout.")
+        return np.zeros(len(triangles.owners), np.int64)
+    numbers = _whole(named, "the number of a texture")[triangles.owners]
+    beyond = (numbers < _NO_TEXTURE) | (numbers >= count)
+    if beyond.any():
+        reading.note(f"Some of its faces have no texture: they name others than the {count} of the file.")
+    elif (numbers == _NO_TEXTURE).all():
+        reading.note("Its textures are left out: none of its faces names one.")
+    return np.where(beyond, _NO_TEXTURE, numbers)
 
 
 def _picture(name: str, reading: Reading) -> UInt8[np.ndarray, "h w 3"] | None:
@@ -104,22 +182,31 @@ def _picture(name: str, reading: Reading) -> UInt8[np.ndarray, "h w 3"] | None:
 
 
 def _colours(table: Table | None) -> UInt8[np.ndarray, "n 3"] | None:
-    """Colours of a table's rows: whole numbers of 8 or 16 bits, or fractions."""
+    """Colours of a table's rows: whole numbers of 8 or 16 bits, or fractions, which some write from 0 to 255."""
     names = next((n for n in _COLOURS if table and set(n) <= table.columns.keys()), None)
     if table is None or names is None:
         return None
-    most = {"u1": 255.0, "u2": 65535.0, "f4": 1.0, "f8": 1.0}
-    scales = [most.get(table.kinds[name], 255.0) for name in names]
-    units = np.stack([table.columns[name] / scale for name, scale in zip(names, scales)], axis=1)
-    return np.round(255 * np.clip(np.nan_to_num(units), 0.0, 1.0)).astype(np.uint8)
+    values = _beside(table.columns[name] for name in names)
+    fractions = np.array([table.kinds[name] in ("f4", "f8") for name in names])
+    scales = np.array([65535.0 if table.kinds[name] == "u2" else 255.0 for name in names])
+    written = values[:, fractions]
+    if written.max(initial=0.0, where=np.isfinite(written)) <= 1.0 + _ROUNDING:
+        scales[fractions] = 1.0
+    return np.round(255 * np.clip(np.nan_to_num(values) / scales, 0.0, 1.0)).astype(np.uint8)
 
 
 def _wedges(faces: Table | None, triangles: _Triangles) -> Float[np.ndarray, "k 2"] | None:
-    """Texture coordinates of the triangles' corners, v up, where the faces have their own."""
+    """Texture coordinates of the triangles' corners, v up, where the faces have their own: nan at faces without."""
     lists = _lists(faces, ("texcoord",))
-    if lists is None or len(lists.values) != 2 * len(triangles.corners):
+    if lists is None:
         return None
-    return lists.values.reshape(-1, 2).astype(np.float64)[triangles.positions].reshape(-1, 2)
+    complete = lists.lengths == 2 * triangles.lengths
+    if not (complete & (triangles.lengths > 0)).any():
+        return None
+    uv = np.full((len(triangles.corners), 2), np.nan)
+    values = lists.values[np.repeat(complete, lists.lengths)]
+    uv[np.repeat(complete, triangles.lengths)] = _beside(values.reshape(-1, 2).T)
+    return uv[triangles.positions].reshape(-1, 2)
 
 
 def _coordinates(table: Table) -> Float[np.ndarray, "n 2"] | None:
@@ -127,4 +214,4 @@ def _coordinates(table: Table) -> Float[np.ndarray, "n 2"] | None:
     names = next((n for n in _COORDINATES if set(n) <= table.columns.keys()), None)
     if names is None:
         return None
-    return np.stack([table.columns[name].astype(np.float64) for name in names], axis=1)
+    return _beside(table.columns[name] for name in names)

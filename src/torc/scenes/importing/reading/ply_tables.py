@@ -3,19 +3,21 @@
 import re
 import struct
 import warnings
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Int, Shaped
+from jaxtyping import Int, Shaped, UInt8
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
     "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
-    "double": "f8", "float64": "f8",
+    "double": "f8", "float64": "f8", "int64": "i8", "uint64": "u8",
 }  # fmt: skip
 _ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
-_HEADER = re.compile(rb"\Aply\s*?\n(.*?)^end_header[ \t\r]*\n", re.DOTALL | re.MULTILINE)
+_START = re.compile(rb"ply(\s+)")
+_END, _END_OF_OLD_MACS = re.compile(rb"\nend_header[ \t\r]*\n"), re.compile(rb"\rend_header[ \t]*\r")
 _MAX_HEADER_BYTES, _MAX_PROPERTIES = 100_000, 200
 
 
@@ -34,9 +36,9 @@ class Property:
 
 @dataclass(frozen=True)
 class Lists:
-    """A column of lists: their lengths, and what is in them, one after the other."""
+    """A column of lists: their lengths, whole numbers of the file's type, and what is in them, one after the other."""
 
-    lengths: Int[np.ndarray, "n"]
+    lengths: Shaped[np.ndarray, "n"]
     values: Shaped[np.ndarray, "m"]
 
 
@@ -58,11 +60,9 @@ class _Element:
 
 def read_tables(data: bytes) -> tuple[dict[str, Table], tuple[str, ...]]:
     """The tables by name, and the header's comments. Raises PlyError."""
-    match = _HEADER.match(data[:_MAX_HEADER_BYTES])
-    if match is None:
-        raise PlyError("its header has no end")
-    form, elements, comments = _header(match[1].decode("utf-8", "replace"))
-    body, order = data[match.end() :], _ORDERS[form]
+    text, body = _parts(data)
+    form, elements, comments = _header(text)
+    order = _ORDERS[form]
     if form == "ascii":
         # As if it were binary with numbers of one type throughout.
         body, wide = _numbers(body), "f8"
@@ -72,6 +72,17 @@ def read_tables(data: bytes) -> tuple[dict[str, Table], tuple[str, ...]]:
     for element in elements:
         tables[element.name], at = _table(body, at, element, order, wide)
     return tables, comments
+
+
+def _parts(data: bytes) -> tuple[str, bytes]:
+    """The header, and what follows it."""
+    head = data[:_MAX_HEADER_BYTES]
+    start = _START.match(head)
+    ending = _END if start and b"\n" in start[1] else _END_OF_OLD_MACS
+    end = ending.search(head)
+    if start is None or end is None:
+        raise PlyError("its header has no end")
+    return head[start.end() : end.start()].decode("utf-8", "replace"), data[end.end() :]
 
 
 def _header(text: str) -> tuple[str, list[_Element], tuple[str, ...]]:
@@ -95,6 +106,9 @@ def _header(text: str) -> tuple[str, list[_Element], tuple[str, ...]]:
                 pass  # notes, some without the word that should mark them
     if not form:
         raise PlyError("its header names no format that is read")
+    for name, times in Counter(element.name for element in elements).items():
+        if times > 1:
+            raise PlyError(f"it has {times} tables of the name {name[:40]}; join them into one")
     for element in elements:
         names = [p.name for p in element.properties]
         if len(set(names)) < len(names) or len(names) > _MAX_PROPERTIES:
@@ -122,10 +136,10 @@ def _table(body: bytes, at: int, element: _Element, order: str, wide: str | None
     ]
     if not properties or element.count == 0:
         empty = np.zeros(0)
-        lists = {p.name: Lists(np.zeros(0, np.int64), empty) for p in properties if p.count_kind}
+        lists = {p.name: Lists(empty, empty) for p in properties if p.count_kind}
         return Table(declared, {p.name: empty for p in properties if not p.count_kind}, lists), at
     short = PlyError(f"it is cut off: {element.count} rows of its {element.name[:40]} table are announced")
-    if element.count > len(body) - at:
+    if element.count * sum(np.dtype(p.count_kind or p.kind).itemsize for p in properties) > len(body) - at:
         raise short
     try:
         return _alike(body, at, properties, element.count, declared) or _mixed(
@@ -165,52 +179,72 @@ def _alike(
         elif (rows[f"count_{i}"] != values.shape[1]).any():
             return None
         else:
-            lists[p.name] = Lists(np.full(count, values.shape[1]), values.reshape(-1))
+            lists[p.name] = Lists(rows[f"count_{i}"], values.reshape(-1))
     return Table(declared, columns, lists), at + count * size
 
 
 def _mixed(
     body: bytes, at: int, properties: Sequence[Property], count: int, declared: dict[str, str]
 ) -> tuple[Table, int]:
-    """A table with lists of different lengths."""
-    starts = np.empty((len(properties), count), np.int64)
-    lengths = np.ones((len(properties), count), np.int64)
-    sizes = [np.dtype(p.kind).itemsize for p in properties]
+    """A table with lists of different lengths. Needs a few times the memory of its part of the file."""
+    steps = [(p.count_kind, np.dtype(p.kind).itemsize) for p in properties]
+    lengths = [np.empty(count if kind else 0, kind or "i8") for kind, _ in steps]
+    starts, end = np.empty(count, np.int64), at
     for row in range(count):
-        for i, p in enumerate(properties):
+        starts[row] = end
+        for i, (count_kind, size) in enumerate(steps):
             n = 1
-            if p.count_kind:
-                n = _length(body, at, p.count_kind)
-                at += np.dtype(p.count_kind).itemsize
-                lengths[i, row] = n
-            starts[i, row] = at
-            at += n * sizes[i]
-        if at > len(body):
-            raise IndexError
-    content = np.frombuffer(body, np.uint8)
+            if count_kind:
+                n = _length(body, end, count_kind)
+                end += lengths[i].itemsize
+            end += n * size
+            if end > len(body):
+                raise IndexError
+            if count_kind:
+                lengths[i][row] = n
+    content = np.frombuffer(body, np.uint8, end - at, at)
+    starts -= at
     columns, lists = {}, {}
-    for i, p in enumerate(properties):
-        values = _gathered(content, starts[i], lengths[i], np.dtype(p.kind))
+    for p, (_, size), sizes in zip(properties, steps, lengths):
+        starts += sizes.itemsize if p.count_kind else 0
+        ends = starts + size * (sizes.astype(np.int64) if p.count_kind else 1)
+        values = _between(content, starts, ends).view(p.kind)
+        starts = ends
         if p.count_kind:
-            lists[p.name] = Lists(lengths[i], values)
+            lists[p.name] = Lists(sizes, values)
         else:
             columns[p.name] = values
-    return Table(declared, columns, lists), at
+    return Table(declared, columns, lists), end
 
 
-def _gathered(content: np.ndarray, starts: np.ndarray, lengths: np.ndarray, dtype: np.dtype) -> np.ndarray:
-    """Runs of values out of bytes, one after the other."""
-    total = int(lengths.sum())
-    first = np.repeat(np.cumsum(lengths) - lengths, lengths)
-    where = np.repeat(starts, lengths) + (np.arange(total) - first) * dtype.itemsize
-    return content[where[:, None] + np.arange(dtype.itemsize)].reshape(-1).view(dtype)
+def _between(
+    content: UInt8[np.ndarray, "b"], starts: Int[np.ndarray, "n"], ends: Int[np.ndarray, "n"]
+) -> UInt8[np.ndarray, "m"]:
+    """Runs of bytes, one after the other; they rise, and no two of them touch."""
+    filled = starts < ends
+    edges = np.zeros(len(content) + 1, np.int8)
+    edges[starts[filled]] = 1
+    edges[ends[filled]] = -1
+    inside = np.cumsum(edges, dtype=np.int8, out=edges)[:-1].view(bool)
+    return content[inside]
 
 
 def _length(body: bytes, at: int, kind: str) -> int:
-    n = float(struct.unpack_from(kind[0] + _CODES[kind[1:]], body, at)[0])
-    if not (n.is_integer() and n >= 0):
+    n = struct.unpack_from(kind[0] + _CODES[kind[1:]], body, at)[0]
+    if not (n >= 0 and n % 1 == 0):
         raise PlyError(f"a list has the length {n:g}")
     return int(n)
 
 
-_CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
+_CODES = {
+    "i1": "b",
+    "u1": "B",
+    "i2": "h",
+    "u2": "H",
+    "i4": "i",
+    "u4": "I",
+    "i8": "q",
+    "u8": "Q",
+    "f4": "f",
+    "f8": "d",
+}
