@@ -413,13 +413,20 @@ def test_triangle_strips_are_unrolled(form: str, tmp_path: Path) -> None:
     assert area(surface.vertices, surface.faces) == pytest.approx(3 + 2**0.5)
 
 
-def test_strips_beside_faces_and_strips_without_corners_are_refused(tmp_path: Path) -> None:
+def test_strips_beside_faces_are_refused(tmp_path: Path) -> None:
     strip = b"element tristrips 1\nproperty list uchar int vertex_indices\nend_header"
-    content = _ply("ascii", _polygons())
+    content = _ply("ascii", _polygons()).replace(b"end_header", strip) + b"3 0 1 2\n"
     with pytest.raises(InputError, match="both faces and triangle strips; write all of it as faces"):
-        _read(tmp_path / "l.ply", content.replace(b"end_header", strip) + b"3 0 1 2\n")
-    with pytest.raises(InputError, match="no list of vertex_indices; write them as faces"):
-        _read(
-            tmp_path / "l.ply",
-            content.replace(b"end_header", strip.replace(b"vertex_", b"")) + b"3 0 1 2\n",
-        )
+        _read(tmp_path / "l.ply", content)
+
+
+@pytest.mark.parametrize("name", ["face", "tristrips"])
+@pytest.mark.parametrize("column", ["corners", "texcoord"])
+def test_faces_and_strips_without_corners_are_refused(name: str, column: str, tmp_path: Path) -> None:
+    content = _ply("ascii", _polygons(), (), PAPERS, UV, ST)
+    content = content.replace(b"element face", b"element " + name.encode())
+    with pytest.raises(InputError, match="no list of vertex_indices; export it again, with triangles"):
+        _read(tmp_path / "l.ply", content.replace(b"vertex_indices", column.encode()))
+    empty = _ply("ascii", [], (), "element tristrips 0").replace(b"vertex_indices", column.encode())
+    with pytest.raises(InputError, match="holds no triangles"):
+        _read(tmp_path / "l.ply", empty)

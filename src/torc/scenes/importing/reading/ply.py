@@ -54,16 +54,21 @@ def read_ply(data: bytes, reading: Reading) -> Iterator[Surface]:
 
 def _with_faces(tables: dict[str, Table]) -> dict[str, Table]:
     """The tables, with triangle strips as faces."""
-    strips = tables.get("tristrips")
-    lists = _lists(strips, _INDICES)
-    if strips is not None and lists is None and (strips.columns or strips.lists):
-        raise PlyError("its triangle strips have no list of vertex_indices; write them as faces")
-    if lists is None or not len(lists.lengths):
+    for name, what in (("face", "faces"), ("tristrips", "triangle strips")):
+        if name in tables and _lists(tables[name], _INDICES) is None and _has_rows(tables[name]):
+            raise PlyError(
+                f"its {what} have no list of {_INDICES[0]}; export it again, with triangles as faces"
+            )
+    faces, strips = (_lists(tables.get(name), _INDICES) for name in ("face", "tristrips"))
+    if strips is None or not len(strips.lengths):
         return tables
-    faces = _lists(tables.get("face"), _INDICES)
     if faces is not None and len(faces.lengths):
         raise PlyError("it holds both faces and triangle strips; write all of it as faces")
-    return tables | {"face": Table({}, {}, {_INDICES[0]: _unrolled(lists)})}
+    return tables | {"face": Table({}, {}, {_INDICES[0]: _unrolled(strips)})}
+
+
+def _has_rows(table: Table) -> bool:
+    return any(map(len, (*table.columns.values(), *(found.lengths for found in table.lists.values()))))
 
 
 def _unrolled(strips: Lists) -> Lists:
