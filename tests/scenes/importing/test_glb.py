@@ -1,12 +1,14 @@
 """GLB files as the standard and its extensions have them; what is not read is refused, never left out."""
 
+import json
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from mesh_files import GlbBuilder, box, enclosed_volume, png, two_tone
+from mesh_files import GlbBuilder, box, enclosed_volume, png, two_tone, write_glb
 from PIL import Image
 
 from torc.errors import InputError
@@ -21,6 +23,10 @@ VOLUME = 0.06 * 0.16 * 0.21
 def _read(builder: GlbBuilder, directory: Path, textures: bool = True) -> list[Surface]:
     path = builder.write(directory / "a.glb")
     return read_surfaces(path, 1.0, False, directory if textures else None, 64)[0]
+
+
+def _notes(builder: GlbBuilder, directory: Path) -> list[str]:
+    return read_surfaces(builder.write(directory / "a.glb"), 1.0, False, directory, 64)[1]
 
 
 def _one(builder: GlbBuilder, directory: Path) -> Surface:
@@ -55,6 +61,29 @@ def test_nodes_place_their_parts(node: dict[str, Any], tmp_path: Path) -> None:
     np.testing.assert_allclose(
         surface.vertices, 2 * np.roll(VERTICES, 1, axis=1) + (0.1, 0.2, 0.3), atol=1e-6
     )
+
+
+@pytest.mark.parametrize("size", [1e-200, 5e-324, 1e-13, 1e308])
+def test_turns_of_any_length_are_turns(size: float, tmp_path: Path) -> None:
+    builder = _box()
+    builder.gltf["nodes"] = [{"mesh": 0, "rotation": [size] * 4}]
+    np.testing.assert_allclose(_one(builder, tmp_path).vertices, np.roll(VERTICES, 1, axis=1), atol=1e-6)
+    builder.gltf["nodes"] = [{"mesh": 0, "rotation": [0, 0, 0, 0]}]
+    np.testing.assert_allclose(_one(builder, tmp_path).vertices, VERTICES, atol=1e-6)
+
+
+@pytest.mark.parametrize("required", [[], ["KHR_node_visibility"]])
+def test_hidden_nodes_and_those_below_them_are_left_out_and_told(required: list[str], tmp_path: Path) -> None:
+    builder = _box()
+    shown, hidden = ({"KHR_node_visibility": {"visible": on}} for on in (True, False))
+    builder.gltf["nodes"] = [{"mesh": 0, "children": [1, 2], "extensions": {"KHR_node_visibility": {}}}]
+    builder.gltf["nodes"] += [{"mesh": 0, "extensions": hidden, "children": [3]}, {"mesh": 0}]
+    builder.gltf["nodes"] += [{"mesh": 0, "extensions": shown}]
+    builder.gltf["extensionsRequired"] = required
+    assert len(_read(builder, tmp_path)) == 2
+    assert _notes(builder, tmp_path) == [
+        "Hidden nodes (KHR_node_visibility), and what is below them, were left out."
+    ]
 
 
 def test_mirrored_parts_still_face_outwards(tmp_path: Path) -> None:
@@ -140,6 +169,151 @@ def test_morph_targets_that_are_on_move_the_corners(of_node: bool, tmp_path: Pat
     np.testing.assert_allclose(_one(builder, tmp_path).vertices, 1.5 * VERTICES, atol=1e-6)
 
 
+def test_corners_that_other_parts_use_are_not_unpacked(tmp_path: Path) -> None:
+    builder = _box()
+    many = {"componentType": 5126, "count": 9_000_000, "type": "VEC3"}
+    kinds = {"POSITION": "VEC3", "COLOR_0": "VEC3", "TEXCOORD_0": "VEC2"}
+    builder.gltf["accessors"] += [many | {"type": kind} for kind in kinds.values()]
+    builder.primitive["attributes"] = {name: 2 + k for k, name in enumerate(kinds)}
+    builder.material({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, png(two_tone(32)))
+    builder.primitive["indices"] = builder.accessor(np.array([7, 5, 8_999_999, 5, 7, 2], "<u4"))
+    builder.gltf["meshes"][0]["primitives"] *= 2
+    surfaces = _read(builder, tmp_path)
+    assert [s.vertices.shape for s in surfaces] == [(4, 3)] * 2
+    np.testing.assert_array_equal(surfaces[0].faces, [[2, 1, 3], [1, 2, 0]])
+    assert surfaces[0].uv is not None
+    assert surfaces[0].uv.shape == (4, 2)
+
+
+def test_what_parts_share_is_the_same_for_each(tmp_path: Path) -> None:
+    builder = _textured()
+    builder.attribute("COLOR_0", np.linspace(0, 1, 24, dtype="<f4").reshape(8, 3))
+    builder.primitive["targets"] = [{"POSITION": builder.accessor(VERTICES.astype("<f4"))}]
+    builder.gltf["meshes"][0]["weights"] = [1.0]
+    accessor = builder.gltf["accessors"][0]
+    accessor["sparse"] = {
+        "count": 2,
+        "indices": {"bufferView": builder.view(b"\1\6"), "componentType": 5121},
+        "values": {"bufferView": builder.view((0.5 * VERTICES[[1, 6]]).astype("<f4").tobytes())},
+    }
+    whole = _one(builder, tmp_path)
+    both = [builder.accessor(part.astype("<u2").reshape(-1)) for part in (FACES[:3], FACES[3:])]
+    builder.gltf["meshes"][0]["primitives"] = [{**builder.primitive, "indices": k} for k in both]
+    parts = _read(builder, tmp_path)
+    assert len(parts[0].vertices) < len(VERTICES)
+    for name in ("vertices", "uv", "colours"):
+        corners = np.concatenate([getattr(s, name)[s.faces] for s in parts])
+        np.testing.assert_allclose(corners, getattr(whole, name)[FACES])
+
+
+@pytest.mark.parametrize("sparse", [False, True])
+def test_numbers_that_are_unpacked_over_and_over_are_refused(
+    sparse: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("torc.scenes.importing.reading.glb.MAX_FILE_NUMBERS", 36 + 24 + 24 * 5)
+    builder = _box()
+    builder.primitive["targets"] = [{"POSITION": 0}] * (3 if sparse else 5)
+    builder.gltf["meshes"][0]["weights"] = [1.0] * 6
+    if sparse:  # is put together once, which counts once
+        content = {"bufferView": builder.view(b"\0" * 12)}
+        indices = content | {"componentType": 5121}
+        builder.gltf["accessors"][0]["sparse"] = {"count": 1, "indices": indices, "values": content}
+        builder.primitive["targets"] += [{"POSITION": 0}]
+    assert _one(builder, tmp_path).vertices.shape == (8, 3)
+    builder.primitive["targets"] += [{"POSITION": 0}]
+    with pytest.raises(InputError, match="its parts use more than 180 numbers; simplify it"):
+        _read(builder, tmp_path)
+
+
+def test_parts_without_triangles_count_as_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("torc.scenes.importing.reading.reader.MAX_PARTS", 3)
+    builder = _box()
+    empty = {**builder.primitive, "indices": builder.accessor(np.zeros(1, "<u2"))}
+    builder.gltf["meshes"][0]["primitives"] += [empty] * 2
+    assert len(_read(builder, tmp_path)) == 1
+    builder.gltf["meshes"][0]["primitives"] += [empty]
+    with pytest.raises(InputError, match="more than 3 parts"):
+        _read(builder, tmp_path)
+
+
+def test_accessors_that_nothing_uses_are_not_looked_at(tmp_path: Path) -> None:
+    builder = _box()
+    builder.gltf["accessors"] += [
+        {"componentType": 5126, "count": 0, "type": "VEC3"},
+        {"componentType": 5130, "count": 1, "type": "SCALAR"},
+        {"componentType": 5126, "count": 1, "type": "ACME"},
+    ]
+    assert _read(builder, tmp_path)
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_parts_that_are_compressed_alone_are_refused(index: int, tmp_path: Path) -> None:
+    name = "KHR_draco_mesh_compression"
+    builder = _box()
+    builder.gltf["extensionsUsed"] = [name]
+    builder.primitive["extensions"] = {name: {"bufferView": 0, "attributes": {"POSITION": 0}}}
+    assert _read(builder, tmp_path)  # the same in plain is there
+    del builder.gltf["accessors"][index]["bufferView"]
+    with pytest.raises(
+        InputError, match=r"a.glb is compressed \(KHR_draco.*Export it without compression\.$"
+    ):
+        _read(builder, tmp_path)
+
+
+@pytest.mark.parametrize("name", ["EXT_meshopt_compression", "KHR_meshopt_compression"])
+@pytest.mark.parametrize("buffer", [0, 1])
+def test_buffer_views_that_are_compressed_alone_are_refused(name: str, buffer: int, tmp_path: Path) -> None:
+    builder = _box()
+    for view in builder.gltf["bufferViews"]:
+        view["extensions"] = {name: {"buffer": 0, "byteLength": 8, "byteStride": 12, "count": 8}}
+    assert _read(builder, tmp_path)
+    path = builder.write(tmp_path / "a.glb")
+    header = builder.gltf | {"buffers": [{"byteLength": 168}, {"byteLength": 168}]}
+    builder.gltf["bufferViews"][0]["buffer"] = buffer
+    header["buffers"][buffer]["extensions"] = {name: {"fallback": True}}
+    write_glb(path, json.dumps(header), path.read_bytes()[-168:])
+    with pytest.raises(
+        InputError, match=rf"a.glb is compressed \({name}\).*Export it without compression\.$"
+    ):
+        read_surfaces(path, 1.0, False, tmp_path, 64)
+
+
+def _with_chunks(builder: GlbBuilder, path: Path, *chunks: bytes) -> Path:
+    """More chunks between the JSON and the binary one."""
+    data = builder.write(path).read_bytes()
+    at = 20 + int.from_bytes(data[12:16], "little")
+    data = data[:at] + b"".join(chunks) + data[at:]
+    path.write_bytes(data[:8] + struct.pack("<I", len(data)) + data[12:])
+    return path
+
+
+def test_chunks_of_other_kinds_are_passed_over(tmp_path: Path) -> None:
+    other = struct.pack("<I4s4s", 4, b"ACME", b"\xff" * 4)
+    path = _with_chunks(_box(), tmp_path / "a.glb", other, struct.pack("<I4s", 0, b"EMPT"))
+    (surface,), _ = read_surfaces(path, 1.0, False, tmp_path, 64)
+    np.testing.assert_allclose(surface.vertices, VERTICES, atol=1e-7)
+
+
+def test_chunks_that_leave_the_file_are_refused(tmp_path: Path) -> None:
+    path = _with_chunks(_box(), tmp_path / "a.glb", struct.pack("<I4s", 2**31, b"ACME"))
+    with pytest.raises(InputError, match="it is cut off, a chunk of 2147483648 bytes"):
+        read_surfaces(path, 1.0, False, tmp_path, 64)
+    content = path.read_bytes()
+    path.write_bytes(content[:16] + b"ACME" + content[20:])
+    with pytest.raises(InputError, match="does not begin with JSON"):
+        read_surfaces(path, 1.0, False, tmp_path, 64)
+
+
+def test_null_is_as_good_as_nothing(tmp_path: Path) -> None:
+    builder = _box()
+    builder.material({"pbrMetallicRoughness": None, "extensions": None, "emissiveTexture": None})
+    builder.gltf |= {"samplers": None, "scene": None}
+    builder.gltf["nodes"][0] |= {"extensions": {"KHR_node_visibility": None}, "matrix": None, "scale": None}
+    builder.primitive.update(extensions={"KHR_draco_mesh_compression": None}, targets=None)
+    builder.gltf["accessors"][0] |= {"extensions": None, "sparse": None}
+    assert _flat_white(_one(builder, tmp_path))
+
+
 def _require(name: str) -> Callable[[GlbBuilder], None]:
     return lambda builder: builder.gltf.__setitem__("extensionsRequired", [name])
 
@@ -165,6 +339,9 @@ def _at(path: tuple[Any, ...], value: Any) -> Callable[[GlbBuilder], None]:
         (_at(("nodes", 0, "mesh"), 7), r"meshes\[7\] is named, but is not there"),
         (_at(("nodes", 0, "scale"), [1, 1]), r"nodes\[0\].scale"),
         (_at(("nodes", 0, "scale"), [1, 1, float("nan")]), "finite number"),
+        (_at(("nodes", 0, "scale"), [1, 1, 1e308]), r"nodes\[0\] is moved or scaled beyond all measure"),
+        (_at(("nodes", 0, "matrix"), [1e308] * 16), r"nodes\[0\] is moved or scaled beyond all measure"),
+        (_at(("nodes", 0, "extensions"), {"KHR_node_visibility": 3}), r"KHR_node_visibility of nodes\[0\]"),
         (_at(("scenes", 0, "nodes"), [5]), r"nodes\[5\]"),
         (_at(("scene",), 3), r"scenes\[3\]"),
         (_at(("meshes", 0, "primitives", 0, "mode"), 9), "mode"),
@@ -174,6 +351,8 @@ def _at(path: tuple[Any, ...], value: Any) -> Callable[[GlbBuilder], None]:
         (_at(("accessors", 0, "count"), 7), "beyond the 7"),
         (_at(("accessors", 0, "count"), 10**12), "count"),
         (_at(("accessors", 0, "componentType"), 5130), "componentType"),
+        (_at(("accessors", 0, "count"), 0), r"accessors\[0\] is not as it should be \(count"),
+        (_at(("accessors", 0), None), r"accessors\[0\] is not as it should be"),
         (_at(("accessors", 0, "byteOffset"), -4), "byteOffset"),
         (_at(("accessors", 0, "bufferView"), 99), r"bufferViews\[99\]"),
         (_at(("accessors", 0, "type"), "MAT3"), "MAT3, not VEC3"),
@@ -288,6 +467,23 @@ def test_normalised_texture_coordinates_are_fractions(kind: str, tmp_path: Path)
     np.testing.assert_allclose(surface.uv, UV, atol=0.01)
 
 
+def test_coordinates_beyond_all_measure_are_made_harmless(tmp_path: Path) -> None:
+    builder = _textured({"extensions": {"KHR_texture_transform": {"scale": [1e308, -1e308]}}}, uv=9 * UV)
+    uv = _one(builder, tmp_path).uv
+    assert uv is not None
+    assert np.isfinite(uv).all()
+
+
+@pytest.mark.parametrize("weight", [1e308, -1e308])
+def test_corners_that_are_not_finite_are_no_obstacle(weight: float, tmp_path: Path) -> None:
+    builder = _box()
+    huge = np.full((8, 3), 3e38, "<f4")
+    huge[0] = np.inf
+    builder.primitive["targets"] = [{"POSITION": builder.accessor(huge)}]
+    builder.gltf["meshes"][0]["weights"] = [weight]
+    assert not np.isfinite(_one(builder, tmp_path).vertices).any()
+
+
 def test_the_set_of_coordinates_that_is_named_is_used(tmp_path: Path) -> None:
     builder = _textured({"texCoord": 1})
     builder.attribute("TEXCOORD_1", UV[::-1].copy())
@@ -353,3 +549,45 @@ def test_what_cannot_be_shown_exactly_is_told(tmp_path: Path) -> None:
     surfaces, notes = read_surfaces(path, 1.0, False, tmp_path, 64)
     assert surfaces[0].texture is None
     assert notes == ["A texture without coordinates was left out."]
+
+
+def test_what_is_black_but_gives_off_light_has_that_light_as_its_colour(tmp_path: Path) -> None:
+    black = {"baseColorFactor": [0, 0, 0, 1]}
+    glowing = {"pbrMetallicRoughness": black, "emissiveFactor": [1.0, 0.2140, 0.0]}
+    builder = _box()
+    builder.attribute("COLOR_0", np.linspace(0, 1, 24, dtype="<f4").reshape(8, 3))  # they tint the base alone
+    builder.material(glowing)
+    surface = _one(builder, tmp_path)
+    assert surface.rgba == pytest.approx((1.0, 0.5, 0.0, 1.0), abs=1e-3)
+    assert surface.colours is None
+    assert not _notes(builder, tmp_path)
+    builder = _textured()
+    builder.gltf["materials"] = [glowing | {"emissiveTexture": {"index": 0}}]
+    surface = _one(builder, tmp_path)
+    assert surface.rgba == pytest.approx((1.0, 0.5, 0.0, 1.0), abs=1e-3)
+    assert surface.texture is not None
+
+
+def test_other_light_that_parts_give_off_is_told(tmp_path: Path) -> None:
+    builder = _box()
+    builder.material({"emissiveFactor": [1.0, 1.0, 0.0]})
+    assert _flat_white(_one(builder, tmp_path))
+    assert _notes(builder, tmp_path) == ["Light that parts give off is not shown."]
+    builder.gltf["materials"][0]["extensions"] = {"KHR_materials_unlit": {}}  # of which the standard has none
+    assert not _notes(builder, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("material", "told"),
+    [
+        ({"alphaMode": "BLEND"}, True),
+        ({"alphaMode": "MASK"}, True),
+        ({"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1.0}}}, True),
+        ({"alphaMode": "OPAQUE", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]}}, False),
+    ],
+)
+def test_transparency_is_told(material: dict[str, Any], told: bool, tmp_path: Path) -> None:
+    builder = _box()
+    builder.material(material)
+    builder.gltf["meshes"][0]["primitives"] *= 2
+    assert _notes(builder, tmp_path) == (["Transparent parts are shown opaque."] if told else [])

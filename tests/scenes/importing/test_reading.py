@@ -339,6 +339,10 @@ def test_too_many_parts_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("torc.scenes.importing.reading.reader.MAX_FILE_FACES", 11)
     with pytest.raises(InputError, match="more than 11 triangles"):
         _read(path)
+    monkeypatch.setattr("torc.scenes.importing.reading.reader.MAX_FILE_FACES", 12)
+    monkeypatch.setattr("torc.scenes.importing.reading.reader.MAX_FILE_VERTICES", 7)
+    with pytest.raises(InputError, match="more than 7 vertices"):
+        _read(path)
     monkeypatch.setattr("torc.scenes.importing.reading.reader.MAX_PARTS", 0)
     with pytest.raises(InputError, match="more than 0 parts"):
         _read(path)

@@ -1,13 +1,12 @@
 """Colours and textures of a GLB file's parts."""
 
-from dataclasses import replace
-from typing import Any, TypeVar
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float, UInt8
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
-from torc.scenes.importing.reading.glb import Glb, GlbError, entry
+from torc.scenes.importing.reading.glb import Corners, Glb, GlbError, entry, parsed
 from torc.scenes.importing.reading.gltf_schema import (
     Material,
     Primitive,
@@ -18,15 +17,24 @@ from torc.scenes.importing.reading.gltf_schema import (
 from torc.scenes.importing.reading.pictures import picture_of
 from torc.scenes.importing.reading.request import Reading
 from torc.scenes.importing.surfaces import Surface, coloured, textured
-from torc.scenes.strict_yaml import explain_faults
 
 _SPECULAR, _TRANSFORM, _WEBP = (
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_texture_transform",
     "EXT_texture_webp",
 )
+_UNLIT, _TRANSMISSION = "KHR_materials_unlit", "KHR_materials_transmission"
+_SEE_THROUGH = ("BLEND", "MASK")
 _REPEAT = 10497
-_Model = TypeVar("_Model", bound=BaseModel)
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """A material's colour, linear light; the texture that it multiplies; whether vertex colours do so too."""
+
+    factor: Float[np.ndarray, "3"] = field(default_factory=lambda: np.ones(3))
+    texture: TextureInfo | None = None
+    is_tinted: bool = True
 
 
 class GltfLooks:
@@ -39,53 +47,64 @@ class GltfLooks:
         self._glb, self._reading = glb, reading
         self._pictures: dict[int, UInt8[np.ndarray, "h w 3"]] = {}
 
-    def dressed(self, surface: Surface, primitive: Primitive) -> Surface:
-        """The surface as its material and vertex colours have it."""
-        factor, info = np.ones(3), None
+    def dressed(self, surface: Surface, primitive: Primitive, corners: Corners) -> Surface:
+        """The surface, which has the corners that are in use, as its material and vertex colours have it."""
+        look = _Look()
         if primitive.material is not None:
-            factor, info = _base(entry(self._glb.gltf.materials, primitive.material, "materials"))
-        tints = self._vertex_colours(primitive, len(surface.vertices))
+            look = self._look(entry(self._glb.gltf.materials, primitive.material, "materials"))
+        tints = self._vertex_colours(primitive, corners) if look.is_tinted else None
         if tints is not None:
-            surface = coloured(surface, np.round(255 * _for_screen(factor * tints)).astype(np.uint8))
+            surface = coloured(surface, np.round(255 * _for_screen(look.factor * tints)).astype(np.uint8))
         elif primitive.material is not None:
-            r, g, b = (float(c) for c in _for_screen(factor))
+            r, g, b = (float(c) for c in _for_screen(look.factor))
             surface = replace(surface, rgba=(r, g, b, 1.0))
+        info = look.texture
         if info is None:
             return surface
-        transform = _extension(TextureTransform, info.extensions.get(_TRANSFORM, {}))
+        transform = parsed(TextureTransform, info.extensions.get(_TRANSFORM, {}), _TRANSFORM)
         which = info.texCoord if transform.texCoord is None else transform.texCoord
-        uv = self._coordinates(primitive, which, len(surface.vertices))
+        uv = self._coordinates(primitive, which, corners)
         if uv is None:
             self._reading.note("A texture without coordinates was left out.")
             return surface
         uv = _transformed(uv, transform)
         return textured(surface, uv, self._picture(info, uv))
 
-    def _vertex_colours(self, primitive: Primitive, count: int) -> Float[np.ndarray, "n 3"] | None:
+    def _look(self, material: Material) -> _Look:
+        """Of a material. What is black but for the light that it gives off has that light as its colour."""
+        if material.alphaMode in _SEE_THROUGH or _TRANSMISSION in material.extensions:
+            self._reading.note("Transparent parts are shown opaque.")
+        look = _base(material)
+        emission = _unit(material.emissiveFactor)
+        if _UNLIT in material.extensions or not emission.any():
+            return look
+        if not look.factor.any():
+            return _Look(emission, material.emissiveTexture, is_tinted=False)
+        self._reading.note("Light that parts give off is not shown.")
+        return look
+
+    def _vertex_colours(self, primitive: Primitive, corners: Corners) -> Float[np.ndarray, "n 3"] | None:
         if "COLOR_0" not in primitive.attributes:
             return None
-        tints = self._glb.values(primitive.attributes["COLOR_0"], ("VEC3", "VEC4"))
-        if tints.dtype.kind != "f" or len(tints) != count:
-            raise GlbError(
-                "vertex colours (COLOR_0) must be fractions, one per corner; leave them out with --no-textures"
-            )
+        tints = self._glb.values(primitive.attributes["COLOR_0"], ("VEC3", "VEC4"), corners)
+        if tints.dtype.kind != "f":
+            raise GlbError("vertex colours (COLOR_0) must be fractions; leave them out with --no-textures")
         return np.clip(np.nan_to_num(tints[:, :3]), 0.0, 1.0)
 
-    def _coordinates(self, primitive: Primitive, which: int, count: int) -> Float[np.ndarray, "n 2"] | None:
+    def _coordinates(
+        self, primitive: Primitive, which: int, corners: Corners
+    ) -> Float[np.ndarray, "n 2"] | None:
         name = f"TEXCOORD_{which}"
         if name not in primitive.attributes:
             return None
-        uv = self._glb.values(primitive.attributes[name], ("VEC2",)).astype(np.float64)
-        if len(uv) != count:
-            raise GlbError(f"{name} has {len(uv)} rows for {count} corners")
-        return uv
+        return self._glb.values(primitive.attributes[name], ("VEC2",), corners).astype(np.float64)
 
     def _picture(self, info: TextureInfo, uv: Float[np.ndarray, "n 2"]) -> UInt8[np.ndarray, "h w 3"]:
         gltf = self._glb.gltf
         texture = entry(gltf.textures, info.index, "textures")
         source = texture.source
         if source is None:
-            source = _extension(_Source, texture.extensions.get(_WEBP, {})).source
+            source = parsed(_Source, texture.extensions.get(_WEBP, {}), _WEBP).source
         if source is None:
             packed = ", ".join(texture.extensions)[:80] or "no source"
             raise GlbError(
@@ -109,25 +128,17 @@ class _Source(BaseModel):
     source: int | None = None
 
 
-def _base(material: Material) -> tuple[Float[np.ndarray, "3"], TextureInfo | None]:
+def _base(material: Material) -> _Look:
     """Base colour and its texture."""
     if _SPECULAR in material.extensions:
-        older = _extension(SpecularGlossiness, material.extensions[_SPECULAR])
-        return _unit(older.diffuseFactor), older.diffuseTexture
+        older = parsed(SpecularGlossiness, material.extensions[_SPECULAR], _SPECULAR)
+        return _Look(_unit(older.diffuseFactor), older.diffuseTexture)
     rough = material.pbrMetallicRoughness
-    return _unit(rough.baseColorFactor), rough.baseColorTexture
+    return _Look(_unit(rough.baseColorFactor), rough.baseColorTexture)
 
 
 def _unit(factor: tuple[float, ...]) -> Float[np.ndarray, "3"]:
     return np.clip(factor[:3], 0.0, 1.0)
-
-
-def _extension(schema: type[_Model], content: Any) -> _Model:
-    try:
-        return schema.model_validate(content)
-    except ValidationError as error:
-        why = explain_faults(error).splitlines()[0].strip()
-        raise GlbError(f"an extension is not as it should be ({why})") from None
 
 
 def _for_screen(linear: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
@@ -140,4 +151,5 @@ def _transformed(uv: Float[np.ndarray, "n 2"], transform: TextureTransform) -> F
     """KHR_texture_transform: scaled, turned, moved. The turn is counter-clockwise where v points down, as viewers and
     the sample models have it; the matrix in the extension's text has the other sense."""
     c, s = np.cos(transform.rotation), np.sin(transform.rotation)
-    return uv * transform.scale @ np.array([[c, -s], [s, c]]) + transform.offset
+    with np.errstate(over="ignore", invalid="ignore"):
+        return uv * transform.scale @ np.array([[c, -s], [s, c]]) + transform.offset

@@ -5,17 +5,20 @@ from collections.abc import Iterator
 import numpy as np
 
 from torc.geometry.transforms import make_pose, rotation_from_wxyz
-from torc.scenes.importing.reading.glb import GlbError, entry
-from torc.scenes.importing.reading.gltf_schema import Gltf, Node
+from torc.scenes.importing.reading.glb import GlbError, entry, parsed
+from torc.scenes.importing.reading.gltf_schema import Gltf, Node, Visibility
+from torc.scenes.importing.reading.request import Reading
 
-_INSTANCES = "EXT_mesh_gpu_instancing"
+_INSTANCES, _VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
+_FARTHEST = 1e30
+"""Beyond any file's units, and its products with corners are numbers still."""
 
 
-def placed_nodes(gltf: Gltf) -> Iterator[tuple[Node, np.ndarray]]:
-    """The nodes of the scene that is shown, and their affine transforms (4, 4) to it.
+def placed_nodes(gltf: Gltf, reading: Reading) -> Iterator[tuple[Node, np.ndarray]]:
+    """The nodes of the scene that is shown, and their affine transforms (4, 4) to it; of hidden ones the user is told.
 
     Raises:
-        GlbError: no tree, or a node that cannot be placed: skinned, or many at once.
+        GlbError: no tree, or a node that cannot be placed: skinned, many at once, or beyond all measure.
     """
     waiting = [(index, np.eye(4)) for index in reversed(_roots(gltf))]
     seen: set[int] = set()
@@ -25,15 +28,14 @@ def placed_nodes(gltf: Gltf) -> Iterator[tuple[Node, np.ndarray]]:
             raise GlbError(f"nodes[{index}] is below two nodes, or below itself")
         seen.add(index)
         node = entry(gltf.nodes, index, "nodes")
-        if _INSTANCES in node.extensions:
-            raise GlbError(
-                f"nodes[{index}] stands for many copies ({_INSTANCES}); export them as nodes of their own"
-            )
-        if node.skin is not None and node.mesh is not None:
-            raise GlbError(
-                f"nodes[{index}] is bent by a skeleton (skin), which is not read; apply its pose and export it without"
-            )
-        T_scene_node = T_scene_parent @ _matrix(node)
+        if _is_hidden(node, index):
+            reading.note(f"Hidden nodes ({_VISIBILITY}), and what is below them, were left out.")
+            continue
+        _check_one(node, index)
+        with np.errstate(over="ignore", invalid="ignore"):
+            T_scene_node = T_scene_parent @ _matrix(node)
+        if not (np.abs(T_scene_node) < _FARTHEST).all():
+            raise GlbError(f"nodes[{index}] is moved or scaled beyond all measure")
         yield node, T_scene_node
         waiting += [(child, T_scene_node) for child in reversed(node.children)]
 
@@ -45,14 +47,28 @@ def _roots(gltf: Gltf) -> list[int]:
     return [i for i in range(len(gltf.nodes)) if i not in below]
 
 
+def _is_hidden(node: Node, index: int) -> bool:
+    content = node.extensions.get(_VISIBILITY, {})
+    return not parsed(Visibility, content, f"{_VISIBILITY} of nodes[{index}]").visible
+
+
+def _check_one(node: Node, index: int) -> None:
+    """Raises GlbError for a node that is drawn otherwise than once and where it is."""
+    if _INSTANCES in node.extensions:
+        raise GlbError(
+            f"nodes[{index}] stands for many copies ({_INSTANCES}); export them as nodes of their own"
+        )
+    if node.skin is not None and node.mesh is not None:
+        raise GlbError(
+            f"nodes[{index}] is bent by a skeleton (skin), which is not read; apply its pose and export it without"
+        )
+
+
 def _matrix(node: Node) -> np.ndarray:
     if node.matrix is not None:
         return np.array(node.matrix).reshape(4, 4).T  # columns first in the file
-    x, y, z, w = node.rotation
-    length = float(np.linalg.norm(node.rotation)) or 1.0
-    R = (
-        rotation_from_wxyz((w / length, x / length, y / length, z / length))
-        if any(node.rotation)
-        else np.eye(3)
-    )
-    return make_pose(R @ np.diag(node.scale), node.translation)
+    largest = max(abs(c) for c in node.rotation)
+    if largest == 0:
+        return make_pose(np.diag(node.scale), node.translation)
+    x, y, z, w = (c / largest for c in node.rotation)  # squares of tiny or huge ones are no numbers
+    return make_pose(rotation_from_wxyz((w, x, y, z)) @ np.diag(node.scale), node.translation)

@@ -1,33 +1,56 @@
 """What of a glTF 2.0 file's JSON is read (Khronos, glTF 2.0 Specification, chapter 5).
 
-Other fields are passed over. `refused_extensions` tells which ones a file cannot be understood without.
+Other fields are passed over, and those that are null. `refusal` tells which extensions a file cannot be understood
+without.
 """
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from torc.scenes.importing.reading.limits import MAX_FILE_VERTICES
 
 Index = Annotated[int, Field(ge=0)]
 _Vec2 = tuple[float, float]
 _Vec4 = tuple[float, float, float, float]
-_Finite = ConfigDict(allow_inf_nan=False)
 _COMPRESSIONS = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
-_HARMLESS = ("KHR_mesh_quantization", "KHR_lights_punctual", "KHR_xmp_json_ld", "KHR_animation_pointer")
+_HARMLESS = (
+    "KHR_mesh_quantization",
+    "KHR_node_visibility",
+    "KHR_lights_punctual",
+    "KHR_xmp_json_ld",
+    "KHR_animation_pointer",
+)
 """Of the geometry: read as it is, or nothing that is looked at here."""
 _OF_MATERIALS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_")
 """Prefixes: at worst a picture is missing, which is told where it is needed."""
 
 
-class _Entry(BaseModel):
-    model_config = _Finite
-    extensions: dict[str, Any] = {}
+def _without_nulls(content: Any) -> Any:
+    """Some exporters write null for what is not there."""
+    if isinstance(content, dict) and None in content.values():
+        return {name: value for name, value in content.items() if value is not None}
+    return content
+
+
+class _Object(BaseModel):
+    model_config = ConfigDict(allow_inf_nan=False)
+    _tidied = model_validator(mode="before")(_without_nulls)
+
+
+class _Entry(_Object):
+    extensions: Annotated[dict[str, Any], BeforeValidator(_without_nulls)] = {}
 
 
 class Buffer(_Entry):
     byteLength: Index
     uri: str | None = None
+
+
+class Fallback(_Object):
+    """EXT_meshopt_compression of a buffer: true if it holds the place of what is unpacked."""
+
+    fallback: bool = False
 
 
 class BufferView(_Entry):
@@ -92,10 +115,15 @@ class SceneEntry(_Entry):
     nodes: list[Index] = []
 
 
-class TextureTransform(BaseModel):
+class Visibility(_Object):
+    """KHR_node_visibility."""
+
+    visible: bool = True
+
+
+class TextureTransform(_Object):
     """KHR_texture_transform."""
 
-    model_config = _Finite
     offset: _Vec2 = (0.0, 0.0)
     rotation: float = 0.0
     scale: _Vec2 = (1.0, 1.0)
@@ -112,16 +140,18 @@ class MetallicRoughness(_Entry):
     baseColorTexture: TextureInfo | None = None
 
 
-class SpecularGlossiness(BaseModel):
+class SpecularGlossiness(_Object):
     """KHR_materials_pbrSpecularGlossiness, which older files have in place of the above."""
 
-    model_config = _Finite
     diffuseFactor: _Vec4 = (1.0, 1.0, 1.0, 1.0)
     diffuseTexture: TextureInfo | None = None
 
 
 class Material(_Entry):
     pbrMetallicRoughness: MetallicRoughness = MetallicRoughness()
+    emissiveFactor: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    emissiveTexture: TextureInfo | None = None
+    alphaMode: str = "OPAQUE"
 
 
 class Texture(_Entry):
@@ -139,12 +169,11 @@ class ImageEntry(_Entry):
     bufferView: Index | None = None
 
 
-class Gltf(BaseModel):
-    model_config = _Finite
+class Gltf(_Object):
     extensionsRequired: list[str] = []
     buffers: list[Buffer] = []
     bufferViews: list[BufferView] = []
-    accessors: list[Accessor] = []
+    accessors: list[Any] = []  # each is looked at where it is used; exporters leave odd ones that are not
     meshes: list[Mesh] = []
     nodes: list[Node] = []
     scenes: list[SceneEntry] = []
@@ -159,7 +188,17 @@ def refusal(gltf: Gltf) -> str | None:
     """Why a file that cannot be understood without its extensions is not read; None if it can."""
     for name in gltf.extensionsRequired:
         if name in _COMPRESSIONS:
-            return f"is compressed ({name[:80]}), which is not read. Export it without compression."
+            return compressed(name)
         if name not in _HARMLESS and not name.startswith(_OF_MATERIALS):
             return f"needs the extension {name[:80]}, which is not read. Export it without."
     return None
+
+
+def compression(extensions: dict[str, Any]) -> str | None:
+    """The extension that compresses an entry's data; None if they are plain."""
+    return next((name for name in _COMPRESSIONS if name in extensions), None)
+
+
+def compressed(name: str) -> str:
+    """The end of a sentence on a file that has no data but such as an extension compressed."""
+    return f"is compressed ({name}), which is not read. Export it without compression."

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from torc.errors import InputError
-from torc.scenes.importing.reading.glb import Glb, GlbError, entry
+from torc.scenes.importing.reading.glb import Corners, Glb, GlbError, entry
 from torc.scenes.importing.reading.gltf_looks import GltfLooks
 from torc.scenes.importing.reading.gltf_nodes import placed_nodes
 from torc.scenes.importing.reading.gltf_schema import Primitive
@@ -20,15 +20,17 @@ def read_glb(data: bytes, reading: Reading) -> Iterator[Surface]:
     """The surfaces of the scene that a GLB file shows. See `SurfaceReader`."""
     glb = Glb(data, reading.path)
     looks = None if reading.neighbours is None else GltfLooks(glb, reading)
+    drawn: dict[int, list[Primitive]] = {}  # of each mesh; many nodes may show the same
     try:
-        for node, T_scene_node in placed_nodes(glb.gltf):
+        for node, T_scene_node in placed_nodes(glb.gltf, reading):
             if node.mesh is None:
                 continue
             mesh = entry(glb.gltf.meshes, node.mesh, "meshes")
+            if node.mesh not in drawn:  # the rest are points and lines
+                drawn[node.mesh] = [p for p in mesh.primitives if p.mode in (_TRIANGLES, _STRIP, _FAN)]
             weights = mesh.weights if node.weights is None else node.weights
-            for primitive in mesh.primitives:
-                if primitive.mode in (_TRIANGLES, _STRIP, _FAN):  # the rest are points and lines
-                    yield _surface(glb, primitive, weights, T_scene_node, looks)
+            for primitive in drawn[node.mesh]:
+                yield _surface(glb, primitive, weights, T_scene_node, looks)
     except GlbError as error:
         raise InputError(f"{reading.path} is not a readable GLB file: {error}.") from None
 
@@ -40,25 +42,38 @@ def _surface(
     T_scene_node: Float[np.ndarray, "4 4"],
     looks: GltfLooks | None,
 ) -> Surface:
-    vertices = _positions(glb, primitive, weights)
-    vertices = vertices @ T_scene_node[:3, :3].T + T_scene_node[:3, 3]
-    faces = _faces(glb, primitive, len(vertices))
-    if np.linalg.det(T_scene_node[:3, :3]) < 0:
-        faces = faces[:, ::-1]
-    return Surface(vertices, faces) if looks is None else looks.dressed(Surface(vertices, faces), primitive)
-
-
-def _positions(glb: Glb, primitive: Primitive, weights: Sequence[float]) -> Float[np.ndarray, "n 3"]:
-    """The corners, with the morph targets that are on by default (glTF 2.0, section 3.7.2.2)."""
+    glb.check_plain(primitive)
     if "POSITION" not in primitive.attributes:
         raise GlbError("a part has no POSITION")
-    vertices = glb.values(primitive.attributes["POSITION"], ("VEC3",)).astype(np.float64)
+    count = glb.count(primitive.attributes["POSITION"])
+    faces, corners = _compact(_faces(glb, primitive, count), count)
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # triangles that are not finite are left out later, and told
+        vertices = _positions(glb, primitive, corners, weights)
+        vertices = vertices @ T_scene_node[:3, :3].T + T_scene_node[:3, 3]
+    if np.linalg.det(T_scene_node[:3, :3]) < 0:
+        faces = faces[:, ::-1]
+    surface = Surface(vertices, faces)
+    return surface if looks is None or not len(faces) else looks.dressed(surface, primitive, corners)
+
+
+def _compact(faces: Int[np.ndarray, "m 3"], count: int) -> tuple[Int[np.ndarray, "m 3"], Corners]:
+    """The triangles on those corners alone that they use; in many files parts share one table of corners."""
+    used, places = np.unique(faces, return_inverse=True)
+    if len(used) == count:
+        return faces, Corners(count)
+    return places.reshape(-1, 3), Corners(count, used)
+
+
+def _positions(
+    glb: Glb, primitive: Primitive, corners: Corners, weights: Sequence[float]
+) -> Float[np.ndarray, "n 3"]:
+    """The corners, with the morph targets that are on by default (glTF 2.0, section 3.7.2.2)."""
+    vertices = glb.values(primitive.attributes["POSITION"], ("VEC3",), corners).astype(np.float64)
     for target, weight in zip(primitive.targets, weights):
         if weight and "POSITION" in target:
-            moved = glb.values(target["POSITION"], ("VEC3",))
-            if len(moved) != len(vertices):
-                raise GlbError(f"a morph target has {len(moved)} corners for {len(vertices)}")
-            vertices += weight * moved
+            vertices += weight * glb.values(target["POSITION"], ("VEC3",), corners)
     return vertices
 
 

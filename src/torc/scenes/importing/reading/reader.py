@@ -9,7 +9,7 @@ import numpy as np
 from torc.errors import InputError
 from torc.scenes.importing.reading.formats import is_format, no_such_format
 from torc.scenes.importing.reading.gltf_surfaces import read_glb
-from torc.scenes.importing.reading.limits import MAX_FILE_FACES, MAX_PARTS
+from torc.scenes.importing.reading.limits import MAX_FILE_FACES, MAX_FILE_VERTICES, MAX_PARTS
 from torc.scenes.importing.reading.obj import read_obj
 from torc.scenes.importing.reading.pictures import Neighbours
 from torc.scenes.importing.reading.ply import read_ply
@@ -59,13 +59,15 @@ def read_surfaces(
 
 def _within_limits(surfaces: Iterable[Surface], path: Path) -> list[Surface]:
     found: list[Surface] = []
-    faces = 0
-    for surface in surfaces:
-        if len(found) == MAX_PARTS:
+    faces = vertices = 0
+    for number, surface in enumerate(surfaces, 1):
+        if number > MAX_PARTS:
             raise InputError(f"{path} has more than {MAX_PARTS} parts. Join them into one mesh first.")
-        faces += len(surface.faces)
+        faces, vertices = faces + len(surface.faces), vertices + len(surface.vertices)
         if faces > MAX_FILE_FACES:
             raise InputError(f"{path} has more than {MAX_FILE_FACES} triangles. Simplify it first.")
+        if vertices > MAX_FILE_VERTICES:
+            raise InputError(f"{path} has more than {MAX_FILE_VERTICES} vertices. Simplify it first.")
         if len(surface.faces):
             found.append(surface)
     return found
