@@ -86,6 +86,12 @@ def test_hidden_nodes_and_those_below_them_are_left_out_and_told(required: list[
     ]
 
 
+def test_parts_that_are_as_good_as_flat_are_no_obstacle(tmp_path: Path) -> None:
+    builder = _box()
+    builder.gltf["nodes"] = [{"mesh": 0, "rotation": [0.5] * 4, "scale": [5e-324, 1, 1]}]
+    assert _read(builder, tmp_path)
+
+
 def test_mirrored_parts_still_face_outwards(tmp_path: Path) -> None:
     builder = _box()
     builder.gltf["nodes"] = [{"mesh": 0, "scale": [-1, 1, 1]}, {"mesh": 0, "translation": [1, 0, 0]}]
@@ -479,6 +485,7 @@ def test_corners_that_are_not_finite_are_no_obstacle(weight: float, tmp_path: Pa
     builder = _box()
     huge = np.full((8, 3), 3e38, "<f4")
     huge[0] = np.inf
+    huge[1:2].view("<u4")[:] = 0x7F800001  # a NaN of the kind that signals
     builder.primitive["targets"] = [{"POSITION": builder.accessor(huge)}]
     builder.gltf["meshes"][0]["weights"] = [weight]
     assert not np.isfinite(_one(builder, tmp_path).vertices).any()

@@ -252,7 +252,8 @@ def _decoded(uri: str) -> bytes:
 def _numbers(values: np.ndarray, accessor: Accessor) -> np.ndarray:
     """Floats as they are, normalised integers as the fractions they stand for (glTF 2.0, section 3.11)."""
     if values.dtype.kind == "f":
-        return values.astype(np.float64)
+        with np.errstate(invalid="ignore"):  # of a NaN of the kind that signals
+            return values.astype(np.float64)
     if not accessor.normalized:
         return values.astype(np.int64)
     fractions = values / float(np.iinfo(values.dtype).max)

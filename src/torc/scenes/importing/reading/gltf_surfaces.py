@@ -46,13 +46,16 @@ def _surface(
     if "POSITION" not in primitive.attributes:
         raise GlbError("a part has no POSITION")
     count = glb.count(primitive.attributes["POSITION"])
-    faces, corners = _compact(_faces(glb, primitive, count), count)
+    faces, corners = _faces(glb, primitive, count), Corners(count)
+    if primitive.indices is not None:
+        faces, corners = _compact(faces, count)
     with np.errstate(
         over="ignore", invalid="ignore"
     ):  # triangles that are not finite are left out later, and told
         vertices = _positions(glb, primitive, corners, weights)
         vertices = vertices @ T_scene_node[:3, :3].T + T_scene_node[:3, 3]
-    if np.linalg.det(T_scene_node[:3, :3]) < 0:
+    a, b, c = T_scene_node[:3, :3]
+    if a @ np.cross(b, c) < 0:  # it mirrors
         faces = faces[:, ::-1]
     surface = Surface(vertices, faces)
     return surface if looks is None or not len(faces) else looks.dressed(surface, primitive, corners)
@@ -61,8 +64,6 @@ def _surface(
 def _compact(faces: Int[np.ndarray, "m 3"], count: int) -> tuple[Int[np.ndarray, "m 3"], Corners]:
     """The triangles on those corners alone that they use; in many files parts share one table of corners."""
     used, places = np.unique(faces, return_inverse=True)
-    if len(used) == count:
-        return faces, Corners(count)
     return places.reshape(-1, 3), Corners(count, used)
 
 
