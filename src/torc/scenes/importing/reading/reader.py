@@ -54,7 +54,8 @@ def read_surfaces(
     for name in dict.fromkeys(neighbours.missing if neighbours else ()):
         reading.note(f"'{name}' is not there: its colours are missing.")
     R = scale * (Y_UP if y_up else np.eye(3))
-    return [replace(s, vertices=s.vertices @ R.T) for s in found], reading.notes
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is left out later
+        return [replace(s, vertices=s.vertices @ R.T) for s in found], reading.notes
 
 
 def _within_limits(surfaces: Iterable[Surface], path: Path) -> list[Surface]:
