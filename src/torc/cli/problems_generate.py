@@ -28,10 +28,10 @@ _FEWER = "So many objects seldom fit side by side: ask for fewer --objects (8-20
 class GenerateCommand:
     """Generate problems: clutter settled in simulation, with a target that takes more than one pick.
 
-    The same options and seed give the same problems, bit for bit. A problem is kept if its scene stays at rest, its
-    target cannot be grasped at first, and the target and every object in front of it, beside it or taller can be
-    grasped with nothing in the way. Takes a few seconds a problem. Whether it can really be solved, and in how few
-    picks, is another question: see `torc problems validate`.
+    The same options and seed give the same problems on one machine, bit for bit. A problem is kept if its scene stays
+    at rest, its target cannot be grasped at first, and the target and every object in front of it, beside it or taller
+    can be grasped with nothing in the way. Takes a few seconds a problem. Whether it can really be solved, and in how
+    few picks, is another question: see `torc problems validate`.
 
     Try:
       torc problems generate --count 10 --out mine
