@@ -1,11 +1,9 @@
 """Mesh files for the tests, written by hand where the format is plain."""
 
 import io
-import json
 import struct
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, ClassVar
 
 import numpy as np
 from PIL import Image
@@ -123,63 +121,6 @@ def two_tone(size: int = 64) -> Image.Image:
     pixels[: size // 2, :, 0] = 220
     pixels[size // 2 :, :, 2] = 220
     return Image.fromarray(pixels)
-
-
-class GlbBuilder:
-    """Writes GLB files of one part each, piece by piece."""
-
-    KINDS: ClassVar[dict[str, int]] = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
-
-    def __init__(self) -> None:
-        self.gltf: dict[str, Any] = {
-            "asset": {"version": "2.0"},
-            "bufferViews": [],
-            "accessors": [],
-            "meshes": [{"primitives": [{"attributes": {}}]}],
-            "nodes": [{"mesh": 0}],
-            "scenes": [{"nodes": [0]}],
-        }
-        self._data = b""
-
-    @property
-    def primitive(self) -> dict[str, Any]:
-        return self.gltf["meshes"][0]["primitives"][0]
-
-    def view(self, data: bytes) -> int:
-        self._data += b"\0" * (-len(self._data) % 4)
-        self.gltf["bufferViews"].append({"buffer": 0, "byteOffset": len(self._data), "byteLength": len(data)})
-        self._data += data
-        return len(self.gltf["bufferViews"]) - 1
-
-    def accessor(self, values: np.ndarray, normalized: bool = False) -> int:
-        values = np.asarray(values)
-        width = "SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}"
-        entry = {"bufferView": self.view(values.tobytes()), "count": len(values), "type": width}
-        entry["componentType"] = self.KINDS[values.dtype.str[1:]]
-        self.gltf["accessors"].append(entry | ({"normalized": True} if normalized else {}))
-        return len(self.gltf["accessors"]) - 1
-
-    def attribute(self, name: str, values: np.ndarray, normalized: bool = False) -> None:
-        self.primitive["attributes"][name] = self.accessor(values, normalized)
-
-    def shape(self, vertices: np.ndarray, faces: np.ndarray) -> "GlbBuilder":
-        self.attribute("POSITION", vertices.astype("<f4"))
-        self.primitive["indices"] = self.accessor(faces.astype("<u2").reshape(-1))
-        return self
-
-    def material(self, content: dict[str, Any], image: bytes | None = None) -> None:
-        """The part's material; the image is its textures' first."""
-        self.gltf["materials"] = [content]
-        self.primitive["material"] = 0
-        if image is not None:
-            self.gltf["images"] = [{"bufferView": self.view(image), "mimeType": "image/png"}]
-            self.gltf["textures"] = [{"source": 0}]
-
-    def write(self, path: Path) -> Path:
-        self._data += b"\0" * (-len(self._data) % 4)
-        return write_glb(
-            path, json.dumps(self.gltf | {"buffers": [{"byteLength": len(self._data)}]}), self._data
-        )
 
 
 def png(image: Image.Image) -> bytes:

@@ -8,42 +8,28 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mesh_files import GlbBuilder, box, enclosed_volume, png, two_tone, write_glb
-from PIL import Image
+from glb_files import (
+    FACES,
+    SIZE,
+    VERTICES,
+    GlbBuilder,
+    glb_of_box,
+    is_white,
+    notes_on,
+    read_glb_file,
+    read_one,
+    textured_box,
+)
+from mesh_files import enclosed_volume, png, two_tone, write_glb
 
 from torc.errors import InputError
 from torc.scenes.importing.reading import read_surfaces
-from torc.scenes.importing.surfaces import Surface
 
-SIZE = (0.06, 0.16, 0.21)
-VERTICES, FACES = box(SIZE)
 VOLUME = 0.06 * 0.16 * 0.21
 
 
-def _read(builder: GlbBuilder, directory: Path, textures: bool = True) -> list[Surface]:
-    path = builder.write(directory / "a.glb")
-    return read_surfaces(path, 1.0, False, directory if textures else None, 64)[0]
-
-
-def _notes(builder: GlbBuilder, directory: Path) -> list[str]:
-    return read_surfaces(builder.write(directory / "a.glb"), 1.0, False, directory, 64)[1]
-
-
-def _one(builder: GlbBuilder, directory: Path) -> Surface:
-    (surface,) = _read(builder, directory)
-    return surface
-
-
-def _box() -> GlbBuilder:
-    return GlbBuilder().shape(VERTICES, FACES)
-
-
-def _flat_white(surface: Surface) -> bool:
-    return surface.rgba == (1.0, 1.0, 1.0, 1.0) and surface.colours is None
-
-
 def test_a_box_is_the_box(tmp_path: Path) -> None:
-    surface = _one(_box(), tmp_path)
+    surface = read_one(glb_of_box(), tmp_path)
     np.testing.assert_allclose(surface.vertices[surface.faces], VERTICES[FACES], atol=1e-7)
 
 
@@ -55,9 +41,9 @@ def test_a_box_is_the_box(tmp_path: Path) -> None:
     ],
 )
 def test_nodes_place_their_parts(node: dict[str, Any], tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     builder.gltf["nodes"] = [node | {"children": [1]}, {"mesh": 0}]
-    surface = _one(builder, tmp_path)
+    surface = read_one(builder, tmp_path)
     np.testing.assert_allclose(
         surface.vertices, 2 * np.roll(VERTICES, 1, axis=1) + (0.1, 0.2, 0.3), atol=1e-6
     )
@@ -65,48 +51,48 @@ def test_nodes_place_their_parts(node: dict[str, Any], tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("size", [1e-200, 5e-324, 1e-13, 1e308])
 def test_turns_of_any_length_are_turns(size: float, tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     builder.gltf["nodes"] = [{"mesh": 0, "rotation": [size] * 4}]
-    np.testing.assert_allclose(_one(builder, tmp_path).vertices, np.roll(VERTICES, 1, axis=1), atol=1e-6)
+    np.testing.assert_allclose(read_one(builder, tmp_path).vertices, np.roll(VERTICES, 1, axis=1), atol=1e-6)
     builder.gltf["nodes"] = [{"mesh": 0, "rotation": [0, 0, 0, 0]}]
-    np.testing.assert_allclose(_one(builder, tmp_path).vertices, VERTICES, atol=1e-6)
+    np.testing.assert_allclose(read_one(builder, tmp_path).vertices, VERTICES, atol=1e-6)
 
 
 @pytest.mark.parametrize("required", [[], ["KHR_node_visibility"]])
 def test_hidden_nodes_and_those_below_them_are_left_out_and_told(required: list[str], tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     shown, hidden = ({"KHR_node_visibility": {"visible": on}} for on in (True, False))
     builder.gltf["nodes"] = [{"mesh": 0, "children": [1, 2], "extensions": {"KHR_node_visibility": {}}}]
     builder.gltf["nodes"] += [{"mesh": 0, "extensions": hidden, "children": [3]}, {"mesh": 0}]
     builder.gltf["nodes"] += [{"mesh": 0, "extensions": shown}]
     builder.gltf["extensionsRequired"] = required
-    assert len(_read(builder, tmp_path)) == 2
-    assert _notes(builder, tmp_path) == [
+    assert len(read_glb_file(builder, tmp_path)) == 2
+    assert notes_on(builder, tmp_path) == [
         "Hidden nodes (KHR_node_visibility), and what is below them, were left out."
     ]
 
 
 def test_parts_that_are_as_good_as_flat_are_no_obstacle(tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     builder.gltf["nodes"] = [{"mesh": 0, "rotation": [0.5] * 4, "scale": [5e-324, 1, 1]}]
-    assert _read(builder, tmp_path)
+    assert read_glb_file(builder, tmp_path)
 
 
 def test_mirrored_parts_still_face_outwards(tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     builder.gltf["nodes"] = [{"mesh": 0, "scale": [-1, 1, 1]}, {"mesh": 0, "translation": [1, 0, 0]}]
     builder.gltf["scenes"] = [{"nodes": [0, 1]}]
-    volumes = [enclosed_volume(s.vertices, s.faces) for s in _read(builder, tmp_path)]
+    volumes = [enclosed_volume(s.vertices, s.faces) for s in read_glb_file(builder, tmp_path)]
     np.testing.assert_allclose(volumes, [VOLUME, VOLUME], rtol=1e-5)
 
 
 def test_only_the_scene_that_is_shown_is_read(tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     builder.gltf["nodes"] = [{"mesh": 0}, {"mesh": 0, "translation": [1, 0, 0]}]
     builder.gltf["scenes"], builder.gltf["scene"] = [{"nodes": [0]}, {"nodes": [1]}], 1
-    assert _one(builder, tmp_path).vertices[:, 0].min() > 0.9
+    assert read_one(builder, tmp_path).vertices[:, 0].min() > 0.9
     del builder.gltf["scenes"], builder.gltf["scene"]
-    assert len(_read(builder, tmp_path)) == 2
+    assert len(read_glb_file(builder, tmp_path)) == 2
 
 
 @pytest.mark.parametrize("mode", [4, 5, 6, None])
@@ -117,7 +103,7 @@ def test_strips_and_fans_are_triangles(mode: int | None, tmp_path: Path) -> None
     builder = GlbBuilder().shape(vertices, np.array(faces))
     if mode is not None:
         builder.primitive["mode"] = mode
-    surface = _one(builder, tmp_path)
+    surface = read_one(builder, tmp_path)
     a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a) / 2
     assert (normals[:, 2] > 0).all()
@@ -125,10 +111,10 @@ def test_strips_and_fans_are_triangles(mode: int | None, tmp_path: Path) -> None
 
 
 def test_points_and_lines_are_passed_over(tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     for mode in (0, 1, 2, 3):
         builder.gltf["meshes"][0]["primitives"].append({**builder.primitive, "mode": mode})
-    assert len(_read(builder, tmp_path)) == 1
+    assert len(read_glb_file(builder, tmp_path)) == 1
 
 
 @pytest.mark.parametrize(("kind", "most"), [("<i1", 127), ("<u1", 255), ("<i2", 32767), ("<u2", 65535)])
@@ -143,7 +129,7 @@ def test_normalised_corners_are_fractions(kind: str, most: int, tmp_path: Path) 
     builder.primitive["indices"] = builder.accessor(FACES.astype("<u2").reshape(-1))
     builder.gltf["extensionsRequired"] = ["KHR_mesh_quantization"]
     builder.gltf["nodes"] = [{"mesh": 0, "scale": list(SIZE)}]
-    np.testing.assert_allclose(_one(builder, tmp_path).vertices, (VERTICES > 0) * SIZE, atol=1e-6)
+    np.testing.assert_allclose(read_one(builder, tmp_path).vertices, (VERTICES > 0) * SIZE, atol=1e-6)
 
 
 @pytest.mark.parametrize("from_zero", [False, True])
@@ -161,22 +147,22 @@ def test_sparse_corners_take_their_places(from_zero: bool, tmp_path: Path) -> No
     }
     expected = VERTICES.copy()
     expected[rows] = moved
-    np.testing.assert_allclose(_one(builder, tmp_path).vertices, expected, atol=1e-6)
+    np.testing.assert_allclose(read_one(builder, tmp_path).vertices, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("of_node", [False, True])
 def test_morph_targets_that_are_on_move_the_corners(of_node: bool, tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     targets = [{"POSITION": builder.accessor((VERTICES * k).astype("<f4"))} for k in (1, 5)]
     builder.primitive["targets"] = targets
     builder.gltf["meshes"][0]["weights"] = [0.0, 1.0] if of_node else [0.5, 0.0]
     if of_node:
         builder.gltf["nodes"][0]["weights"] = [0.5, 0.0]
-    np.testing.assert_allclose(_one(builder, tmp_path).vertices, 1.5 * VERTICES, atol=1e-6)
+    np.testing.assert_allclose(read_one(builder, tmp_path).vertices, 1.5 * VERTICES, atol=1e-6)
 
 
 def test_corners_that_other_parts_use_are_not_unpacked(tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     many = {"componentType": 5126, "count": 9_000_000, "type": "VEC3"}
     kinds = {"POSITION": "VEC3", "COLOR_0": "VEC3", "TEXCOORD_0": "VEC2"}
     builder.gltf["accessors"] += [many | {"type": kind} for kind in kinds.values()]
@@ -184,7 +170,7 @@ def test_corners_that_other_parts_use_are_not_unpacked(tmp_path: Path) -> None:
     builder.material({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, png(two_tone(32)))
     builder.primitive["indices"] = builder.accessor(np.array([7, 5, 8_999_999, 5, 7, 2], "<u4"))
     builder.gltf["meshes"][0]["primitives"] *= 2
-    surfaces = _read(builder, tmp_path)
+    surfaces = read_glb_file(builder, tmp_path)
     assert [s.vertices.shape for s in surfaces] == [(4, 3)] * 2
     np.testing.assert_array_equal(surfaces[0].faces, [[2, 1, 3], [1, 2, 0]])
     assert surfaces[0].uv is not None
@@ -192,7 +178,7 @@ def test_corners_that_other_parts_use_are_not_unpacked(tmp_path: Path) -> None:
 
 
 def test_what_parts_share_is_the_same_for_each(tmp_path: Path) -> None:
-    builder = _textured()
+    builder = textured_box()
     builder.attribute("COLOR_0", np.linspace(0, 1, 24, dtype="<f4").reshape(8, 3))
     builder.primitive["targets"] = [{"POSITION": builder.accessor(VERTICES.astype("<f4"))}]
     builder.gltf["meshes"][0]["weights"] = [1.0]
@@ -202,10 +188,10 @@ def test_what_parts_share_is_the_same_for_each(tmp_path: Path) -> None:
         "indices": {"bufferView": builder.view(b"\1\6"), "componentType": 5121},
         "values": {"bufferView": builder.view((0.5 * VERTICES[[1, 6]]).astype("<f4").tobytes())},
     }
-    whole = _one(builder, tmp_path)
+    whole = read_one(builder, tmp_path)
     both = [builder.accessor(part.astype("<u2").reshape(-1)) for part in (FACES[:3], FACES[3:])]
     builder.gltf["meshes"][0]["primitives"] = [{**builder.primitive, "indices": k} for k in both]
-    parts = _read(builder, tmp_path)
+    parts = read_glb_file(builder, tmp_path)
     assert len(parts[0].vertices) < len(VERTICES)
     for name in ("vertices", "uv", "colours"):
         corners = np.concatenate([getattr(s, name)[s.faces] for s in parts])
@@ -217,7 +203,7 @@ def test_numbers_that_are_unpacked_over_and_over_are_refused(
     sparse: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("torc.scenes.importing.reading.glb.MAX_FILE_NUMBERS", 36 + 24 + 24 * 5)
-    builder = _box()
+    builder = glb_of_box()
     builder.primitive["targets"] = [{"POSITION": 0}] * (3 if sparse else 5)
     builder.gltf["meshes"][0]["weights"] = [1.0] * 6
     if sparse:  # is put together once, which counts once
@@ -225,54 +211,54 @@ def test_numbers_that_are_unpacked_over_and_over_are_refused(
         indices = content | {"componentType": 5121}
         builder.gltf["accessors"][0]["sparse"] = {"count": 1, "indices": indices, "values": content}
         builder.primitive["targets"] += [{"POSITION": 0}]
-    assert _one(builder, tmp_path).vertices.shape == (8, 3)
+    assert read_one(builder, tmp_path).vertices.shape == (8, 3)
     builder.primitive["targets"] += [{"POSITION": 0}]
     with pytest.raises(InputError, match="its parts use more than 180 numbers; simplify it"):
-        _read(builder, tmp_path)
+        read_glb_file(builder, tmp_path)
 
 
 def test_parts_without_triangles_count_as_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("torc.scenes.importing.reading.reader.MAX_PARTS", 3)
-    builder = _box()
+    builder = glb_of_box()
     empty = {**builder.primitive, "indices": builder.accessor(np.zeros(1, "<u2"))}
     builder.gltf["meshes"][0]["primitives"] += [empty] * 2
-    assert len(_read(builder, tmp_path)) == 1
+    assert len(read_glb_file(builder, tmp_path)) == 1
     builder.gltf["meshes"][0]["primitives"] += [empty]
     with pytest.raises(InputError, match="more than 3 parts"):
-        _read(builder, tmp_path)
+        read_glb_file(builder, tmp_path)
 
 
 def test_accessors_that_nothing_uses_are_not_looked_at(tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     builder.gltf["accessors"] += [
         {"componentType": 5126, "count": 0, "type": "VEC3"},
         {"componentType": 5130, "count": 1, "type": "SCALAR"},
         {"componentType": 5126, "count": 1, "type": "ACME"},
     ]
-    assert _read(builder, tmp_path)
+    assert read_glb_file(builder, tmp_path)
 
 
 @pytest.mark.parametrize("index", [0, 1])
 def test_parts_that_are_compressed_alone_are_refused(index: int, tmp_path: Path) -> None:
     name = "KHR_draco_mesh_compression"
-    builder = _box()
+    builder = glb_of_box()
     builder.gltf["extensionsUsed"] = [name]
     builder.primitive["extensions"] = {name: {"bufferView": 0, "attributes": {"POSITION": 0}}}
-    assert _read(builder, tmp_path)  # the same in plain is there
+    assert read_glb_file(builder, tmp_path)  # the same in plain is there
     del builder.gltf["accessors"][index]["bufferView"]
     with pytest.raises(
         InputError, match=r"a.glb is compressed \(KHR_draco.*Export it without compression\.$"
     ):
-        _read(builder, tmp_path)
+        read_glb_file(builder, tmp_path)
 
 
 @pytest.mark.parametrize("name", ["EXT_meshopt_compression", "KHR_meshopt_compression"])
 @pytest.mark.parametrize("buffer", [0, 1])
 def test_buffer_views_that_are_compressed_alone_are_refused(name: str, buffer: int, tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     for view in builder.gltf["bufferViews"]:
         view["extensions"] = {name: {"buffer": 0, "byteLength": 8, "byteStride": 12, "count": 8}}
-    assert _read(builder, tmp_path)
+    assert read_glb_file(builder, tmp_path)
     path = builder.write(tmp_path / "a.glb")
     header = builder.gltf | {"buffers": [{"byteLength": 168}, {"byteLength": 168}]}
     builder.gltf["bufferViews"][0]["buffer"] = buffer
@@ -295,13 +281,13 @@ def _with_chunks(builder: GlbBuilder, path: Path, *chunks: bytes) -> Path:
 
 def test_chunks_of_other_kinds_are_passed_over(tmp_path: Path) -> None:
     other = struct.pack("<I4s4s", 4, b"ACME", b"\xff" * 4)
-    path = _with_chunks(_box(), tmp_path / "a.glb", other, struct.pack("<I4s", 0, b"EMPT"))
+    path = _with_chunks(glb_of_box(), tmp_path / "a.glb", other, struct.pack("<I4s", 0, b"EMPT"))
     (surface,), _ = read_surfaces(path, 1.0, False, tmp_path, 64)
     np.testing.assert_allclose(surface.vertices, VERTICES, atol=1e-7)
 
 
 def test_chunks_that_leave_the_file_are_refused(tmp_path: Path) -> None:
-    path = _with_chunks(_box(), tmp_path / "a.glb", struct.pack("<I4s", 2**31, b"ACME"))
+    path = _with_chunks(glb_of_box(), tmp_path / "a.glb", struct.pack("<I4s", 2**31, b"ACME"))
     with pytest.raises(InputError, match="it is cut off, a chunk of 2147483648 bytes"):
         read_surfaces(path, 1.0, False, tmp_path, 64)
     content = path.read_bytes()
@@ -311,13 +297,13 @@ def test_chunks_that_leave_the_file_are_refused(tmp_path: Path) -> None:
 
 
 def test_null_is_as_good_as_nothing(tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     builder.material({"pbrMetallicRoughness": None, "extensions": None, "emissiveTexture": None})
     builder.gltf |= {"samplers": None, "scene": None}
     builder.gltf["nodes"][0] |= {"extensions": {"KHR_node_visibility": None}, "matrix": None, "scale": None}
     builder.primitive.update(extensions={"KHR_draco_mesh_compression": None}, targets=None)
     builder.gltf["accessors"][0] |= {"extensions": None, "sparse": None}
-    assert _flat_white(_one(builder, tmp_path))
+    assert is_white(read_one(builder, tmp_path))
 
 
 def _require(name: str) -> Callable[[GlbBuilder], None]:
@@ -370,14 +356,14 @@ def _at(path: tuple[Any, ...], value: Any) -> Callable[[GlbBuilder], None]:
 def test_what_is_not_read_or_not_right_is_refused(
     change: Callable[[GlbBuilder], None], message: str, tmp_path: Path
 ) -> None:
-    builder = _box()
+    builder = glb_of_box()
     change(builder)
     with pytest.raises(InputError, match=message):
-        _read(builder, tmp_path)
+        read_glb_file(builder, tmp_path)
 
 
 def test_a_buffer_that_is_cut_off_is_refused(tmp_path: Path) -> None:
-    builder = _box()
+    builder = glb_of_box()
     path = builder.write(tmp_path / "a.glb")
     content = path.read_bytes()
     path.write_bytes(content.replace(b'"byteLength": 168}]', b'"byteLength": 999}]'))
@@ -387,214 +373,9 @@ def test_a_buffer_that_is_cut_off_is_refused(tmp_path: Path) -> None:
 
 
 def test_an_older_version_is_told_as_that(tmp_path: Path) -> None:
-    path = _box().write(tmp_path / "a.glb")
+    path = glb_of_box().write(tmp_path / "a.glb")
     content = bytearray(path.read_bytes())
     content[4] = 1
     path.write_bytes(content)
     with pytest.raises(InputError, match="is glTF 1"):
         read_surfaces(path, 1.0, False, tmp_path, 64)
-
-
-def test_extensions_of_looks_are_no_obstacle(tmp_path: Path) -> None:
-    builder = _box()
-    builder.gltf["extensionsRequired"] = ["KHR_materials_unlit", "KHR_texture_transform", "KHR_xmp_json_ld"]
-    assert _one(builder, tmp_path).rgba == (0.72, 0.72, 0.74, 1.0)
-
-
-def test_a_material_without_colours_is_white(tmp_path: Path) -> None:
-    builder = _box()
-    builder.material({})
-    assert _flat_white(_one(builder, tmp_path))
-
-
-def test_base_colours_are_linear_light(tmp_path: Path) -> None:
-    builder = _box()
-    builder.material({"pbrMetallicRoughness": {"baseColorFactor": [0.2140, 0.0, 1.0, 0.5]}})
-    assert _one(builder, tmp_path).rgba == pytest.approx((0.5, 0.0, 1.0, 1.0), abs=1e-3)
-
-
-@pytest.mark.parametrize("kind", ["<f4", "<u1", "<u2"])
-@pytest.mark.parametrize("channels", [3, 4])
-def test_vertex_colours_are_linear_and_multiply_the_material(
-    kind: str, channels: int, tmp_path: Path
-) -> None:
-    builder = _box()
-    most = 1.0 if kind == "<f4" else float(np.iinfo(kind).max)
-    share = np.where(VERTICES[:, [2]] > 0, 1.0, 0.2140) * np.ones(channels)
-    builder.attribute("COLOR_0", np.round(most * share, 0 if most > 1 else 6).astype(kind), most > 1)
-    builder.material({"pbrMetallicRoughness": {"baseColorFactor": [1.0, 0.5, 0.0, 1.0]}})
-    surface = _one(builder, tmp_path)
-    assert surface.colours is not None
-    high = surface.vertices[:, 2] > 0
-    np.testing.assert_allclose(surface.colours[high], np.tile((255, 188, 0), (4, 1)), atol=1)
-    np.testing.assert_allclose(surface.colours[~high], np.tile((128, 92, 0), (4, 1)), atol=2)
-
-
-def test_one_vertex_colour_for_all_is_a_colour(tmp_path: Path) -> None:
-    builder = _box()
-    builder.attribute("COLOR_0", np.ones((8, 4), "<f4"))
-    assert _flat_white(_one(builder, tmp_path))
-
-
-def test_vertex_colours_that_are_no_fractions_are_refused(tmp_path: Path) -> None:
-    builder = _box()
-    builder.attribute("COLOR_0", np.full((8, 4), 255, "<u1"))
-    with pytest.raises(InputError, match="COLOR_0"):
-        _read(builder, tmp_path)
-    assert _read(builder, tmp_path, textures=False)
-
-
-UV = (VERTICES[:, 1:] / SIZE[1:] + 0.5).astype("<f4")
-
-
-def _textured(
-    info: dict[str, Any] | None = None, uv: np.ndarray = UV, name: str = "TEXCOORD_0"
-) -> GlbBuilder:
-    builder = _box()
-    builder.attribute(name, uv, normalized=uv.dtype.kind == "u")
-    texture = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, **(info or {})}}}
-    builder.material(texture, png(two_tone(32)))
-    return builder
-
-
-def test_textures_and_vertex_colours_both_show(tmp_path: Path) -> None:
-    builder = _textured()
-    builder.attribute("COLOR_0", np.linspace(0, 1, 24, dtype="<f4").reshape(8, 3))
-    surface = _one(builder, tmp_path)
-    assert surface.texture is not None
-    assert surface.colours is not None
-
-
-@pytest.mark.parametrize("kind", ["<u1", "<u2"])
-def test_normalised_texture_coordinates_are_fractions(kind: str, tmp_path: Path) -> None:
-    uv = np.round(UV * np.iinfo(kind).max).astype(kind)
-    surface = _one(_textured(uv=uv), tmp_path)
-    assert surface.uv is not None
-    np.testing.assert_allclose(surface.uv, UV, atol=0.01)
-
-
-def test_coordinates_beyond_all_measure_are_made_harmless(tmp_path: Path) -> None:
-    builder = _textured({"extensions": {"KHR_texture_transform": {"scale": [1e308, -1e308]}}}, uv=9 * UV)
-    uv = _one(builder, tmp_path).uv
-    assert uv is not None
-    assert np.isfinite(uv).all()
-
-
-@pytest.mark.parametrize("weight", [1e308, -1e308])
-def test_corners_that_are_not_finite_are_no_obstacle(weight: float, tmp_path: Path) -> None:
-    builder = _box()
-    huge = np.full((8, 3), 3e38, "<f4")
-    huge[0] = np.inf
-    huge[1:2].view("<u4")[:] = 0x7F800001  # a NaN of the kind that signals
-    builder.primitive["targets"] = [{"POSITION": builder.accessor(huge)}]
-    builder.gltf["meshes"][0]["weights"] = [weight]
-    assert not np.isfinite(_one(builder, tmp_path).vertices).any()
-
-
-def test_the_set_of_coordinates_that_is_named_is_used(tmp_path: Path) -> None:
-    builder = _textured({"texCoord": 1})
-    builder.attribute("TEXCOORD_1", UV[::-1].copy())
-    surface = _one(builder, tmp_path)
-    assert surface.uv is not None
-    np.testing.assert_allclose(surface.uv, UV[::-1])
-    transform = {"KHR_texture_transform": {"texCoord": 0}}
-    builder.gltf["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] = transform
-    surface = _one(builder, tmp_path)
-    assert surface.uv is not None
-    np.testing.assert_allclose(surface.uv, UV)
-
-
-def test_texture_transforms_scale_turn_and_move(tmp_path: Path) -> None:
-    transform = {"offset": [0.5, 0.25], "rotation": np.pi / 2, "scale": [2.0, 3.0]}
-    surface = _one(_textured({"extensions": {"KHR_texture_transform": transform}}), tmp_path)
-    assert surface.uv is not None
-    # A quarter turn takes u's axis to where v points up: (u, v) to (v, -u).
-    expected = np.stack([3 * UV[:, 1] + 0.5, -2 * UV[:, 0] + 0.25], axis=1)
-    np.testing.assert_allclose(surface.uv, expected, atol=1e-6)
-
-
-def test_older_materials_have_their_colours_elsewhere(tmp_path: Path) -> None:
-    builder = _box()
-    builder.attribute("TEXCOORD_0", UV)
-    older = {"diffuseFactor": [1.0, 0.2140, 0.0, 1.0], "diffuseTexture": {"index": 0}}
-    builder.material({"extensions": {"KHR_materials_pbrSpecularGlossiness": older}}, png(two_tone(32)))
-    surface = _one(builder, tmp_path)
-    assert surface.rgba == pytest.approx((1.0, 0.5, 0.0, 1.0), abs=1e-3)
-    assert surface.texture is not None
-    assert surface.texture.shape == (32, 32, 3)
-
-
-def test_webp_is_read_and_what_is_not_read_is_refused(tmp_path: Path) -> None:
-    builder = _textured()
-    builder.gltf["textures"] = [{"extensions": {"EXT_texture_webp": {"source": 0}}}]
-    assert _one(builder, tmp_path).texture is not None
-    builder.gltf["textures"] = [{"extensions": {"KHR_texture_basisu": {"source": 0}}}]
-    with pytest.raises(InputError, match=r"no picture that is read \(KHR_texture_basisu\)"):
-        _read(builder, tmp_path)
-    assert _read(builder, tmp_path, textures=False)
-
-
-def test_every_bad_texture_is_refused_not_only_the_first(tmp_path: Path) -> None:
-    builder = _textured()
-    second = {**builder.primitive, "material": 1}
-    builder.gltf["meshes"][0]["primitives"].append(second)
-    builder.gltf["materials"].append({"pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}})
-    broken = png(Image.new("RGB", (8, 8)))[:40]
-    builder.gltf["images"].append({"bufferView": builder.view(broken)})
-    builder.gltf["textures"].append({"source": 1})
-    with pytest.raises(InputError, match="texture cannot be used"):
-        _read(builder, tmp_path)
-
-
-def test_what_cannot_be_shown_exactly_is_told(tmp_path: Path) -> None:
-    builder = _textured(uv=3 * UV)
-    builder.gltf["samplers"] = [{"wrapS": 33071}]
-    builder.gltf["textures"][0]["sampler"] = 0
-    path = builder.write(tmp_path / "a.glb")
-    assert "clamped" in read_surfaces(path, 1.0, False, tmp_path, 64)[1][0]
-    path = _textured({"texCoord": 2}).write(tmp_path / "b.glb")
-    surfaces, notes = read_surfaces(path, 1.0, False, tmp_path, 64)
-    assert surfaces[0].texture is None
-    assert notes == ["A texture without coordinates was left out."]
-
-
-def test_what_is_black_but_gives_off_light_has_that_light_as_its_colour(tmp_path: Path) -> None:
-    black = {"baseColorFactor": [0, 0, 0, 1]}
-    glowing = {"pbrMetallicRoughness": black, "emissiveFactor": [1.0, 0.2140, 0.0]}
-    builder = _box()
-    builder.attribute("COLOR_0", np.linspace(0, 1, 24, dtype="<f4").reshape(8, 3))  # they tint the base alone
-    builder.material(glowing)
-    surface = _one(builder, tmp_path)
-    assert surface.rgba == pytest.approx((1.0, 0.5, 0.0, 1.0), abs=1e-3)
-    assert surface.colours is None
-    assert not _notes(builder, tmp_path)
-    builder = _textured()
-    builder.gltf["materials"] = [glowing | {"emissiveTexture": {"index": 0}}]
-    surface = _one(builder, tmp_path)
-    assert surface.rgba == pytest.approx((1.0, 0.5, 0.0, 1.0), abs=1e-3)
-    assert surface.texture is not None
-
-
-def test_other_light_that_parts_give_off_is_told(tmp_path: Path) -> None:
-    builder = _box()
-    builder.material({"emissiveFactor": [1.0, 1.0, 0.0]})
-    assert _flat_white(_one(builder, tmp_path))
-    assert _notes(builder, tmp_path) == ["Light that parts give off is not shown."]
-    builder.gltf["materials"][0]["extensions"] = {"KHR_materials_unlit": {}}  # of which the standard has none
-    assert not _notes(builder, tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("material", "told"),
-    [
-        ({"alphaMode": "BLEND"}, True),
-        ({"alphaMode": "MASK"}, True),
-        ({"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1.0}}}, True),
-        ({"alphaMode": "OPAQUE", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]}}, False),
-    ],
-)
-def test_transparency_is_told(material: dict[str, Any], told: bool, tmp_path: Path) -> None:
-    builder = _box()
-    builder.material(material)
-    builder.gltf["meshes"][0]["primitives"] *= 2
-    assert _notes(builder, tmp_path) == (["Transparent parts are shown opaque."] if told else [])
