@@ -202,7 +202,7 @@ def test_what_parts_share_is_the_same_for_each(tmp_path: Path) -> None:
 def test_numbers_that_are_unpacked_over_and_over_are_refused(
     sparse: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("torc.scenes.importing.reading.glb.MAX_FILE_NUMBERS", 36 + 24 + 24 * 5)
+    monkeypatch.setattr("torc.scenes.importing.reading.gltf.glb.MAX_FILE_NUMBERS", 36 + 24 + 24 * 5)
     builder = glb_of_box()
     builder.primitive["targets"] = [{"POSITION": 0}] * (3 if sparse else 5)
     builder.gltf["meshes"][0]["weights"] = [1.0] * 6

@@ -3,17 +3,14 @@
 import io
 import struct
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from mesh_files import png
 from PIL import Image
 
-from torc.errors import InputError
-from torc.scenes.importing.reading.pictures import Neighbours, picture_of
+from torc.scenes.importing.reading.pictures import PictureError, picture
 
-MESH = Path("box.ply")
 STEPS = np.array([[0, 0x4000, 0x8000, 0xFFFF]])
 """Grey values of 16 bits, and what they are of 8."""
 GREYS = [0, 64, 128, 255]
@@ -33,7 +30,7 @@ def _tiff(image: Image.Image, tags: dict[int, int] | None = None) -> bytes:
 def test_grey_pictures_of_16_bits_are_scaled(
     write: Callable[[Image.Image], bytes], dtype: np.typing.DTypeLike
 ) -> None:
-    pixels = picture_of(write(Image.fromarray(STEPS.astype(dtype))), 64, MESH)
+    pixels = picture(write(Image.fromarray(STEPS.astype(dtype))), 64)
     assert pixels[0].tolist() == [[g, g, g] for g in GREYS]
 
 
@@ -44,7 +41,7 @@ def test_grey_pictures_of_12_bits_are_scaled() -> None:
     entries = b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags.items())
     directory = struct.pack("<H", len(tags)) + entries + bytes(4)
     data = b"II" + struct.pack("<HI", 42, 8 + len(pixels)) + pixels + directory
-    assert picture_of(data, 64, MESH)[0, :, 0].tolist() == GREYS
+    assert picture(data, 64)[0, :, 0].tolist() == GREYS
 
 
 def test_greys_that_begin_with_white_are_turned() -> None:
@@ -52,42 +49,22 @@ def test_greys_that_begin_with_white_are_turned() -> None:
     turned = _tiff(Image.fromarray(STEPS.astype(np.uint16)), {sense: white_is_zero})
     with Image.open(io.BytesIO(turned)) as image:
         assert image.tag_v2[sense] == white_is_zero  # type: ignore[attr-defined]
-    assert picture_of(turned, 64, MESH)[0, :, 0].tolist() == [255 - g for g in GREYS]
+    assert picture(turned, 64)[0, :, 0].tolist() == [255 - g for g in GREYS]
 
 
 def test_grey_values_beyond_16_bits_are_refused() -> None:
     for value in (-1, 2**16):
-        with pytest.raises(InputError, match=r"not of 16 bits; save it with 8 bits"):
-            picture_of(_tiff(Image.fromarray(np.full((2, 2), value, np.int32))), 64, MESH)
+        with pytest.raises(PictureError, match=r"not of 16 bits; save it with 8 bits"):
+            picture(_tiff(Image.fromarray(np.full((2, 2), value, np.int32))), 64)
 
 
-def test_pictures_of_fractions_are_refused(tmp_path: Path) -> None:
+def test_pictures_of_fractions_are_refused() -> None:
     data = _tiff(Image.fromarray(np.full((2, 2), 0.5, np.float32)))
-    with pytest.raises(InputError, match=r"fractions, which are not read; save it .*--no-textures"):
-        picture_of(data, 64, MESH)
-    (tmp_path / "a.tif").write_bytes(data)
-    beside = Neighbours(tmp_path, tmp_path)
-    with pytest.raises(OSError, match=r"a\.tif"):
-        beside.get("a.tif")
-    assert "save it with 8 bits per colour" in beside.refused[0]
+    with pytest.raises(PictureError, match="fractions, which are not read; save it with 8 bits"):
+        picture(data, 64)
 
 
-def test_what_is_no_picture_is_told_in_words(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="it is of no picture format that is read") as caught:
-        picture_of(b"no picture", 64, MESH)
-    (tmp_path / "a.png").write_bytes(b"no picture")
-    beside = Neighbours(tmp_path, tmp_path)
-    with pytest.raises(OSError, match=r"a\.png"):
-        beside.get("a.png")
-    (told,) = beside.refused
-    assert "it is of no picture format that is read" in told
-    assert "BytesIO" not in told + str(caught.value)
-
-
-def test_a_name_that_no_file_can_have_is_missing(tmp_path: Path) -> None:
-    beside = Neighbours(tmp_path, tmp_path)
-    for name in ("p" * 300 + ".png", "d/" * 3000 + "p.png"):
-        with pytest.raises(OSError, match="p"):
-            beside.get(name)
-        assert beside.missing.pop() == name[:120]
-    assert beside.refused == []
+def test_what_is_no_picture_is_told_in_words() -> None:
+    with pytest.raises(PictureError, match="it is of no picture format that is read") as caught:
+        picture(b"no picture", 64)
+    assert "BytesIO" not in str(caught.value)

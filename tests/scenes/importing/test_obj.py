@@ -9,7 +9,7 @@ from mesh_files import L_OUTLINE, area, enclosed_volume, prism, two_tone
 
 from torc.errors import InputError
 from torc.scenes.importing.reading import read_surfaces
-from torc.scenes.importing.reading.obj_tables import read_obj_tables
+from torc.scenes.importing.reading.obj.tables import read_obj_tables
 from torc.scenes.importing.surfaces import GREY, Surface
 
 VERTICES, POLYGONS = prism(L_OUTLINE, 0.05)

@@ -11,7 +11,6 @@ from PIL import Image
 
 from torc.errors import InputError
 from torc.scenes.importing.reading import read_surfaces
-from torc.scenes.importing.reading.pictures import Neighbours
 from torc.scenes.importing.surfaces import Surface
 
 SIZE = (0.06, 0.16, 0.21)
@@ -147,19 +146,6 @@ def test_textures_outside_of_the_directory_are_refused_unless_it_holds_both(tmp_
         _read(path)
     (surface,), _ = read_surfaces(path, 1.0, False, tmp_path, 64)
     assert surface.texture is not None
-
-
-def test_neighbours_are_plain_files_of_limited_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("torc.scenes.importing.reading.pictures._MAX_SIDE_FILES_BYTES", 1000)
-    neighbours = Neighbours(tmp_path, tmp_path)
-    (tmp_path / "small.mtl").write_bytes(b"x" * 600)
-    assert neighbours.get("small.mtl") == b"x" * 600
-    with pytest.raises(OSError, match="small"):
-        neighbours.get("small.mtl")  # together they are too much
-    (tmp_path / "device").symlink_to("/dev/zero")
-    with pytest.raises(OSError, match="device"):
-        neighbours.get("device")
-    assert len(neighbours.refused) == 2
 
 
 @pytest.mark.parametrize(

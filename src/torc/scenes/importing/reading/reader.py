@@ -8,11 +8,11 @@ import numpy as np
 
 from torc.errors import InputError
 from torc.scenes.importing.reading.formats import is_format, no_such_format
-from torc.scenes.importing.reading.gltf_surfaces import read_glb
+from torc.scenes.importing.reading.gltf.surfaces import read_glb
 from torc.scenes.importing.reading.limits import MAX_FILE_FACES, MAX_FILE_VERTICES, MAX_PARTS
-from torc.scenes.importing.reading.obj import read_obj
-from torc.scenes.importing.reading.pictures import Neighbours
-from torc.scenes.importing.reading.ply import read_ply
+from torc.scenes.importing.reading.neighbours import Neighbours
+from torc.scenes.importing.reading.obj.surfaces import read_obj
+from torc.scenes.importing.reading.ply.surfaces import read_ply
 from torc.scenes.importing.reading.request import Reading, SurfaceReader
 from torc.scenes.importing.reading.stl import read_stl
 from torc.scenes.importing.surfaces import Surface

@@ -4,7 +4,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from torc.scenes.importing.reading.pictures import Neighbours
+import numpy as np
+from jaxtyping import UInt8
+
+from torc.errors import InputError
+from torc.scenes.importing.reading.neighbours import Neighbours
+from torc.scenes.importing.reading.pictures import PictureError, picture
 from torc.scenes.importing.surfaces import Surface
 
 
@@ -28,6 +33,26 @@ class Reading:
         """Tells the user, once."""
         if text not in self.notes:
             self.notes.append(text)
+
+    def texture_named(self, name: str) -> UInt8[np.ndarray, "h w 3"] | None:
+        """The texture in a file that the mesh names; None if it is missing, or colours are not asked for.
+
+        Raises InputError if it cannot be used.
+        """
+        data = None if self.neighbours is None else self.neighbours.read(name)
+        return None if data is None else self._texture(data, f"its texture '{name[:120]}'")
+
+    def texture_within(self, data: bytes) -> UInt8[np.ndarray, "h w 3"]:
+        """A texture that the mesh carries. Raises InputError if it cannot be used."""
+        return self._texture(data, "a texture")
+
+    def _texture(self, data: bytes, what: str) -> UInt8[np.ndarray, "h w 3"]:
+        try:
+            return picture(data, self.texture_px)
+        except PictureError as error:
+            raise InputError(
+                f"{self.path}: {what} cannot be used ({error}). Repair it, or leave textures out (--no-textures)."
+            ) from None
 
 
 SurfaceReader = Callable[[bytes, Reading], Iterator[Surface]]

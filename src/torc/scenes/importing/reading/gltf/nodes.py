@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from torc.geometry.transforms import make_pose, rotation_from_wxyz
-from torc.scenes.importing.reading.glb import GlbError, entry, parsed
-from torc.scenes.importing.reading.gltf_schema import Gltf, Node, Visibility
+from torc.scenes.importing.reading.gltf.glb import GlbError, entry, parsed
+from torc.scenes.importing.reading.gltf.schema import Gltf, Node, Visibility
 from torc.scenes.importing.reading.request import Reading
 
 _INSTANCES, _VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"

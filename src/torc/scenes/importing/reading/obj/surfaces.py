@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float, Int
 
 from torc.errors import InputError
-from torc.scenes.importing.reading.mtl import Material, read_materials
-from torc.scenes.importing.reading.obj_tables import ObjError, ObjTables, read_obj_tables
-from torc.scenes.importing.reading.pictures import Neighbours, picture_of
+from torc.scenes.importing.reading.neighbours import Neighbours
+from torc.scenes.importing.reading.obj.materials import Material, read_materials
+from torc.scenes.importing.reading.obj.tables import ObjError, ObjTables, read_obj_tables
 from torc.scenes.importing.reading.polygons import triangulated
 from torc.scenes.importing.reading.request import Reading
 from torc.scenes.importing.surfaces import GREY, Surface, coloured, textured
@@ -36,13 +36,8 @@ def read_obj(data: bytes, reading: Reading) -> Iterator[Surface]:
 
 
 def _materials(tables: ObjTables, reading: Reading, neighbours: Neighbours) -> dict[bytes, Material]:
-    texts = []
-    for name in tables.libraries:
-        try:
-            texts.append(neighbours.get(name))
-        except OSError:  # missing or refused, which is written down
-            continue
-    materials = read_materials(texts)
+    texts = map(neighbours.read, tables.libraries)
+    materials = read_materials(text for text in texts if text is not None)
     lost = [name.decode("utf-8", "replace")[:40] for name in tables.names if name and name not in materials]
     if lost and not neighbours.missing:
         where = "its library" if tables.libraries else "a library, for it names none"
@@ -56,7 +51,8 @@ def _dressed(
     tables: ObjTables, positions: Int[np.ndarray, "m 3"], material: Material | None, reading: Reading
 ) -> Iterator[Surface]:
     """The triangles of one material; those without texture coordinates apart, if it has a texture."""
-    picture = None if material is None else _picture(material, reading)
+    named = None if material is None else material.texture
+    picture = None if named is None else reading.texture_named(named)
     if material is None or picture is None:
         yield _plain(
             tables,
@@ -96,13 +92,3 @@ def _with_colours(surface: Surface, tables: ObjTables, rows: Int[np.ndarray, "n"
     if colours is None or np.isnan(colours).all():
         return surface
     return coloured(surface, np.round(255 * np.where(np.isnan(colours), rgba[:3], colours)).astype(np.uint8))
-
-
-def _picture(material: Material, reading: Reading) -> UInt8[np.ndarray, "h w 3"] | None:
-    """A material's texture; None if it has none, or the file is missing or refused, which is written down."""
-    if material.texture is None or reading.neighbours is None:
-        return None
-    try:
-        return picture_of(reading.neighbours.get(material.texture), reading.texture_px, reading.path)
-    except OSError:
-        return None

@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int, Shaped, UInt8
 
 from torc.errors import InputError
-from torc.scenes.importing.reading.pictures import picture_of
-from torc.scenes.importing.reading.ply_tables import Lists, PlyError, Table, read_tables
+from torc.scenes.importing.reading.ply.tables import Lists, PlyError, Table, read_tables
 from torc.scenes.importing.reading.polygons import triangulated
 from torc.scenes.importing.reading.request import Reading
 from torc.scenes.importing.surfaces import Surface, coloured, textured
@@ -153,7 +152,7 @@ def _dressed(
         numbers[bare] = _NO_TEXTURE
     for number in np.unique(numbers):
         part = replace(surface, faces=surface.faces[numbers == number])
-        picture = None if number == _NO_TEXTURE else _picture(names[number], reading)
+        picture = None if number == _NO_TEXTURE else reading.texture_named(names[number])
         white = replace(part, rgba=(1.0, 1.0, 1.0, 1.0)) if colours is None else part
         yield part if picture is None else textured(white, uv * (1.0, -1.0) + (0.0, 1.0), picture)
 
@@ -174,16 +173,6 @@ def _textures(
     elif (numbers == _NO_TEXTURE).all():
         reading.note("Its textures are left out: none of its faces names one.")
     return np.where(beyond, _NO_TEXTURE, numbers)
-
-
-def _picture(name: str, reading: Reading) -> UInt8[np.ndarray, "h w 3"] | None:
-    """A texture; None if the file is missing or refused, which is written down."""
-    if reading.neighbours is None:
-        return None
-    try:
-        return picture_of(reading.neighbours.get(name), reading.texture_px, reading.path)
-    except OSError:
-        return None
 
 
 def _colours(table: Table | None) -> UInt8[np.ndarray, "n 3"] | None:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from torc.scenes.importing.reading.limits import MAX_PARTS
-from torc.scenes.importing.reading.mtl import material_name
+from torc.scenes.importing.reading.obj.materials import material_name
 from torc.scenes.importing.reading.texts import number_rows, plain_text
 
 _END_COMMENT = re.compile(rb"^((?:v|vt|f) [^#\n]*)#[^\n]*", re.MULTILINE)

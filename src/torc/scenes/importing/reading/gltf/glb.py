@@ -12,8 +12,8 @@ from jaxtyping import Int, Shaped
 from pydantic import BaseModel, ValidationError
 
 from torc.errors import InputError
-from torc.scenes.importing.reading.gltf_chunks import json_and_binary
-from torc.scenes.importing.reading.gltf_schema import (
+from torc.scenes.importing.reading.gltf.chunks import json_and_binary
+from torc.scenes.importing.reading.gltf.schema import (
     Accessor,
     Fallback,
     Gltf,

@@ -6,15 +6,14 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from pydantic import BaseModel
 
-from torc.scenes.importing.reading.glb import Corners, Glb, GlbError, entry, parsed
-from torc.scenes.importing.reading.gltf_schema import (
+from torc.scenes.importing.reading.gltf.glb import Corners, Glb, GlbError, entry, parsed
+from torc.scenes.importing.reading.gltf.schema import (
     Material,
     Primitive,
     SpecularGlossiness,
     TextureInfo,
     TextureTransform,
 )
-from torc.scenes.importing.reading.pictures import picture_of
 from torc.scenes.importing.reading.request import Reading
 from torc.scenes.importing.surfaces import Surface, coloured, textured
 
@@ -118,7 +117,7 @@ class GltfLooks:
                 self._reading.note("A texture is repeated where the file has it clamped or mirrored.")
         if source not in self._pictures:
             data = self._glb.image_bytes(entry(gltf.images, source, "images"))
-            self._pictures[source] = picture_of(data, self._reading.texture_px, self._reading.path)
+            self._pictures[source] = self._reading.texture_within(data)
         return self._pictures[source]
 
 

@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from torc.errors import InputError
-from torc.scenes.importing.reading.glb import Corners, Glb, GlbError, entry
-from torc.scenes.importing.reading.gltf_looks import GltfLooks
-from torc.scenes.importing.reading.gltf_nodes import placed_nodes
-from torc.scenes.importing.reading.gltf_schema import Primitive
+from torc.scenes.importing.reading.gltf.glb import Corners, Glb, GlbError, entry
+from torc.scenes.importing.reading.gltf.looks import GltfLooks
+from torc.scenes.importing.reading.gltf.nodes import placed_nodes
+from torc.scenes.importing.reading.gltf.schema import Primitive
 from torc.scenes.importing.reading.request import Reading
 from torc.scenes.importing.surfaces import Surface
 
