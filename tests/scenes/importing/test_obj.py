@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mesh_files import L_OUTLINE, area, enclosed_volume, prism, two_tone
+from mesh_files import L_OUTLINE, area, enclosed_volume, png, prism, two_tone
 
 from torc.errors import InputError
 from torc.scenes.importing.reading import read_surfaces
@@ -236,3 +236,60 @@ def test_long_lines_and_many_take_no_time(text: str, tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(TRIANGLES + text + "f 1 2 3\n")
     with contextlib.suppress(InputError):  # quadratic work on them takes longer than a test may
         read_surfaces(tmp_path / "a.obj", 1.0, False, tmp_path, 64)
+
+
+def test_names_may_have_a_hash_in_them(tmp_path: Path) -> None:
+    (tmp_path / "wood #2.png").write_bytes(png(two_tone(16)))
+    mtl = "newmtl Color #1\nKd 1 0 0\nnewmtl Color #2\nmap_Kd wood #2.png\n"
+    faces = "f 1/1 2/2 3/3\nusemtl Color #2\nf 1/1 2/2 4/3\n"
+    red, wooden = _with_material(tmp_path, mtl, faces, "usemtl Color #1\n")
+    assert red.rgba == (1.0, 0.0, 0.0, 1.0)
+    assert wooden.texture is not None
+
+
+def test_a_texture_of_many_materials_is_read_once(tmp_path: Path) -> None:
+    mtl = "".join(f"newmtl m{i}\nmap_Kd t.png\n" for i in range(30))
+    faces = "".join(f"usemtl m{i}\nf 1/1 2/2 {3 + i % 2}/3\n" for i in range(30))
+    surfaces = _with_material(tmp_path, mtl, faces)
+    assert len({id(s.texture) for s in surfaces}) == 1
+
+
+def test_what_a_texture_shows_is_not_shown_twice(tmp_path: Path) -> None:
+    grey = "".join(f"{row} 0.5 0.5 0.5\n" for row in TRIANGLES.splitlines())
+    two_tone(16).save(tmp_path / "t.png")
+    (tmp_path / "m.mtl").write_text("newmtl a\nmap_Kd t.png\n")
+    text = "mtllib m.mtl\n" + grey + COORDINATES + "usemtl a\nf 1/1 2/2 3/3\n"
+    (surface,) = _read(tmp_path / "a.obj", text)
+    assert surface.texture is not None
+    assert surface.colours is None
+    assert surface.rgba == (1.0, 1.0, 1.0, 1.0)
+
+
+def test_a_white_layer_of_colours_is_none(tmp_path: Path) -> None:
+    white = "".join(f"{row} 1 1 1\n" for row in TRIANGLES.splitlines())
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 0.8 0.1 0.1\n")
+    (surface,) = _read(tmp_path / "a.obj", "mtllib m.mtl\n" + white + "usemtl a\nf 1 2 3\n")
+    assert surface.rgba == (0.8, 0.1, 0.1, 1.0)
+
+
+def test_fractions_may_be_a_little_above_one(tmp_path: Path) -> None:
+    text = "v 0 0 0 1.004 0.5 0\nv 0.1 0 0 0.5 0.5 0.5\nv 0 0.1 0 0 1 0\nf 1 2 3\n"
+    (surface,) = _read(tmp_path / "a.obj", text)
+    assert surface.colours is not None
+    assert surface.colours.tolist() == [[255, 128, 0], [128, 128, 128], [0, 255, 0]]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# made in D:\\out\\\n" + TRIANGLES + "f 1 2 3\n",
+        TRIANGLES + "vt -nan(ind) -1.#IND\nf 1/1 2/1 3/1\n",
+        "mtllib m.mtl # the colours\n" + TRIANGLES + "usemtl a\nf 1 2 3\n",
+    ],
+)
+def test_oddities_of_programs_do_no_harm(text: str, tmp_path: Path) -> None:
+    (tmp_path / "m.mtl").write_text('newmtl a\nmap_Kd ""\n')
+    (tmp_path / "a.obj").write_text(text)
+    (surface,), notes = read_surfaces(tmp_path / "a.obj", 1.0, False, tmp_path, 64)
+    np.testing.assert_allclose(surface.vertices[surface.faces[0]], [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0)])
+    assert notes == []

@@ -1,5 +1,7 @@
 """Nets lose their triangles without area, not their being closed."""
 
+import itertools
+
 import numpy as np
 import pytest
 from mesh_files import box, enclosed_volume
@@ -58,9 +60,24 @@ def test_sheets_without_area_go_whole() -> None:
     assert sorted(clean.tolist()) == sorted(faces.tolist())
 
 
-def test_corners_that_are_not_finite_do_no_harm() -> None:
+def test_long_chains_of_slivers_stay_closed() -> None:
+    """A fan over 400 points on one edge, as a polygon's first triangles have it."""
+    count = 400
     vertices, faces = box(SIZE)
-    vertices[0] = np.nan
-    with np.errstate(all="ignore"):
-        clean = without_slivers(vertices, faces)
-    assert not (clean == 0).any()
+    shares = np.linspace(0.0, 1.0, count + 2)[1:-1, None]
+    vertices = np.concatenate([vertices, vertices[0] * (1 - shares) + vertices[1] * shares])
+    chain = [0, *range(8, 8 + count), 1]
+    first = next(i for i, face in enumerate(faces.tolist()) if {0, 1} <= set(face))
+    corners = faces[first].tolist()
+    third = next(c for c in corners if c not in (0, 1))
+    forward = (corners.index(1) - corners.index(0)) % 3 == 1
+    # One triangle at the edge 0-1 has the points on its side: flat ones lie between it and its neighbour.
+    split = [(a, b, third) if forward else (b, a, third) for a, b in itertools.pairwise(chain)]
+    fan = [(0, a, b) for a, b in itertools.pairwise(chain[1:])]
+    flat = [face[::-1] if forward else face for face in fan]
+    net = np.concatenate([np.delete(faces, first, axis=0), split, flat])
+    assert is_closed(net)
+    clean = without_slivers(vertices, net)
+    assert is_closed(clean)
+    assert not flat_faces(vertices, clean).any()
+    assert enclosed_volume(vertices, clean) == pytest.approx(np.prod(SIZE))

@@ -50,7 +50,7 @@ def test_text_is_read_however_it_is_written(text: str, tmp_path: Path) -> None:
     assert _volume(tmp_path / "box.stl") == pytest.approx(np.prod(SIZE))
 
 
-@pytest.mark.parametrize("surplus", [b"", b"\0", b"\r\n", b"\0" * 49])
+@pytest.mark.parametrize("surplus", [b"", b"\0", b"\r\n", b"\0" * 49, b"\0" * 600])
 @pytest.mark.parametrize("header", [b"", b"\xff\xfe", b"\xef\xbb\xbf", b"solid binary", b"\r\n\r\n"])
 def test_binary_is_read_whatever_is_before_and_behind(surplus: bytes, header: bytes, tmp_path: Path) -> None:
     path = write_stl(tmp_path / "box.stl", VERTICES, FACES)
@@ -82,4 +82,18 @@ def test_facets_that_are_no_triangles_are_refused(old: str, new: str, tmp_path: 
 def test_nothing_in_much_text_is_told_at_once(text: str, tmp_path: Path) -> None:
     (tmp_path / "a.stl").write_text(text)
     with pytest.raises(InputError, match=r"holds no triangles|no STL file"):
+        read_surfaces(tmp_path / "a.stl", 1.0, False, tmp_path, 64)
+
+
+def test_colours_are_told_of_not_read(tmp_path: Path) -> None:
+    path = write_stl(tmp_path / "box.stl", VERTICES, FACES)
+    data = path.read_bytes()
+    path.write_bytes(b"COLOR=\xff\0\0\xff" + data[10:])
+    _, notes = read_surfaces(path, 1.0, False, tmp_path, 64)
+    assert notes == ["Its colours are not read: programs disagree on them. Import it as another format."]
+
+
+def test_loops_that_never_end_are_told_at_once(tmp_path: Path) -> None:
+    (tmp_path / "a.stl").write_text("solid a\n" + "outer loop\n" * 300_000 + "endsolid\n")
+    with pytest.raises(InputError, match="holds no triangles"):
         read_surfaces(tmp_path / "a.stl", 1.0, False, tmp_path, 64)

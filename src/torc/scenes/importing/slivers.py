@@ -1,11 +1,17 @@
 """Triangles without area in a net of triangles: their neighbours take their corners, so that no gap is left."""
 
+import math
+from collections import defaultdict, deque
+
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-_FLAT = 1e-9
-"""Area against the square of the longest edge."""
-_MAX_TURNS = 200_000
+Face = tuple[int, int, int]
+
+_FLAT = 1e-6
+"""Area against the square of the longest edge: above the rounding of files in single precision, and of a thing of 0.3 m
+less than a micrometre."""
+_MAX_TURNS = 300_000
 
 
 def flat_faces(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> Bool[np.ndarray, "m"]:
@@ -22,90 +28,112 @@ def without_slivers(
     """The net without triangles whose three corners lie on a line, as closed as it was.
 
     The longest edge of such a triangle, with its middle corner on it, is turned: the neighbour beyond it is split at
-    that corner. Those that have no neighbour there are left out.
+    that corner. Where that cannot be, it stays if it has neighbours all around.
     """
     flat = flat_faces(vertices, faces)
     if not flat.any():
         return faces
     near = np.isin(faces, faces[flat]).any(axis=1)
-    region = _Region(vertices, faces[near])
+    region = _Region(vertices, faces[near], flat[near])
     region.turn_all()
-    rest = np.array(list(region.faces.values()), np.int64).reshape(-1, 3)
-    return np.concatenate([faces[~near], rest[~flat_faces(vertices, rest)]])
+    return np.concatenate([faces[~near], np.array(region.left(), np.int64).reshape(-1, 3)])
 
 
 class _Region:
     """Triangles around those without area, by their directed edges."""
 
-    def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
-        self._vertices = vertices
-        self.faces = {i: tuple(face) for i, face in enumerate(faces.tolist())}
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray, flat: np.ndarray) -> None:
+        self._vertices = vertices.tolist()
+        self._faces: dict[int, Face] = {i: (a, b, c) for i, (a, b, c) in enumerate(faces.tolist())}
+        self._flat = set(np.flatnonzero(flat).tolist())
         self._owner: dict[tuple[int, int], int] = {}
         self._crowded: set[tuple[int, int]] = set()  # of more than one triangle: nothing is turned there
-        for i, face in self.faces.items():
+        for i, face in self._faces.items():
             for edge in _edges(face):
                 if edge in self._owner:
                     self._crowded.add(edge)
                 self._owner[edge] = i
-        self._flat = [i for i, flat in enumerate(flat_faces(vertices, faces)) if flat]
+
+    def left(self) -> list[Face]:
+        """The triangles, without those that have no area and lie at an open edge."""
+        return [face for i, face in self._faces.items() if i not in self._flat or self._is_inside(face)]
 
     def turn_all(self) -> None:
         """Turns the longest edges of triangles without area until there are none, or it does not help."""
-        waited = 0  # those beyond which lies another one wait for that to go
-        for _ in range(min(100 * len(self._flat), _MAX_TURNS)):
-            if not self._flat:
+        ready = deque(sorted(self._flat))
+        waiting: dict[int, list[int]] = defaultdict(
+            list
+        )  # by the neighbour, also without area, that must go first
+        for _ in range(_MAX_TURNS):
+            if ready:
+                i, patient = ready.popleft(), True
+            elif waiting:
+                _, those = waiting.popitem()
+                i, patient = those.pop(), False
+                ready.extend(those)
+            else:
                 return
-            i = self._flat.pop(0)
-            done = self._turn(i, waited > len(self._flat))
-            waited = 0 if done else waited + 1
-            if not done:
-                self._flat.append(i)
+            if i not in self._flat:
+                continue
+            p, q, middle = self._from_longest(self._faces[i])
+            j = self._owner.get((q, p))
+            if j is None or j == i or (p, q) in self._crowded or (q, p) in self._crowded:
+                continue
+            if patient and j in self._flat:
+                waiting[j].append(i)
+                continue
+            ready.extend(self._turn(i, j, (p, q, middle)))
+            ready.extend(waiting.pop(i, []))
+            ready.extend(waiting.pop(j, []))
 
-    def _turn(self, i: int, anyway: bool) -> bool:
-        """Turns one; False if it should wait."""
-        face = self.faces.get(i)
-        if face is None or not self._is_flat(face):
-            return True
-        p, q, middle = self._from_longest(face)
-        j = self._owner.get((q, p))
-        if j is None or j == i or (p, q) in self._crowded or (q, p) in self._crowded:
-            return anyway
-        beyond = next(corner for corner in self.faces[j] if corner not in (p, q))
+    def _turn(self, i: int, j: int, face: Face) -> list[int]:
+        """Turns the edge between two triangles, the first of which has no area; which of the new ones have none."""
+        p, q, middle = face
+        beyond = next(corner for corner in self._faces[j] if corner not in (p, q))
         if beyond == middle:  # two sides of one sheet without area
             self._remove(i)
             self._remove(j)
-            return True
-        if self._is_flat(self.faces[j]) and not anyway:
-            return False
+            return []
         if (middle, beyond) in self._owner or (beyond, middle) in self._owner:
-            return anyway
+            return []
         self._remove(i)
         self._remove(j)
         self._add(i, (p, beyond, middle))
         self._add(j, (q, middle, beyond))
-        return True
+        return [k for k in (i, j) if k in self._flat]
 
-    def _from_longest(self, face: tuple[int, int, int]) -> tuple[int, int, int]:
-        lengths = [float(np.linalg.norm(self._vertices[b] - self._vertices[a])) for a, b in _edges(face)]
-        k = int(np.argmax(lengths))
+    def _is_inside(self, face: Face) -> bool:
+        return all((b, a) in self._owner for a, b in _edges(face))
+
+    def _from_longest(self, face: Face) -> Face:
+        lengths = [math.dist(self._vertices[a], self._vertices[b]) for a, b in _edges(face)]
+        k = lengths.index(max(lengths))
         return face[k], face[(k + 1) % 3], face[(k + 2) % 3]
 
-    def _is_flat(self, face: tuple[int, int, int]) -> bool:
-        return bool(flat_faces(self._vertices, np.array([face]))[0])
-
     def _remove(self, i: int) -> None:
-        for edge in _edges(self.faces.pop(i)):
+        self._flat.discard(i)
+        for edge in _edges(self._faces.pop(i)):
             if self._owner.get(edge) == i:
                 del self._owner[edge]
 
-    def _add(self, i: int, face: tuple[int, int, int]) -> None:
-        self.faces[i] = face
+    def _add(self, i: int, face: Face) -> None:
+        self._faces[i] = face
         for edge in _edges(face):
             self._owner[edge] = i
-        if self._is_flat(face):
-            self._flat.append(i)
+        if self._has_no_area(face):
+            self._flat.add(i)
+
+    def _has_no_area(self, face: Face) -> bool:
+        """As `flat_faces`, of one triangle."""
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (self._vertices[k] for k in face)
+        ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+        area = math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
+        return (
+            not area
+            > _FLAT * max(math.dist(self._vertices[a], self._vertices[b]) for a, b in _edges(face)) ** 2
+        )
 
 
-def _edges(face: tuple[int, int, int]) -> tuple[tuple[int, int], ...]:
+def _edges(face: Face) -> tuple[tuple[int, int], ...]:
     a, b, c = face
     return (a, b), (b, c), (c, a)

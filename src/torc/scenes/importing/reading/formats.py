@@ -47,7 +47,9 @@ def is_binary_stl(data: bytes) -> bool:
     """Whether the bytes are as many as a binary STL file says."""
     triangles = int.from_bytes(data[STL_HEADER_BYTES - 4 : STL_HEADER_BYTES], "little")
     surplus = len(data) - STL_HEADER_BYTES - STL_TRIANGLE_BYTES * triangles
-    return surplus == 0 or (0 < surplus <= _MAX_STL_SURPLUS_BYTES and triangles > 0)
+    if surplus <= 0 or triangles == 0:
+        return surplus == 0
+    return surplus <= _MAX_STL_SURPLUS_BYTES or not data[-surplus:].strip(b"\0")
 
 
 def _is_stl(data: bytes) -> bool:

@@ -15,14 +15,19 @@ class Neighbours:
         self._directory, self._root, self._left = directory.resolve(), root.resolve(), _MAX_BYTES
         self.refused: list[str] = []
         self.missing: list[str] = []
+        self._read: dict[Path, bytes] = {}
 
     def read(self, name: str) -> bytes | None:
         """The content of a file named in the mesh or its materials; None if it is refused or missing."""
         name = name.strip().strip('"')
+        if not name:
+            return None
         path = self._inside(name)
         if path is None:
             self.refused.append(f"it names '{name[:120]}', which is not below {self._root}")
             return None
+        if path in self._read:
+            return self._read[path]
         size = _size(path)
         if size is None:
             self.missing.append(name[:120])
@@ -36,6 +41,7 @@ class Neighbours:
             self.refused.append(f"'{name[:120]}', which it names, cannot be opened ({error.strerror})")
             return None
         self._left -= len(data)
+        self._read[path] = data
         return data
 
     def _inside(self, name: str) -> Path | None:

@@ -20,6 +20,13 @@ def triangulated(
     Returns:
         The triangles as positions in `corners`, and the polygon of each; in the order of the polygons.
     """
+    with np.errstate(all="ignore"):  # corners may be anywhere, and no numbers
+        return _triangulated(vertices, lengths, corners)
+
+
+def _triangulated(
+    vertices: np.ndarray, lengths: np.ndarray, corners: np.ndarray
+) -> tuple[Int[np.ndarray, "m 3"], Int[np.ndarray, "m"]]:
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(np.int64) if len(lengths) else lengths
     triangles, owners = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
     for n in np.unique(lengths[lengths >= 3]):

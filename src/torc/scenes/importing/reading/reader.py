@@ -19,6 +19,7 @@ from torc.scenes.importing.surfaces import Surface
 
 Y_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """y up and the front towards +z (glTF) to z up and the front towards -x."""
+_MAX_NAMES = 20
 _READERS: dict[str, SurfaceReader] = {"glb": read_glb, "obj": read_obj, "ply": read_ply, "stl": read_stl}
 
 
@@ -51,7 +52,7 @@ def read_surfaces(
         )
     if not found:
         raise InputError(f"{path} holds no triangles.")
-    for name in dict.fromkeys(neighbours.missing if neighbours else ()):
+    for name in list(dict.fromkeys(neighbours.missing if neighbours else ()))[:_MAX_NAMES]:
         reading.note(f"'{name}' is not there: its colours are missing.")
     R = scale * (Y_UP if y_up else np.eye(3))
     with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is left out later

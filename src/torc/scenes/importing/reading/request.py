@@ -28,6 +28,7 @@ class Reading:
     neighbours: Neighbours | None
     texture_px: int
     notes: list[str] = field(default_factory=list)
+    _textures: dict[str, UInt8[np.ndarray, "h w 3"] | None] = field(default_factory=dict, init=False)
 
     def note(self, text: str) -> None:
         """Tells the user, once."""
@@ -39,8 +40,12 @@ class Reading:
 
         Raises InputError if it cannot be used.
         """
-        data = None if self.neighbours is None else self.neighbours.read(name)
-        return None if data is None else self._texture(data, f"its texture '{name[:120]}'")
+        if name not in self._textures:
+            data = None if self.neighbours is None else self.neighbours.read(name)
+            self._textures[name] = (
+                None if data is None else self._texture(data, f"its texture '{name[:120]}'")
+            )
+        return self._textures[name]
 
     def texture_within(self, data: bytes) -> UInt8[np.ndarray, "h w 3"]:
         """A texture that the mesh carries. Raises InputError if it cannot be used."""

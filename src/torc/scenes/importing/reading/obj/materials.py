@@ -1,9 +1,9 @@
 """Materials of OBJ files (Wavefront, MTL)."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from torc.scenes.importing.reading.texts import plain_text, without_comment
+from torc.scenes.importing.reading.texts import named_file, plain_text, without_comment
 
 _OPTIONS = {
     b"-blendu": 1, b"-blendv": 1, b"-bm": 1, b"-boost": 1, b"-cc": 1, b"-clamp": 1, b"-imfchan": 1, b"-mm": 2,
@@ -31,13 +31,18 @@ class Material:
 
 def material_name(rest: bytes) -> bytes:
     """How a material is called in `newmtl` and `usemtl`, whatever lies between its words."""
-    return b" ".join(without_comment(rest).split())
+    return b" ".join(rest.split())
+
+
+def find_material(materials: Mapping[bytes, Material], name: bytes) -> Material | None:
+    """The material of a name. What begins with a # is part of the name, or else a comment."""
+    return materials.get(name) or materials.get(without_comment(name))
 
 
 def read_materials(libraries: Iterable[bytes]) -> dict[bytes, Material]:
     """The materials of libraries by name; of one that is there twice, the first. What is not understood is left out."""
     found: dict[bytes, Material] = {}
-    for text in libraries:
+    for text in dict.fromkeys(libraries):
         name, lines = None, dict[bytes, bytes]()
         for line in [*plain_text(text).split(b"\n"), b"newmtl"]:
             word, _, rest = line.strip().partition(b" ")
@@ -47,11 +52,13 @@ def read_materials(libraries: Iterable[bytes]) -> dict[bytes, Material]:
                 name, lines = material_name(rest), {}
             else:
                 lines[word.lower()] = rest
+    for name in list(found):
+        found.setdefault(without_comment(name), found[name])
     return found
 
 
 def _material(lines: dict[bytes, bytes]) -> Material:
-    texture, scale, offset = _texture(lines.get(b"map_kd", b""))
+    texture, scale, offset = _texture(lines.get(b"map_kd") or lines.get(b"map_ka", b""))
     return Material(_colour(lines.get(b"kd", b"")), texture, scale, offset)
 
 
@@ -79,7 +86,7 @@ def _numbers(words: list[bytes]) -> list[float]:
 
 def _texture(rest: bytes) -> tuple[str | None, tuple[float, float], tuple[float, float]]:
     """File name, scale and offset."""
-    words, vectors = without_comment(rest).split(b" "), {b"-s": (1.0, 1.0), b"-o": (0.0, 0.0)}
+    words, vectors = named_file(rest).split(b" "), {b"-s": (1.0, 1.0), b"-o": (0.0, 0.0)}
     while words and (words[0] == b"" or words[0].lower() in _OPTIONS or words[0].lower() in _VECTORS):
         option = words.pop(0).lower()
         if option in _OPTIONS:

@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 
 from torc.errors import InputError
 from torc.scenes.importing.reading.neighbours import Neighbours
-from torc.scenes.importing.reading.obj.materials import Material, read_materials
+from torc.scenes.importing.reading.obj.materials import Material, find_material, read_materials
 from torc.scenes.importing.reading.obj.tables import ObjError, ObjTables, read_obj_tables
 from torc.scenes.importing.reading.polygons import triangulated
 from torc.scenes.importing.reading.request import Reading
@@ -31,14 +31,18 @@ def read_obj(data: bytes, reading: Reading) -> Iterator[Surface]:
     starts = np.searchsorted(of_triangle[order], np.arange(-1, len(tables.names) + 1))
     for index, first, end in zip(range(-1, len(tables.names)), starts, starts[1:]):
         if first < end:
-            material = None if index < 0 else materials.get(tables.names[index])
+            material = None if index < 0 else find_material(materials, tables.names[index])
             yield from _dressed(tables, positions[order[first:end]], material, reading)
 
 
 def _materials(tables: ObjTables, reading: Reading, neighbours: Neighbours) -> dict[bytes, Material]:
     texts = map(neighbours.read, tables.libraries)
     materials = read_materials(text for text in texts if text is not None)
-    lost = [name.decode("utf-8", "replace")[:40] for name in tables.names if name and name not in materials]
+    lost = [
+        name.decode("utf-8", "replace")[:40]
+        for name in tables.names
+        if name and find_material(materials, name) is None
+    ]
     if lost and not neighbours.missing:
         where = "its library" if tables.libraries else "a library, for it names none"
         reading.note(
@@ -72,7 +76,6 @@ def _dressed(
         pairs = np.stack([tables.corners[some], tables.wedges[some]], axis=-1).reshape(-1, 2)
         pairs, faces = np.unique(pairs, axis=0, return_inverse=True)
         surface = Surface(tables.vertices[pairs[:, 0]], faces.reshape(-1, 3), rgba=white)
-        surface = _with_colours(surface, tables, pairs[:, 0], white)
         uv = tables.coordinates[pairs[:, 1]] * material.scale + material.offset
         yield textured(surface, uv * (1.0, -1.0) + (0.0, 1.0), picture)  # v points up in the file
 
@@ -89,6 +92,6 @@ def _plain(tables: ObjTables, positions: Int[np.ndarray, "m 3"], rgba: Quat) -> 
 def _with_colours(surface: Surface, tables: ObjTables, rows: Int[np.ndarray, "n"], rgba: Quat) -> Surface:
     """The surface with its corners' colours, where some have any."""
     colours: Float[np.ndarray, "n 3"] | None = None if tables.colours is None else tables.colours[rows]
-    if colours is None or np.isnan(colours).all():
-        return surface
+    if colours is None or (np.isnan(colours) | (colours == 1.0)).all():
+        return surface  # none, or a layer of colours that nobody painted on
     return coloured(surface, np.round(255 * np.where(np.isnan(colours), rgba[:3], colours)).astype(np.uint8))

@@ -8,12 +8,13 @@ from jaxtyping import Float, Int
 
 from torc.scenes.importing.reading.limits import MAX_PARTS
 from torc.scenes.importing.reading.obj.materials import material_name
-from torc.scenes.importing.reading.texts import number_rows, plain_text
+from torc.scenes.importing.reading.texts import named_file, number_rows, plain_text, without_comment
 
-_END_COMMENT = re.compile(rb"^((?:v|vt|f) [^#\n]*)#[^\n]*", re.MULTILINE)
+_COMMENT = re.compile(rb"^#[^\n]*", re.MULTILINE)
 _LIBRARY_END = re.compile(rb"\.mtl +", re.IGNORECASE)
-_FORMS = {(0, False): 1, (1, False): 2, (1, True): 2, (2, False): 3}
-"""Numbers per corner by how many slashes it has, and whether they are next to each other."""
+_BRIGHTEST = 2.0
+"""Fractions may be a little above 1, by rounding or by light."""
+_OF_NUMBERS = (b"v", b"vt", b"f")
 
 
 class ObjError(ValueError):
@@ -61,6 +62,8 @@ class _Lines:
         material = -1
         for line in text.split(b"\n"):
             word, _, rest = line.partition(b" ")
+            if b"#" in rest and word in _OF_NUMBERS:
+                rest = without_comment(rest)
             if word == b"v":
                 self.vertices.append(rest)
             elif word == b"vt":
@@ -79,8 +82,8 @@ class _Lines:
 
 def read_obj_tables(data: bytes) -> ObjTables:
     """The tables. Raises ObjError."""
-    text = re.sub(rb"^ +", b"", plain_text(data).replace(b"\\\n", b" "), flags=re.MULTILINE)
-    lines = _Lines(_END_COMMENT.sub(rb"\1", text))
+    text = _COMMENT.sub(b"", re.sub(rb"^ +", b"", plain_text(data), flags=re.MULTILINE))
+    lines = _Lines(text.replace(b"\\\n", b" "))
     try:
         numbers = number_rows(lines.vertices, 7)
         coordinates = number_rows(lines.coordinates, 2)
@@ -108,7 +111,7 @@ def read_obj_tables(data: bytes) -> ObjTables:
 
 def _library_names(rest: bytes) -> list[str]:
     """One name, which may have spaces in it, or several that end in .mtl."""
-    whole = rest.strip()
+    whole = named_file(rest)
     parts = _LIBRARY_END.split(whole)
     names = (
         [part + b".mtl" for part in parts[:-1]] + parts[-1:] if parts[-1][-4:].lower() == b".mtl" else [whole]
@@ -122,7 +125,7 @@ def _colours(numbers: Float[np.ndarray, "n 7"]) -> Float[np.ndarray, "n 3"] | No
     there = np.isfinite(colours).all(axis=1)
     if not there.any():
         return None
-    most = 255.0 if colours[there].max() > 1.0 else 1.0
+    most = 255.0 if colours[there].max() > _BRIGHTEST else 1.0
     return np.where(there[:, None], np.clip(colours / most, 0.0, 1.0), np.nan)
 
 

@@ -153,7 +153,9 @@ def _dressed(
     for number in np.unique(numbers):
         part = replace(surface, faces=surface.faces[numbers == number])
         picture = None if number == _NO_TEXTURE else reading.texture_named(names[number])
-        white = replace(part, rgba=(1.0, 1.0, 1.0, 1.0)) if colours is None else part
+        white = replace(
+            part, rgba=(1.0, 1.0, 1.0, 1.0), colours=None
+        )  # a texture has the colours of the corners in it
         yield part if picture is None else textured(white, uv * (1.0, -1.0) + (0.0, 1.0), picture)
 
 
