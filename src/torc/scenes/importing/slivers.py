@@ -7,7 +7,6 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 Face = tuple[int, int, int]
-
 _FLAT = 1e-6
 """Area against the square of the longest edge: above the rounding of files in single precision, and of a thing of 0.3 m
 less than a micrometre."""
@@ -61,9 +60,8 @@ class _Region:
     def turn_all(self) -> None:
         """Turns the longest edges of triangles without area until there are none, or it does not help."""
         ready = deque(sorted(self._flat))
-        waiting: dict[int, list[int]] = defaultdict(
-            list
-        )  # by the neighbour, also without area, that must go first
+        # By the neighbour, also without area, that must go first.
+        waiting: dict[int, list[int]] = defaultdict(list)
         for _ in range(_MAX_TURNS):
             if ready:
                 i, patient = ready.popleft(), True
@@ -128,10 +126,8 @@ class _Region:
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (self._vertices[k] for k in face)
         ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
         area = math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
-        return (
-            not area
-            > _FLAT * max(math.dist(self._vertices[a], self._vertices[b]) for a, b in _edges(face)) ** 2
-        )
+        p, q, _ = self._from_longest(face)
+        return not area > _FLAT * math.dist(self._vertices[p], self._vertices[q]) ** 2
 
 
 def _edges(face: Face) -> tuple[tuple[int, int], ...]:

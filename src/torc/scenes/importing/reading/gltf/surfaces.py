@@ -49,9 +49,8 @@ def _surface(
     faces, corners = _faces(glb, primitive, count), Corners(count)
     if primitive.indices is not None:
         faces, corners = _compact(faces, count)
-    with np.errstate(
-        over="ignore", invalid="ignore"
-    ):  # triangles that are not finite are left out later, and told
+    # Triangles that are not finite are left out later, and told.
+    with np.errstate(over="ignore", invalid="ignore"):
         vertices = _positions(glb, primitive, corners, weights)
         vertices = vertices @ T_scene_node[:3, :3].T + T_scene_node[:3, 3]
     a, b, c = T_scene_node[:3, :3]

@@ -58,30 +58,24 @@ def _dressed(
     named = None if material is None else material.texture
     picture = None if named is None else reading.texture_named(named)
     if material is None or picture is None:
-        yield _plain(
-            tables,
-            positions,
-            GREY if material is None or material.colour is None else (*material.colour, 1.0),
-        )
+        yield _plain(tables, positions, _rgba(material))
         return
     with_wedges = (tables.wedges[positions] >= 0).all(axis=1)
-    white = (1.0, 1.0, 1.0, 1.0)  # many exporters write a grey colour beside a picture and do not mean it
     if not with_wedges.all():
         reading.note("Faces without texture coordinates are shown without their texture.")
-        yield _plain(
-            tables, positions[~with_wedges], white if material.colour is None else (*material.colour, 1.0)
-        )
+        yield _plain(tables, positions[~with_wedges], _rgba(material))
     if with_wedges.any():
         some = positions[with_wedges]
         pairs = np.stack([tables.corners[some], tables.wedges[some]], axis=-1).reshape(-1, 2)
         pairs, faces = np.unique(pairs, axis=0, return_inverse=True)
-        surface = Surface(tables.vertices[pairs[:, 0]], faces.reshape(-1, 3), rgba=white)
+        # White: many exporters write a grey colour beside a picture and do not mean it.
+        surface = Surface(tables.vertices[pairs[:, 0]], faces.reshape(-1, 3), rgba=(1.0, 1.0, 1.0, 1.0))
         uv = tables.coordinates[pairs[:, 1]] * material.scale + material.offset
         yield textured(surface, uv * (1.0, -1.0) + (0.0, 1.0), picture)  # v points up in the file
 
 
-def _rgba(material: Material) -> Quat:
-    return GREY if material.colour is None else (*material.colour, 1.0)
+def _rgba(material: Material | None) -> Quat:
+    return GREY if material is None or material.colour is None else (*material.colour, 1.0)
 
 
 def _plain(tables: ObjTables, positions: Int[np.ndarray, "m 3"], rgba: Quat) -> Surface:

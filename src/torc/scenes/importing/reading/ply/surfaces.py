@@ -98,8 +98,7 @@ def _shape(tables: dict[str, Table]) -> tuple[Float[np.ndarray, "n 3"], _Triangl
     corners = _whole(faces.values, "the number of a corner")
     if len(corners) and (corners.min() < 0 or corners.max() >= len(vertices)):
         raise PlyError(f"a face uses a corner beyond the {len(vertices)} vertices")
-    with np.errstate(all="ignore"):  # faces at places that are no numbers are dropped later
-        return vertices, _Triangles(corners, faces.lengths, *triangulated(vertices, faces.lengths, corners))
+    return vertices, _Triangles(corners, faces.lengths, *triangulated(vertices, faces.lengths, corners))
 
 
 def _beside(columns: Iterable[np.ndarray]) -> Float[np.ndarray, "n k"]:
@@ -153,9 +152,8 @@ def _dressed(
     for number in np.unique(numbers):
         part = replace(surface, faces=surface.faces[numbers == number])
         picture = None if number == _NO_TEXTURE else reading.texture_named(names[number])
-        white = replace(
-            part, rgba=(1.0, 1.0, 1.0, 1.0), colours=None
-        )  # a texture has the colours of the corners in it
+        # A texture has the colours of the corners in it.
+        white = replace(part, rgba=(1.0, 1.0, 1.0, 1.0), colours=None)
         yield part if picture is None else textured(white, uv * (1.0, -1.0) + (0.0, 1.0), picture)
 
 

@@ -118,9 +118,8 @@ def _header(text: str) -> tuple[str, list[_Element], tuple[str, ...]]:
 
 def _numbers(text: bytes) -> bytes:
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore"
-        )  # older versions of numpy warn where newer ones raise: what is short is told
+        # Older versions of numpy warn where newer ones raise; what is short is told later.
+        warnings.simplefilter("ignore")
         try:
             return np.fromstring(text, dtype="<f8", sep=" ").tobytes()
         except ValueError:
