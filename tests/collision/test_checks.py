@@ -145,7 +145,8 @@ def test_attached_spheres_collide_like_the_gripper(world, robot, grasping):
         gap = np.maximum(
             np.maximum(world.boxes[:, :3] - centers[:, None], centers[:, None] - world.boxes[:, 3:]), 0
         )
-        expected.append(voxel or np.any(np.linalg.norm(gap, axis=2) < held[:, 3:]))
+        room = held[:, 3:] + world.config.attached_static_padding_m
+        expected.append(voxel or np.any(np.linalg.norm(gap, axis=2) < room))
     np.testing.assert_array_equal(collides(world, robot, q, 0.05, attached=held), expected)
     assert 0 < np.count_nonzero(expected) < len(q)
 

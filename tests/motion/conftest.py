@@ -14,8 +14,8 @@ from torc.records import GraspReport, GraspSet, GraspStatus
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
 from torc.scenes.workspace import Workspace
-from torc.testing.synthetic import Shape, half_sizes
-from torc.testing.views import view_of_clutter
+from torc.testing.synthetic import Shape, SyntheticBox, half_sizes
+from torc.testing.views import View, view_of, view_of_clutter
 
 
 @pytest.fixture(scope="session")
@@ -27,18 +27,32 @@ def planner(robot: RobotDescription, workspace: Workspace) -> OmplMotionPlanner:
 def request_for(robot: RobotDescription, workspace: Workspace) -> Callable[[int], list[PickRequest]]:
     """Requests for all graspable objects of the scene with a seed, the arm at rest."""
 
-    @cache
-    def requests(seed: int) -> list[PickRequest]:
-        view = view_of_clutter(seed, 9, workspace)
-        scene = view.scene
-        grasps = simple_grasps([s for s in view.shapes if s.id in scene.ids], robot)
-        report = simple_report(grasps, view.world, robot, scene.ids)
-        return [
-            PickRequest(scene, view.volume, view.world, grasps, report, k, robot.arm.rest_qpos)
-            for k in report.graspable_ids
-        ]
+    return cache(lambda seed: requests_of(view_of_clutter(seed, 9, workspace), robot))
 
-    return requests
+
+@pytest.fixture(scope="session")
+def request_behind(robot: RobotDescription, workspace: Workspace) -> Callable[[float], PickRequest]:
+    """A request for the upper half of a tall box, all that is seen of it behind a lower one."""
+
+    def request(y: float) -> PickRequest:
+        table = workspace.support_z_m
+        tall = SyntheticBox(1, (0.68, y, table + 0.14), (0.05, 0.05, 0.28))
+        low = SyntheticBox(2, (0.57, y, table + 0.07), (0.04, 0.16, 0.14))
+        view = view_of(tall, low, workspace=workspace)
+        return next(r for r in requests_of(view, robot) if r.object_id == 1)
+
+    return request
+
+
+def requests_of(view: View, robot: RobotDescription) -> list[PickRequest]:
+    """Requests for all graspable objects of a view, the arm at rest."""
+    scene = view.scene
+    grasps = simple_grasps([s for s in view.shapes if s.id in scene.ids], robot)
+    report = simple_report(grasps, view.world, robot, scene.ids)
+    return [
+        PickRequest(scene, view.volume, view.world, grasps, report, k, robot.arm.rest_qpos)
+        for k in report.graspable_ids
+    ]
 
 
 def simple_grasps(shapes: list[Shape], robot: RobotDescription) -> GraspSet:

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from torc.geometry.transforms import invert, transform_points
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
 from torc.motion.planner import OmplMotionPlanner, with_backend
 from torc.records import GraspStatus, PickPlan, PlanFailure, PlanStage
+from torc.robots.kinematics import tool0_poses
 from torc.testing.motion_checker import PlanChecker
 
 SEGMENTS = ("free", "approach", "lift", "transfer", "home")
@@ -186,3 +188,23 @@ def test_a_bin_out_of_reach_fails_at_the_transfer(robot, workspace, request_for)
     failed = OmplMotionPlanner(robot, away, config).plan_pick(request_for(0)[0], np.random.default_rng(0))
     assert isinstance(failed, PlanFailure)
     assert failed.stage == PlanStage.TRANSFER
+
+
+@pytest.mark.parametrize("y", [0.0, 0.1])
+def test_the_hidden_foot_of_a_held_object_clears_table_and_bin(robot, workspace, request_behind, y):
+    """Planned from the half that the camera sees, and from a low lift; checked with the whole."""
+    request, low = request_behind(y), MotionConfig(cartesian=CartesianConfig(lifts_m=(0.05,)))
+    planner = OmplMotionPlanner(robot, workspace, low)
+    assert request.scene.object(1).points[:, 2].min() > workspace.support_z_m + 0.08
+    half = np.array([0.025, 0.025, 0.14])
+    steps = np.stack(np.meshgrid(*3 * [np.linspace(-1.0, 1.0, 11)]), axis=-1).reshape(-1, 3)
+    whole = steps * half + (0.68, y, workspace.support_z_m + 0.14)
+    for seed in range(3):
+        plan = planner.plan_pick(request, np.random.default_rng(seed))
+        assert isinstance(plan, PickPlan)
+        T_grasp_world = invert(tool0_poses(robot.arm, plan.lift.qpos[:1])[0])
+        for T in tool0_poses(robot.arm, plan.transfer.qpos[::5]):
+            points = transform_points(T @ T_grasp_world, whole)
+            for box in workspace.static_boxes():
+                depth = np.asarray(box.size) / 2 - np.abs(points - np.asarray(box.center))
+                assert not np.any(depth.min(axis=1) > 0), box.name

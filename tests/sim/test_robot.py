@@ -240,6 +240,21 @@ def test_the_gripper_holds_what_is_between_its_pads(world):
     assert not opened.holding
 
 
+@pytest.mark.parametrize("force_n", [20.0, 50.0])
+def test_pads_press_with_the_force_that_was_asked_for(world, force_n):
+    """Whatever the width: the motor's lever on the pads differs by half over the gripper's range."""
+    robot, plan = SimulatedRobot(world), plan_for(world, 0)
+    for trajectory in (plan.free, plan.approach):
+        assert robot.arm.follow(trajectory).reached
+    state = robot.gripper.close(force_n)
+    assert state.holding
+    pads = [world.model.geom(name).id for side in ROBOT.pad_geom_names for name in side]
+    contact = world.data.contact
+    on_pads = np.isin(contact.geom, pads).any(axis=1)
+    total_n = world.data.efc_force[contact.efc_address[on_pads]].sum()
+    assert total_n == pytest.approx(2 * force_n, rel=0.05)
+
+
 def test_a_trajectory_must_start_where_the_arm_is(world):
     with pytest.raises(InputError, match="starts"):
         SimulatedRobot(world).arm.follow(move(REST + 0.5, REST, 1.0))

@@ -213,7 +213,7 @@ def world_arrays(world: CollisionWorld) -> WorldArrays:
         [
             [c.padding_m, c.padding_m],
             [c.gripper_padding_m, c.gripper_static_padding_m],
-            [c.attached_padding_m, c.attached_padding_m],
+            [c.attached_padding_m, c.attached_static_padding_m],
         ]
     )
     return WorldArrays(

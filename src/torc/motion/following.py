@@ -70,11 +70,55 @@ def follow_line(
     return paths, counts
 
 
+@njit(cache=True)
+def _follow_each(
+    starts, Ts, directions, spacing_m, robot, lower, upper, max_step_rad, tolerance, paths, counts
+):
+    m = paths.shape[1]
+    targets = np.empty((m, 3, 4))
+    for b in range(starts.shape[0]):
+        for k in range(m):
+            targets[k] = Ts[b]
+            for i in range(3):
+                targets[k, i, 3] += (k + 1) * spacing_m * directions[b, i]
+        counts[b] = follow_waypoints(
+            starts[b], targets, robot, lower, upper, max_step_rad, tolerance, paths[b]
+        )
+
+
+def follow_lines(
+    robot: RobotArrays,
+    starts: Float[np.ndarray, "b dof"],
+    Ts_world_tool0: Float[np.ndarray, "b 4 4"],
+    directions: Float[np.ndarray, "b 3"],
+    waypoints: int,
+    spacing_m: float,
+    limits: tuple[Float[np.ndarray, "dof"], Float[np.ndarray, "dof"]],
+    max_step_rad: float = 0.15,
+    tolerance: float = 1e-5,
+) -> tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]:
+    """`follow_line` for many lines at once, each from a pose of its own in a direction of its own."""
+    starts = kernel_array(starts)
+    paths = np.full((len(starts), waypoints, starts.shape[1]), np.nan)
+    counts = np.zeros(len(starts), dtype=np.int64)
+    lower, upper = (kernel_array(limit) for limit in limits)
+    Ts, directions = kernel_array(Ts_world_tool0[:, :3]), kernel_array(directions)
+    _follow_each(
+        starts, Ts, directions, spacing_m, robot, lower, upper, max_step_rad, tolerance, paths, counts
+    )
+    return paths, counts
+
+
+def waypoints_of(length_m: float, step_m: float) -> int:
+    """Number of waypoints of a line, its start not counted."""
+    return max(1, int(np.ceil(length_m / step_m - 1e-9)))
+
+
 def line_poses(
     T_start: Float[np.ndarray, "4 4"], direction: Float[np.ndarray, "3"], length_m: float, step_m: float
 ) -> Float[np.ndarray, "m 4 4"]:
     """Poses of equal orientation along a straight line, start not included, end included, at most step_m apart."""
-    n = max(1, int(np.ceil(length_m / step_m - 1e-9)))
+    n = waypoints_of(length_m, step_m)
     poses = np.tile(T_start, (n, 1, 1))
     poses[:, :3, 3] += np.outer(np.arange(1, n + 1) * (length_m / n), direction)
     return poses

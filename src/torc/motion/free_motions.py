@@ -68,22 +68,29 @@ class FreeMotions:
     ) -> Trajectory:
         """With the object to the bin.
 
-        What the object hid stays an obstacle at first: another object may stand there. Where arm or object are in
-        it already, or no way is found, it is taken to be free; and so is, at last, more of the start's surroundings.
+        At first the object is taken to be as large as it may be, and what it hid to be an obstacle: another object may
+        stand there. Where arm or object are in that already, or no way is found, it is taken to be free; then so is
+        more of the start's surroundings; and at last the object is taken to be what is seen of it.
         """
+        failed = NoMotionError(PlanStage.TRANSFER, "nothing was tried.")
+        for held in (context.held.possible, context.held.seen):
+            for world, margin_m in self._ways_to_bin(context, start, held):
+                try:
+                    world = self._opened(world, start, context.width_m, held, margin_m)
+                    return self._over_bin(self._space(world, context.width_m, held), start, rng)
+                except NoMotionError as error:
+                    failed = error
+        raise failed
+
+    def _ways_to_bin(
+        self, context: LineContext, start: Float[np.ndarray, "dof"], held: Float[np.ndarray, "a 4"]
+    ) -> list[tuple[CollisionWorld, float]]:
+        """What to take for free on the way to the bin, the most cautious first: a world, and room at the start."""
         cautious = context.world.without_object(context.own_id, unknown=False)
-        bold, width_m, held = context.without_object, context.width_m, context.held
-        margin = self._config.carve_margin_m
-        if not self._space(cautious, width_m, held).collides(start[None])[0]:
-            worlds = [cautious, bold]
-        else:
-            worlds = [self._opened(bold, start, width_m, held, m) for m in (margin, 2 * margin)]
-        for world in worlds[:-1]:
-            try:
-                return self._over_bin(self._space(world, width_m, held), start, rng)
-            except NoMotionError:
-                continue
-        return self._over_bin(self._space(worlds[-1], width_m, held), start, rng)
+        bold, margin_m = context.without_object, self._config.carve_margin_m
+        if self._space(cautious, context.width_m, held).collides(start[None])[0]:
+            return [(bold, margin_m), (bold, 2 * margin_m)]
+        return [(cautious, margin_m), (bold, margin_m)]
 
     def home(
         self, context: LineContext, start: Float[np.ndarray, "dof"], rng: np.random.Generator

@@ -1,11 +1,32 @@
-"""A held object as spheres: the convex hull of its visible points (paper: A Modular Pipeline, step 4)."""
+"""A held object as spheres that cover a convex hull (paper: A Modular Pipeline, step 4)."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
+from torc.geometry.transforms import Pose, transform_points
+
 _MAX_POINTS = 1000
 _NEIGHBOURS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
+
+
+@dataclass(frozen=True)
+class Held:
+    """An object that is held, as spheres (x, y, z, radius).
+
+    Attributes:
+        seen: the hull of its visible points.
+        possible: the hull of all that it may be, unseen parts included; see `torc.motion.extent`.
+    """
+
+    seen: Float[np.ndarray, "a 4"]
+    possible: Float[np.ndarray, "b 4"]
+
+    def moved(self, T: Pose) -> "Held":
+        """The same in another frame: T takes points of this one to that."""
+        return Held(_moved(self.seen, T), _moved(self.possible, T))
 
 
 def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np.ndarray, "a 4"]:
@@ -42,6 +63,10 @@ def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np
     _, first = np.unique(np.floor(uncovered / (0.7 * radius)), axis=0, return_index=True)
     centers = np.vstack([centers, uncovered[np.sort(first)]])
     return np.hstack([centers @ axes.T + center, np.full((len(centers), 1), radius)])
+
+
+def _moved(spheres: Float[np.ndarray, "a 4"], T: Pose) -> Float[np.ndarray, "a 4"]:
+    return np.hstack([transform_points(T, spheres[:, :3]), spheres[:, 3:]])
 
 
 def _hull_planes(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "f 4"]:

@@ -1,5 +1,6 @@
 """Approach and lift: which inverse-kinematics branch can do both, and from where."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,9 +10,11 @@ from jaxtyping import Bool, Float
 from torc.collision.checks import Contacts, blockers, collides, self_contacts, static_contacts
 from torc.collision.placement import RobotArrays
 from torc.collision.world import CollisionWorld
+from torc.geometry.transforms import invert
 from torc.motion.config import CartesianConfig
 from torc.motion.following import follow_line, line_poses
-from torc.robots.description import ArmDescription
+from torc.motion.holding import Held
+from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.kinematics import tool0_poses
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -48,7 +51,7 @@ class LineContext:
         T_world_tool0: the flange at the grasp.
         approach_axis: direction of the approach, world frame.
         width_m: of the closed gripper.
-        held: the object as spheres in the tool0 frame, once it is held.
+        held: the object once it is in the hand, in the tool0 frame.
     """
 
     arm: ArmDescription
@@ -59,15 +62,15 @@ class LineContext:
     T_world_tool0: Float[np.ndarray, "4 4"]
     approach_axis: Float[np.ndarray, "3"]
     width_m: float
-    held: Float[np.ndarray, "a 4"]
+    held: Held
 
     def contacts(self, qpos: Float[np.ndarray, "n dof"]) -> Contacts:
         """What is touched, the object to be grasped left out."""
         return blockers(self.world, self.robot, qpos, self.opening_m, self.own_id)
 
     def free_when_lifted(self, qpos: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
-        """Whether nothing is touched with the object in the hand."""
-        return ~collides(self.without_object, self.robot, qpos, self.width_m, attached=self.held)
+        """Whether nothing is touched with the object in the hand, however far it may reach."""
+        return ~collides(self.without_object, self.robot, qpos, self.width_m, attached=self.held.possible)
 
     @cached_property
     def without_object(self) -> CollisionWorld:
@@ -79,8 +82,45 @@ class LineContext:
         return bool(np.any(static_contacts(self.world, self.robot, qpos, self.opening_m)))
 
     def hits_robot_when_held(self, qpos: Float[np.ndarray, "n dof"]) -> bool:
-        """Whether the object in the hand touches the robot anywhere."""
-        return bool(np.any(self_contacts(self.world, self.robot, qpos, self.width_m, self.held)))
+        """Whether what is seen of the object in the hand touches the robot anywhere."""
+        return bool(np.any(self_contacts(self.world, self.robot, qpos, self.width_m, self.held.seen)))
+
+
+def line_context(
+    robot: RobotDescription,
+    arrays: RobotArrays,
+    world: CollisionWorld,
+    opening_m: float,
+    own_id: int,
+    T_world_tcp: Float[np.ndarray, "4 4"],
+    width_m: float,
+    held_in_world: Held,
+) -> LineContext:
+    """The context of a grasp.
+
+    Args:
+        robot, arrays: the robot, also as `robot_arrays` gives it.
+        world: obstacles.
+        opening_m: of the gripper before it closes.
+        own_id: the object to be grasped.
+        T_world_tcp: the grasp, with the pads width_m apart; a width that the gripper has not is clipped.
+        width_m: of the closed gripper.
+        held_in_world: the object where it lies, world frame.
+    """
+    width_m = float(np.clip(width_m, 0.0, robot.gripper.max_width_m))
+    T_world_tcp = T_world_tcp.astype(float)
+    T_world_tool0 = T_world_tcp @ invert(robot.gripper.T_tool0_tcp(width_m))
+    return LineContext(
+        arm=robot.arm,
+        robot=arrays,
+        world=world,
+        opening_m=opening_m,
+        own_id=own_id,
+        T_world_tool0=T_world_tool0,
+        approach_axis=T_world_tcp[:3, 2],
+        width_m=width_m,
+        held=held_in_world.moved(invert(T_world_tool0)),
+    )
 
 
 def line_pairs(
@@ -89,48 +129,63 @@ def line_pairs(
     qpos_start: Float[np.ndarray, "dof"],
     config: CartesianConfig,
 ) -> tuple[list[LinePair], list[LinePair]]:
-    """Per branch an approach and a lift that it can follow; those with a free pre-grasp, and the
-    others.
+    """Per branch an approach and a lift that it can follow; those with a free pre-grasp, and the others.
 
     A line must keep off table, bin and the robot itself, with the object in the hand too. Other objects are not
     forbidden on lines (paper: A Modular Pipeline), but the branches that touch least of them come first; then long
     approaches, then nearness to the start.
     """
+    ranked: list[tuple[tuple[float, ...], LinePair]] = []
+    blocked: list[tuple[tuple[float, ...], LinePair]] = []
+    for lines in branch_lines(context, branches, config):
+        approach = lines.pair.approach
+        touches = lines.pair.touches
+        distance = float(np.max(np.abs(approach[0] - qpos_start) / context.arm.max_speed))
+        (ranked if lines.free else blocked).append(((touches, -len(approach), distance), lines.pair))
+    ranked.sort(key=lambda item: item[0])
+    blocked.sort(key=lambda item: item[0])
+    return [pair for _, pair in ranked], [pair for _, pair in blocked]
+
+
+@dataclass(frozen=True)
+class BranchLines:
+    """The lines of one branch, and whether its pre-grasp is free."""
+
+    pair: LinePair
+    free: bool
+
+
+def branch_lines(
+    context: LineContext, branches: Float[np.ndarray, "b dof"], config: CartesianConfig
+) -> Iterator[BranchLines]:
+    """The lines of each branch that has both, in the order of the branches; see `line_pairs`."""
     margin, T_grasp = config.limit_margin_rad, context.T_world_tool0
     lower, upper = context.arm.lower + margin, context.arm.upper - margin
     back = line_poses(T_grasp, -context.approach_axis, max(config.back_offs_m), config.step_m)
     up = line_poses(T_grasp, _UP, max(config.lifts_m), config.step_m)
     step = config.max_joint_step_rad
-    backward, back_count = follow_line(context.robot, branches, back, lower, upper, step)
     upward, up_count = follow_line(context.robot, branches, up, lower, upper, step)
-    ranked: list[tuple[tuple[float, ...], LinePair]] = []
-    blocked: list[tuple[tuple[float, ...], LinePair]] = []
-    for b, q in enumerate(branches):
-        raised = _lift(context, upward[b], int(up_count[b]), config)
-        if raised is None:
-            continue
-        n_up, clear = raised
-        lift = np.vstack([q, upward[b, :n_up]])
-        if context.hits_fixed(lift[::2]) or context.hits_robot_when_held(lift[::2]):
-            continue
-        found = _pre_grasp(context, q, backward[b], int(back_count[b]), config)
+    raisable = np.flatnonzero(up_count >= min(line_counts(config.lifts_m, len(up))))
+    backward, back_count = follow_line(context.robot, branches[raisable], back, lower, upper, step)
+    for b, path, count in zip(raisable, backward, back_count):
+        q = branches[b]
+        found = _pre_grasp(context, q, path, int(count), config)
         if found is None:
             continue
+        raised = _lift(context, q, upward[b], int(up_count[b]), config)
+        if raised is None:
+            continue
         n, free = found
-        approach = np.vstack([backward[b, :n][::-1], q])
-        touches = _touches(context, approach) + (not clear)
+        n_up, clear = raised
+        approach = np.vstack([path[:n][::-1], q])
         pair = LinePair(
             approach,
             np.concatenate([back[:n][::-1], T_grasp[None]]),
-            lift,
+            np.vstack([q, upward[b, :n_up]]),
             np.concatenate([T_grasp[None], up[:n_up]]),
-            touches,
+            _touches(context, approach) + (not clear),
         )
-        distance = float(np.max(np.abs(approach[0] - qpos_start) / context.arm.max_speed))
-        (ranked if free else blocked).append(((touches, -n, distance), pair))
-    ranked.sort(key=lambda item: item[0])
-    blocked.sort(key=lambda item: item[0])
-    return [pair for _, pair in ranked], [pair for _, pair in blocked]
+        yield BranchLines(pair, free)
 
 
 def line_error(
@@ -164,21 +219,33 @@ def line_fault(
 
 
 def _lift(
-    context: LineContext, upward: Float[np.ndarray, "m dof"], reached: int, config: CartesianConfig
+    context: LineContext,
+    q_grasp: Float[np.ndarray, "dof"],
+    upward: Float[np.ndarray, "m dof"],
+    reached: int,
+    config: CartesianConfig,
 ) -> tuple[int, bool] | None:
-    """Number of waypoints of the lift, and whether nothing is touched at its end; None if none is long enough."""
-    counts = _counts(config.lifts_m, len(upward), reached)
+    """Number of waypoints of the lift, and whether nothing is touched at its end; None if there is no lift.
+
+    Lifts with a free end come first, in the order of the settings; then the others, the highest first.
+    """
+    counts = [c for c in line_counts(config.lifts_m, len(upward)) if c <= reached]
     if not counts:
         return None
     free = context.free_when_lifted(upward[[c - 1 for c in counts]])
-    best = int(np.argmax(free)) if free.any() else int(np.argmax(counts))
-    return counts[best], bool(free[best])
+    order = [c for c, f in zip(counts, free) if f] + sorted(
+        (c for c, f in zip(counts, free) if not f), reverse=True
+    )
+    for i, count in enumerate(order):
+        lift = np.vstack([q_grasp, upward[:count]])[::2]
+        if not context.hits_fixed(lift) and not context.hits_robot_when_held(lift):
+            return count, i < int(np.count_nonzero(free))
+    return None
 
 
-def _counts(lengths_m: tuple[float, ...], waypoints: int, reached: int) -> list[int]:
-    """Number of waypoints of each length among those reached, in the order given; the longest takes them all."""
-    counts = (max(1, round(length / max(lengths_m) * waypoints)) for length in lengths_m)
-    return [c for c in counts if c <= reached]
+def line_counts(lengths_m: tuple[float, ...], waypoints: int) -> list[int]:
+    """Number of waypoints of each length, in the order given; the longest takes them all."""
+    return [max(1, round(length / max(lengths_m) * waypoints)) for length in lengths_m]
 
 
 def _pre_grasp(
@@ -188,14 +255,19 @@ def _pre_grasp(
     reached: int,
     config: CartesianConfig,
 ) -> tuple[int, bool] | None:
-    """Number of waypoints back to the pre-grasp, and whether it is free; None if the line hits something fixed."""
-    counts = _counts(config.back_offs_m, len(backward), reached)
+    """Number of waypoints back to the pre-grasp, and whether it is free; None if every line hits something fixed.
+
+    Free ones come first, in the order of the settings; then the others, the nearest first.
+    """
+    counts = [c for c in line_counts(config.back_offs_m, len(backward)) if c <= reached]
     if not counts:
         return None
     free = context.contacts(backward[[c - 1 for c in counts]]).free
-    best = int(np.argmax(free)) if free.any() else len(counts) - 1
-    line = np.vstack([q_grasp, backward[: counts[best]]])
-    return None if context.hits_fixed(line[::2]) else (counts[best], bool(free[best]))
+    order = [c for c, f in zip(counts, free) if f] + sorted(c for c, f in zip(counts, free) if not f)
+    for i, count in enumerate(order):
+        if not context.hits_fixed(np.vstack([q_grasp, backward[:count]])[::2]):
+            return count, i < int(np.count_nonzero(free))
+    return None
 
 
 def _touches(context: LineContext, path: Float[np.ndarray, "m dof"]) -> int:

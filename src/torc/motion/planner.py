@@ -6,12 +6,13 @@ from typing import Literal
 import numpy as np
 
 from torc.collision.checks import robot_arrays
-from torc.geometry.transforms import Pose, invert, transform_points
+from torc.geometry.transforms import Pose
 from torc.motion.config import MotionConfig
+from torc.motion.extent import held_where_it_lies
 from torc.motion.failure import NoMotionError
 from torc.motion.free_motions import FreeMotions
-from torc.motion.holding import hull_spheres
-from torc.motion.lines import LineContext
+from torc.motion.holding import Held
+from torc.motion.lines import LineContext, line_context
 from torc.motion.protocol import PickRequest
 from torc.motion.straight_motions import StraightMotions
 from torc.motion.warm_up import use_kernels
@@ -40,9 +41,12 @@ class OmplMotionPlanner:
         failure = PlanFailure(
             PlanStage.GRASP_CHOICE, f"Object {request.object_id} has no valid grasp.", grasps_tried=0
         )
+        if len(order) == 0:
+            return failure
+        held = self.held(request)
         for tried, grasp in enumerate(order.tolist(), start=1):
             try:
-                return self._plan_grasp(request, grasp, tried, rng)
+                return self._plan_grasp(request, grasp, tried, held, rng)
             except NoMotionError as failed:
                 failure = PlanFailure(failed.stage, f"Grasp {grasp}: {failed.reason}", tried)
         return failure
@@ -50,16 +54,15 @@ class OmplMotionPlanner:
     def warm_up(self, request: PickRequest) -> None:
         """Use every compiled kernel once and load all that is loaded when needed, to no effect."""
         width_m = self.config.opening(self.robot.gripper.max_width_m)
-        use_kernels(
-            self._context(request, tcp_pose(self.robot, self.robot.arm.rest_qpos, width_m), width_m),
-            self.config,
-        )
+        T_world_tcp = tcp_pose(self.robot, self.robot.arm.rest_qpos, width_m)
+        use_kernels(self._context(request, T_world_tcp, width_m, self.held(request)), self.config)
         self.straight.load()
 
-    def _plan_grasp(self, request: PickRequest, grasp: int, tried: int, rng: np.random.Generator) -> PickPlan:
+    def _plan_grasp(
+        self, request: PickRequest, grasp: int, tried: int, held: Held, rng: np.random.Generator
+    ) -> PickPlan:
         start = np.asarray(request.qpos_start, dtype=float)
-        T_world_tcp = request.grasps.Ts_world_tcp[grasp].astype(float)
-        context = self._context(request, T_world_tcp, request.grasps.widths_m[grasp])
+        context = self.context(request, grasp, held)
         pairs = self.straight.candidates(context, request.report.qpos[grasp], start)
         free, pair = self.free.to_pre_grasp(context, start, pairs, rng)
         approach, lift = self.straight.timed(context, pair)
@@ -68,7 +71,7 @@ class OmplMotionPlanner:
         return PickPlan(
             request.object_id,
             grasp,
-            T_world_tcp,
+            request.grasps.Ts_world_tcp[grasp].astype(float),
             context.width_m,
             free,
             approach,
@@ -78,20 +81,26 @@ class OmplMotionPlanner:
             tried,
         )
 
-    def _context(self, request: PickRequest, T_world_tcp: Pose, width_m: float) -> LineContext:
-        width_m = float(np.clip(width_m, 0.0, self.robot.gripper.max_width_m))
-        T_world_tool0 = T_world_tcp @ invert(self.robot.gripper.T_tool0_tcp(width_m))
-        points = request.scene.object(request.object_id).points.astype(float)
-        return LineContext(
-            arm=self.robot.arm,
-            robot=self._arrays,
-            world=request.world,
-            opening_m=self.config.opening(self.robot.gripper.max_width_m),
-            own_id=request.object_id,
-            T_world_tool0=T_world_tool0,
-            approach_axis=T_world_tcp[:3, 2],
-            width_m=width_m,
-            held=hull_spheres(transform_points(invert(T_world_tool0), points), self.config.attached_spheres),
+    def held(self, request: PickRequest) -> Held:
+        """The object of a request as it would be held, world frame, where it lies now."""
+        camera = request.scene.observation.T_world_camera[:3, 3].astype(float)
+        return held_where_it_lies(
+            request.scene.object(request.object_id),
+            camera,
+            request.volume,
+            self.workspace.support_z_m,
+            self.config.attached_spheres,
+        )
+
+    def context(self, request: PickRequest, grasp: int, held: Held) -> LineContext:
+        """One grasp of a request and all that its motions depend on; `held` as above."""
+        grasps = request.grasps
+        return self._context(request, grasps.Ts_world_tcp[grasp], float(grasps.widths_m[grasp]), held)
+
+    def _context(self, request: PickRequest, T_world_tcp: Pose, width_m: float, held: Held) -> LineContext:
+        opening_m = self.config.opening(self.robot.gripper.max_width_m)
+        return line_context(
+            self.robot, self._arrays, request.world, opening_m, request.object_id, T_world_tcp, width_m, held
         )
 
 

@@ -23,8 +23,10 @@ def use_kernels(context: LineContext, config: MotionConfig) -> None:
     context.contacts(rest[None])
     poses = line_poses(context.T_world_tool0, context.approach_axis, 0.01, config.cartesian.step_m)
     follow_line(context.robot, rest[None], poses, *limits)
-    world = carved(context.world, context.robot, rest, context.width_m, config.carve_margin_m, context.held)
-    space = free_space(context.robot, world, context.width_m, limits, arm.max_speed, context.held)
+    world = carved(
+        context.world, context.robot, rest, context.width_m, config.carve_margin_m, context.held.possible
+    )
+    space = free_space(context.robot, world, context.width_m, limits, arm.max_speed, context.held.possible)
     path = np.clip(rest + 0.05 * np.eye(3, arm.dof), *limits)
     space.collides(path)
     space.edge_free(path[0], path[1])

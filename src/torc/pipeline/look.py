@@ -9,12 +9,14 @@ from torc.errors import InputError
 from torc.grasping.asking import ask_grasp_planner
 from torc.grasping.protocol import GraspPlanner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
+from torc.motion.config import MotionConfig
+from torc.motion.executable import without_lines
 from torc.occlusion.volume import FIXED_CAMERA, OcclusionConfig, update_volume
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import Perception
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
-from torc.pipeline.report import hold_back_unlikely
+from torc.pipeline.report import hold_back_unlikely, with_status
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.timing import StageClock
 from torc.pipeline.touch import with_touched
@@ -22,6 +24,7 @@ from torc.records import (
     BACKGROUND,
     GraspReport,
     GraspSet,
+    GraspStatus,
     Observation,
     OcclusionVolume,
     PickOutcome,
@@ -64,6 +67,7 @@ class Pipeline:
         min_score: valid grasps that are less likely to hold become UNLIKELY while any object has a better one. Every
             task planner chooses from what is left: RANDOM draws among fewer objects, and DG-SELECT takes an object
             without a better grasp for one that is not graspable. 0 keeps to the paper.
+        motion: settings of the motion planner: a valid grasp has straight motions by these.
     """
 
     perception: Perception
@@ -74,6 +78,7 @@ class Pipeline:
     occlusion: OcclusionConfig = FIXED_CAMERA
     failures: FailureConfig = field(default_factory=FailureConfig)
     min_score: float = DEFAULT_MIN_SCORE
+    motion: MotionConfig = field(default_factory=MotionConfig)
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.min_score <= 1.0:
@@ -120,17 +125,22 @@ class Pipeline:
             grasps = ask_grasp_planner(self.grasp_planner, felt, volume, rng)
             grasps = lower_scores(grasps, failed, history, self.failures)
         with clock.stage("validity"):
-            report = veto(self._evaluate(grasps, scene, world), grasps, failed, self.failures)
+            report = veto(self._evaluate(grasps, scene, volume, world), grasps, failed, self.failures)
             report = hold_back_unlikely(report, grasps, self.min_score)
         context = PlanningContext(
             _reported(scene), volume, grasps, report, target_description, history, picks_left
         )
         return Look(context, observation, world, clock.seconds)
 
-    def _evaluate(self, grasps: GraspSet, scene: SegmentedScene, world: CollisionWorld) -> GraspReport:
-        if isinstance(self.robot, RobotDescription):
-            return evaluate_grasps(grasps, scene, world, self.robot)
-        return evaluate_grasps_without_robot(grasps, scene, world, self.robot)
+    def _evaluate(
+        self, grasps: GraspSet, scene: SegmentedScene, volume: OcclusionVolume, world: CollisionWorld
+    ) -> GraspReport:
+        if not isinstance(self.robot, RobotDescription):
+            return evaluate_grasps_without_robot(grasps, scene, world, self.robot)
+        report = evaluate_grasps(grasps, scene, world, self.robot)
+        support_z_m = self.workspace.support_z_m
+        stuck = without_lines(grasps, report, scene, volume, world, self.robot, support_z_m, self.motion)
+        return with_status(report, grasps, np.where(stuck, np.uint8(GraspStatus.NO_LINE), report.status))
 
 
 def _reported(scene: SegmentedScene) -> SegmentedScene:

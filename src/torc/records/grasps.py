@@ -25,6 +25,8 @@ class GraspStatus(IntEnum):
     """No motion was found for it, or for one like it, in an earlier pick since which nothing has changed."""
     UNLIKELY = 7
     """Its probability to hold is too low to be worth a pick while other grasps are valid (`Pipeline.min_score`)."""
+    NO_LINE = 8
+    """The arm has no straight approach to it from a free pre-grasp, or no straight lift."""
 
 
 @dataclass(frozen=True)

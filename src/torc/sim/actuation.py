@@ -103,10 +103,13 @@ class SimulatedGripper:
         if force_n <= 0:
             raise InputError(f"The grip force must be positive, not {force_n} N.")
         self.closed = True
-        force = min(self._max_force, self._gripper.actuator_force(force_n, self.width_m))
-        model = self._stepper.world.model
-        self._command(float(model.actuator_ctrlrange[self._actuator, 1]), force)
-        return self._wait()
+        command = float(self._stepper.world.model.actuator_ctrlrange[self._actuator, 1])
+        # The lever between motor and pads depends on the width, which is known once they rest on the object.
+        for _ in range(2):
+            force = self._gripper.actuator_force(force_n, self.width_m)
+            self._command(command, min(self._max_force, force))
+            self._wait()
+        return self.state
 
     def save(self) -> GripState:
         """What it was told last; the rest is in the world's state."""

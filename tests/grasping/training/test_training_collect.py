@@ -48,8 +48,8 @@ def test_rows_say_what_was_tried(collected):
     assert set(trials.stage) == {0, 1}
     assert trials.structured.all()
     assert not trials.held_out.any()
-    assert trials.held.any()
-    assert np.array_equal(trials.held, trials.cause == 0)
+    assert trials.delivered.any()
+    assert np.array_equal(trials.delivered, trials.cause == 0)
     assert np.isfinite(trials.features).all()
     assert (trials.p_hand >= 0).all()
     assert (trials.p_hand <= 1).all()
@@ -72,7 +72,7 @@ def test_refreshed_trials_are_the_same_while_features_are(collected, tmp_path):
     assert len(new) == len(old)
     match = {T.tobytes(): i for i, T in enumerate(old.T_world_tcp)}
     index = np.array([match[T.tobytes()] for T in new.T_world_tcp])
-    assert np.array_equal(old.held[index], new.held)
+    assert np.array_equal(old.delivered[index], new.delivered)
     assert np.allclose(old.features[index], new.features, rtol=1e-4, atol=1e-5)
     assert np.array_equal(old.valid[index], new.valid)
 

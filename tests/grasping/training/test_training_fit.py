@@ -25,7 +25,7 @@ def test_too_few_scenes_is_an_input_error():
 
 def test_one_outcome_is_an_input_error():
     trials = make_trials(60, seed=0)
-    trials.held[:] = True
+    trials.delivered[:] = True
     with pytest.raises(InputError, match="alike"):
         fit(trials, QUICK)
 
@@ -54,14 +54,14 @@ def test_fit_learns_calibrates_and_repeats():
     trials = make_trials(3000, seed=5, scenes=40)
     a, b = fit(trials, QUICK), fit(trials, QUICK)
     assert np.array_equal(a.p, b.p)
-    assert auc(a.p_raw, trials.held) > auc(trials.p_hand, trials.held) + 0.1
-    assert calibration_error(a.p, trials.held) < 0.04
+    assert auc(a.p_raw, trials.delivered) > auc(trials.p_hand, trials.delivered) + 0.1
+    assert calibration_error(a.p, trials.delivered) < 0.04
     fresh = make_trials(3000, seed=6)
-    assert auc(a.predict(fresh.features), fresh.held) > 0.85
+    assert auc(a.predict(fresh.features), fresh.delivered) > 0.85
 
 
 def test_learning_curve_rises():
     trials = make_trials(3000, seed=7, scenes=60)
     (few, p_few), (many, p_many) = learning_curve(trials, (0.1, 1.0), QUICK)
     assert few < many
-    assert auc(p_few, trials.held) < auc(p_many, trials.held)
+    assert auc(p_few, trials.delivered) < auc(p_many, trials.delivered)

@@ -48,15 +48,15 @@ def test_perfect_grasps_hold(lone):
     side = lone.trial(0, pose((X + 0.01, Y, TABLE + 0.06), (1, 0, 0), (0, 1, 0)), 0.06)
     tilted = lone.trial(0, pose((X, Y, TABLE + 0.065), (0.5, 0, -1), (0, 1, 0)), 0.06)
     for outcome in (top, side, tilted):
-        assert outcome.held
-        assert outcome.cause == Cause.HELD
+        assert outcome.delivered
+        assert outcome.cause == Cause.DELIVERED
         assert outcome.others_moved == outcome.others_dropped == ()
 
 
 def test_beside_the_object_misses(lone):
     outcome = lone.trial(0, pose((X, Y - 0.18, TABLE + 0.065), DOWN, (1, 0, 0)), 0.05)
     assert outcome.cause == Cause.MISSED
-    assert not outcome.held
+    assert not outcome.delivered
 
 
 def test_finger_on_the_object_stops(lone):

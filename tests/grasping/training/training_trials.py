@@ -17,8 +17,8 @@ def make_trials(count: int, seed: int, scenes: int = 20, first_scene: int = 0, c
     return Trials(
         features=x,
         feature_names=NAMES,
-        held=held,
-        cause=np.where(held, Cause.HELD, failures).astype(np.uint8),
+        delivered=held,
+        cause=np.where(held, Cause.DELIVERED, failures).astype(np.uint8),
         policy=rng.integers(0, len(Policy), count).astype(np.uint8),
         scene=scene.astype(np.int64),
         stage=np.zeros(count, np.uint8),

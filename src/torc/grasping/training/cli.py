@@ -63,11 +63,11 @@ class Train:
         from torc.grasping.training.train import TrainConfig, fit
 
         trials = load_trials(self.data)
-        print(f"{len(trials)} trials, {100 * trials.held.mean():.1f} % held. Fitting ...", flush=True)
+        print(f"{len(trials)} trials, {100 * trials.delivered.mean():.1f} % delivered. Fitting ...", flush=True)
         fitted = fit(trials, TrainConfig())
         for name, p in (("hand-written", trials.p_hand.astype(float)), ("learned", fitted.p)):
-            loss, error = log_loss(p, trials.held), brier(p, trials.held)
-            print(f"{name:13s} AUC {auc(p, trials.held):.4f}  log loss {loss:.4f}  Brier {error:.4f}")
+            loss, error = log_loss(p, trials.delivered), brier(p, trials.delivered)
+            print(f"{name:13s} AUC {auc(p, trials.delivered):.4f}  log loss {loss:.4f}  Brier {error:.4f}")
         difference = export(fitted, trials, self.out)
         print(
             f"Wrote {self.out} ({self.out.stat().st_size / 1e6:.2f} MB); differs from sklearn by {difference:.1e}."

@@ -172,7 +172,7 @@ def _rows(
     return Trials(
         features=snapshot.features[index],
         feature_names=snapshot.feature_names,
-        held=np.array([o.held for o in outcomes]),
+        delivered=np.array([o.delivered for o in outcomes]),
         cause=np.array([o.cause for o in outcomes], dtype=np.uint8),
         policy=np.array([p for _, p in tried], dtype=np.uint8),
         scene=np.full(n, place[1], np.int64),

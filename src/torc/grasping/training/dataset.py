@@ -19,14 +19,14 @@ from jaxtyping import Bool, Float, Float32, Int16, Int32, Int64, UInt8
 from torc.errors import InputError
 from torc.scenes.problem import ObjectPlacement, Problem
 
-SHARD_VERSION = 1
+SHARD_VERSION = 2
 _SHARD_NAME = re.compile(r"trials-(\d{6})-(\d{6})\.npz")
 
 
 class Cause(IntEnum):
-    """How a trial ended: the first thing that went wrong, or HELD."""
+    """How a trial ended: the first thing that went wrong, or DELIVERED."""
 
-    HELD = 0
+    DELIVERED = 0
     STOPPED = 1
     """Unexpected contact ended the approach more than the tolerance short of the grasp."""
     MISSED = 2
@@ -59,7 +59,7 @@ class Trials:
     Attributes:
         features: inputs of the score, in the order of feature_names.
         feature_names: names of the features.
-        held: the label.
+        delivered: the label.
         cause: a Cause each.
         policy: a Policy each.
         scene: number of the scene within its collection; with the seed it gives the scene again.
@@ -82,7 +82,7 @@ class Trials:
 
     features: Float32[np.ndarray, "n f"]
     feature_names: tuple[str, ...]
-    held: Bool[np.ndarray, "n"]
+    delivered: Bool[np.ndarray, "n"]
     cause: UInt8[np.ndarray, "n"]
     policy: UInt8[np.ndarray, "n"]
     scene: Int64[np.ndarray, "n"]
@@ -103,7 +103,7 @@ class Trials:
     others_dropped: UInt8[np.ndarray, "n"]
 
     def __len__(self) -> int:
-        return len(self.held)
+        return len(self.delivered)
 
     def __getitem__(self, index: np.ndarray) -> "Trials":
         """The rows of an index or mask."""

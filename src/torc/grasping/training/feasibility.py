@@ -139,4 +139,6 @@ class _Trials:
             return False
         gripper = FloatingGripper(build_floating(with_poses_of(self.world), self.robot, workspace))
         order = np.argsort(-grasps.scores, kind="stable")[: self.config.tries]
-        return any(gripper.trial(0, grasps.Ts_world_tcp[k], float(grasps.widths_m[k])).held for k in order)
+        return any(
+            gripper.trial(0, grasps.Ts_world_tcp[k], float(grasps.widths_m[k])).delivered for k in order
+        )

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import PhysicsError
-from torc.geometry.transforms import Pose, wxyz_from_rotation
+from torc.geometry.transforms import Pose, rotation_about, wxyz_from_rotation
 from torc.grasping.training.dataset import Cause
 from torc.grasping.training.floating_model import FloatingModel
 
@@ -31,12 +31,7 @@ class TrialConfig:
         close_s: time to close at most.
         closed_s: the fingers count as closed after standing still for this long.
         lift_m, lift_speed: height and speed of the lift.
-        shift_m, shift_s: sideways motion after the lift, like the beginning of a transfer.
-        shift_direction: its direction, world frame.
-        hold_s: rest at the end.
-        risen_m: an object is held if it has risen this far and both fingers touch it.
-        let_go_s: out of touch with the gripper for this long during lift or shift ends the trial.
-        moved_m: other objects count as moved from this distance.
+    XX        moved_m: other objects count as moved from this distance.
         max_speed: a body faster than this, metres per second, means broken physics.
         control_steps: physics steps per command.
     """
@@ -51,10 +46,11 @@ class TrialConfig:
     closed_s: float = 0.1
     lift_m: float = 0.15
     lift_speed: float = 0.2
-    shift_m: float = 0.2
-    shift_s: float = 0.6
-    shift_direction: tuple[float, float, float] = (0.0, -1.0, 0.0)
-    hold_s: float = 0.5
+    grip_force_n: float = 50.0
+    carry_s: float = 1.8
+    carry_rise_m: float = 0.12
+    carry_yaw_rad: float = 0.5
+    hold_s: float = 0.3
     risen_m: float = 0.09
     let_go_s: float = 0.15
     moved_m: float = 0.02
@@ -67,7 +63,7 @@ class TrialOutcome:
     """What came of a trial.
 
     Attributes:
-        held: risen and between both fingers at the end.
+        delivered: between both fingers over the bin.
         cause: HELD or what went wrong first.
         others_moved: ids of other objects that moved.
         others_dropped: ids of other objects that left the table.
@@ -75,7 +71,7 @@ class TrialOutcome:
         max_force_n: largest contact force during the approach.
     """
 
-    held: bool
+    delivered: bool
     cause: Cause
     others_moved: tuple[int, ...]
     others_dropped: tuple[int, ...]
@@ -96,7 +92,7 @@ class FloatingGripper:
         self.model, self.data = floating.model, mujoco.MjData(floating.model)
 
     def trial(self, object_id: int, T_world_tcp: Pose, width_m: float) -> TrialOutcome:
-        """Approach, close, lift, shift and hold; deterministic in its arguments.
+        """Approach, close, lift, carry over the bin and hold; deterministic in its arguments.
 
         Args:
             object_id: the object to be grasped.
@@ -110,7 +106,9 @@ class FloatingGripper:
         except PhysicsError:
             cause = Cause.BROKEN
         moved, dropped = run.others()
-        return TrialOutcome(cause == Cause.HELD, cause, moved, dropped, run.stopped_short_m, run.max_force_n)
+        return TrialOutcome(
+            cause == Cause.DELIVERED, cause, moved, dropped, run.stopped_short_m, run.max_force_n
+        )
 
 
 class _Run:
@@ -136,6 +134,7 @@ class _Run:
         self._d.qpos[self._f.carrier_qpos] = [*self._slide, 0, 0, 0]
         self._d.ctrl[self._f.carrier_motors] = [*self._slide, 0, 0, 0]
         self._d.ctrl[self._f.gripper_motor] = 0.0
+        self._m.actuator_forcerange[self._f.gripper_motor] = -self._f.max_force, self._f.max_force
         mujoco.mj_forward(self._m, self._d)
         self._positions = self._d.xpos[self._f.object_bodies].copy()
         self._z0 = float(self._d.xpos[self._body, 2])
@@ -151,10 +150,10 @@ class _Run:
             return Cause.MISSED
         if not self._lift() or not self._risen():
             return Cause.SLIPPED_AT_LIFT
-        if not self._shift():
+        if not self._over_bin():
             return Cause.SLIPPED_IN_TRANSPORT
         self._wait(c.hold_s)
-        return Cause.HELD if self._risen() and self._between_fingers() else Cause.SLIPPED_IN_TRANSPORT
+        return Cause.DELIVERED if self._between_fingers() else Cause.SLIPPED_IN_TRANSPORT
 
     def others(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Ids of the other objects that moved, and of those that left the table."""
@@ -182,30 +181,62 @@ class _Run:
         return True
 
     def _close(self) -> None:
-        """Close with full force until the fingers stand still."""
+        """Close until the fingers stand still, then press with the grip force."""
+        self._d.ctrl[self._f.gripper_motor] = self._f.closed_command
+        self._limit_force(self._f.gripper.max_width_m)
+        self._until_still()
+        self._limit_force(self._width())
+        self._until_still()
+
+    def _until_still(self) -> None:
         motor, still = self._f.gripper_motor, 0
-        self._d.ctrl[motor] = self._f.closed_command
         for k in range(round(self._c.close_s / self._dt)):
             self._step()
             still = still + 1 if k > 10 and abs(self._d.actuator_velocity[motor]) < _STILL else 0
             if still * self._dt >= self._c.closed_s:
                 return
 
+    def _limit_force(self, width_m: float) -> None:
+        force = min(self._f.max_force, self._f.gripper.actuator_force(self._c.grip_force_n, width_m))
+        self._m.actuator_forcerange[self._f.gripper_motor] = -force, force
+
+    def _width(self) -> float:
+        """Distance between the pads now, by the gripper's motor."""
+        length = float(self._d.actuator_length[self._f.gripper_motor])
+        gripper = self._f.gripper
+        order = np.argsort(gripper.actuator_lengths)
+        return float(np.interp(length, gripper.actuator_lengths[order], gripper.widths_m[order]))
+
     def _lift(self) -> bool:
         """Straight up; False as soon as the object is let go."""
         up = self._R.T @ np.array([0.0, 0.0, 1.0])
         steps = round(self._c.lift_m / self._c.lift_speed / self._dt)
-        return self._carry(up * self._c.lift_m, smooth_steps(steps))
+        return self._carry(up * self._c.lift_m, np.zeros(3), smooth_steps(steps))
 
-    def _shift(self) -> bool:
-        """Sideways; False as soon as the object is let go."""
-        sideways = self._R.T @ np.array(self._c.shift_direction)
-        return self._carry(sideways * self._c.shift_m, smooth_steps(round(self._c.shift_s / self._dt)))
+    def _over_bin(self) -> bool:
+        """To the drop position, gripper pointing down; False as soon as the object is let go."""
+        angles, R_end = turned_down(self._R, self._c.carry_yaw_rad)
+        T_tool0_tcp = self._f.gripper.T_tool0_tcp(self._width())
+        goal = self._f.drop_position - R_end @ T_tool0_tcp[:3, 3]
+        here = self._d.mocap_pos[0] + self._R @ self._slide
+        rise = self._R.T @ np.array([0.0, 0.0, self._c.carry_rise_m])
+        steps = round(self._c.carry_s / self._dt)
+        return self._carry(self._R.T @ (goal - here), angles, smooth_steps(steps), rise)
 
-    def _carry(self, displacement: Float[np.ndarray, "3"], shares: Float[np.ndarray, "k"]) -> bool:
+    def _carry(
+        self,
+        displacement: Float[np.ndarray, "3"],
+        angles: Float[np.ndarray, "3"],
+        shares: Float[np.ndarray, "k"],
+        rise: Float[np.ndarray, "3"] | None = None,
+    ) -> bool:
+        """Move and turn by these amounts (flange frame at the grasp); False as soon as the object is let go."""
         start, lost = self._slide.copy(), 0
         for k, share in enumerate(shares):
             self._slide = start + share * displacement
+            if rise is not None:
+                self._slide = self._slide + np.sin(np.pi * share) * rise
+            self._d.ctrl[self._f.carrier_motors[3:]] = share * angles
             self._step()
             if k % 2 == 0:
                 lost = 0 if any(self._touch()) else lost + 2
@@ -251,3 +282,24 @@ def smooth_steps(count: int) -> Float[np.ndarray, "k"]:
     """Shares of the way after each of `count` equal times: quintic, at rest at both ends."""
     t = np.arange(1, count + 1) / count
     return t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
+
+
+def turned_down(
+    R: Float[np.ndarray, "3 3"], yaw_rad: float
+) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3 3"]]:
+    """How a gripper turns to point down: angles about its x, then y, then z axis, and where it points then.
+
+    Args:
+        R: its orientation in the world, z the approach.
+        yaw_rad: turn about the vertical at the end.
+
+    Returns:
+        The angles, and the orientation at the end: R @ Rx @ Ry @ Rz.
+    """
+    down = R.T @ np.array([0.0, 0.0, -1.0])
+    # Rx(a) @ Ry(b) takes z to (sin b, -sin a cos b, cos a cos b).
+    angles = np.array([np.arctan2(-down[1], down[2]), np.arcsin(np.clip(down[0], -1.0, 1.0)), yaw_rad])
+    turn = np.eye(3)
+    for axis, angle in zip(np.eye(3), angles):
+        turn = turn @ rotation_about(axis, angle)
+    return angles, R @ turn

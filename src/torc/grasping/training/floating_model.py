@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
 from torc.errors import InputError
 from torc.robots.description import GripperDescription, RobotDescription
@@ -54,9 +54,11 @@ class FloatingModel:
         linear_dofs: velocity addresses of the objects' translations.
         carrier_qpos, carrier_dofs, carrier_motors: addresses of the three slides and three hinges.
         gripper_motor: actuator of the gripper; command 0 = open.
-        closed_command: command that closes it with full force.
+        closed_command: command that closes it.
+        max_force: most that it can exert.
         is_hand_geom, is_left_finger_geom, is_right_finger_geom: per geom.
         support_z_m: height of the table.
+        drop_position: of the TCP over the bin.
     """
 
     model: mujoco.MjModel
@@ -69,10 +71,12 @@ class FloatingModel:
     carrier_motors: Int[np.ndarray, "6"]
     gripper_motor: int
     closed_command: float
+    max_force: float
     is_hand_geom: Bool[np.ndarray, "g"]
     is_left_finger_geom: Bool[np.ndarray, "g"]
     is_right_finger_geom: Bool[np.ndarray, "g"]
     support_z_m: float
+    drop_position: Float[np.ndarray, "3"]
 
 
 def build_floating(
@@ -160,8 +164,10 @@ def _index(
         carrier_motors=np.array([model.actuator(f"carrier_{k}").id for k in range(6)], dtype=np.int64),
         gripper_motor=int(motor),
         closed_command=float(model.actuator_ctrlrange[motor, 1]),
+        max_force=float(model.actuator_forcerange[motor, 1]),
         is_hand_geom=np.array([n.startswith(_PREFIX) for n in names]),
         is_left_finger_geom=np.array([n == left for n in names]),
         is_right_finger_geom=np.array([n == right for n in names]),
         support_z_m=workspace.support_z_m,
+        drop_position=np.array(workspace.drop_position),
     )

@@ -75,12 +75,12 @@ def scores_section(trials: Trials, fitted: Fit) -> str:
         rows.append(
             [
                 name,
-                f"{auc(p, trials.held):.3f}",
-                f"{auc(p[s], trials.held[s]):.3f}",
-                f"{auc(p[u], trials.held[u]):.3f}",
-                f"{log_loss(p, trials.held):.3f}",
-                f"{brier(p, trials.held):.3f}",
-                f"{calibration_error(p, trials.held):.3f}",
+                f"{auc(p, trials.delivered):.3f}",
+                f"{auc(p[s], trials.delivered[s]):.3f}",
+                f"{auc(p[u], trials.delivered[u]):.3f}",
+                f"{log_loss(p, trials.delivered):.3f}",
+                f"{brier(p, trials.delivered):.3f}",
+                f"{calibration_error(p, trials.delivered):.3f}",
             ]
         )
     header = ["score", "AUC", "AUC structured", "AUC piles", "log loss", "Brier", "calibration error"]
@@ -91,9 +91,9 @@ def reliability_section(p: Float[np.ndarray, "n"], trials: Trials) -> str:
     """Predicted against observed."""
     rows = [
         [f"{b.low:.2f}-{b.high:.2f}", f"{b.mean_p:.3f}", str(b.held), b.held.count]
-        for b in reliability(p, trials.held)
+        for b in reliability(p, trials.delivered)
     ]
-    return table(["predicted", "mean predicted", "held", "trials"], rows)
+    return table(["predicted", "mean predicted", "delivered", "trials"], rows)
 
 
 def causes_section(trials: Trials) -> str:
@@ -112,7 +112,7 @@ def curve_section(trials: Trials, fitted: Fit, config: TrainConfig, shares: tupl
     """Quality against the number of training trials; the last row is that of the fit itself."""
     all_rows = len(trials) * (config.folds - 1) // config.folds
     curve = [*learning_curve(trials, shares, config), (all_rows, fitted.p_raw)]
-    rows = [[n, f"{auc(p, trials.held):.3f}", f"{log_loss(p, trials.held):.3f}"] for n, p in curve]
+    rows = [[n, f"{auc(p, trials.delivered):.3f}", f"{log_loss(p, trials.delivered):.3f}"] for n, p in curve]
     return table(["trials", "AUC", "log loss"], rows)
 
 
@@ -125,7 +125,7 @@ def choices_section(trials: Trials, rng: np.random.Generator) -> str:
         cells: list[object] = [group.name, len(np.unique(part.scene_key)), len(np.unique(part.object_key))]
         for policy in policies:
             tried = part[part.policy == policy]
-            cells.append(clustered_share(tried.held, tried.scene_key, rng))
+            cells.append(clustered_share(tried.delivered, tried.scene_key, rng))
         cells.append(_gain(part, rng))
         rows.append(cells)
     return table(
@@ -137,7 +137,7 @@ def _gain(part: Trials, rng: np.random.Generator) -> Share:
     """Learned minus hand-written over the objects that both tried."""
     a, b = part[part.policy == Policy.TOP_MODEL], part[part.policy == Policy.TOP_HAND]
     common, i, j = np.intersect1d(a.object_key, b.object_key, return_indices=True)
-    return paired_difference(a.held[i], b.held[j], common // 4096, rng)
+    return paired_difference(a.delivered[i], b.delivered[j], common // 4096, rng)
 
 
 def best_of_scene_section(trials: Trials, p: Float[np.ndarray, "n"]) -> str:
@@ -147,11 +147,13 @@ def best_of_scene_section(trials: Trials, p: Float[np.ndarray, "n"]) -> str:
     rows: list[list[object]] = []
     for low in (0.0, 0.5, 0.7, 0.8, 0.9, 0.95):
         inside = q >= low
-        share = wilson(int(part.held[inside].sum()), int(inside.sum()))
+        share = wilson(int(part.delivered[inside].sum()), int(inside.sum()))
         rows.append([f"p >= {low:.2f}", f"{100 * inside.mean():.0f} %", share])
     best = best_per_group(q, part.object_key // 64)
-    rows.append(["best object of each snapshot", len(best), wilson(int(part.held[best].sum()), len(best))])
-    return table(["chosen grasps", "share kept", "held"], rows)
+    rows.append(
+        ["best object of each snapshot", len(best), wilson(int(part.delivered[best].sum()), len(best))]
+    )
+    return table(["chosen grasps", "share kept", "delivered"], rows)
 
 
 def kinds_section(trials: Trials, count: int = 12) -> str:
@@ -160,19 +162,19 @@ def kinds_section(trials: Trials, count: int = 12) -> str:
     rows = []
     for kind in np.unique(part.kind):
         of = part.kind == kind
-        share = wilson(int(part.held[of].sum()), int(of.sum()))
+        share = wilson(int(part.delivered[of].sum()), int(of.sum()))
         unseen = "unseen" if part.held_out[of].any() else ""
         rows.append((share.value, [kind, unseen, share, share.count]))
     worst = [row for _, row in sorted(rows, key=lambda r: (r[0], str(r[1][0])))[:count]]
-    return table(["kind", "", "held", "choices"], worst)
+    return table(["kind", "", "delivered", "choices"], worst)
 
 
 def importance_section(trials: Trials, config: TrainConfig, rng: np.random.Generator, count: int = 20) -> str:
     """Loss of AUC on one held-out fold when a feature is shuffled."""
     test = fold_of(trials.scene_key, config.folds, config.seed) == 0
-    model = fit_trees(trials.features[~test], trials.held[~test], config)
+    model = fit_trees(trials.features[~test], trials.delivered[~test], config)
     loss = permutation_importance(
-        lambda x: raw_probability(model, x), trials.features[test], trials.held[test], rng
+        lambda x: raw_probability(model, x), trials.features[test], trials.delivered[test], rng
     )
     top = np.argsort(-loss)[:count]
     return table(["feature", "loss of AUC"], [[trials.feature_names[j], f"{loss[j]:.4f}"] for j in top])
@@ -190,11 +192,11 @@ def draw_calibration(path: Path, trials: Trials, curves: Sequence[tuple[str, np.
     )
     top.plot([0, 1], [0, 1], color="0.7", linewidth=1)
     for name, p in curves:
-        bins = reliability(p, trials.held)
+        bins = reliability(p, trials.delivered)
         x, y = [b.mean_p for b in bins], np.array([b.held.value for b in bins])
         spread = np.array([[b.held.value - b.held.low, b.held.high - b.held.value] for b in bins]).T
         top.errorbar(x, y, yerr=spread, marker="o", markersize=4, capsize=2, linewidth=1.2, label=name)
-    top.set(ylabel="held", ylim=(0, 1.02), title=f"{len(trials)} trials, predictions on unseen scenes")
+    top.set(ylabel="delivered", ylim=(0, 1.02), title=f"{len(trials)} trials, predictions on unseen scenes")
     top.legend(frameon=False)
     below.hist(curves[-1][1], bins=np.linspace(0, 1, 41), color="0.55")
     below.set(xlabel="predicted probability", ylabel="trials", xlim=(0, 1))
@@ -259,8 +261,8 @@ def _opening(train: Trials) -> str:
     return (
         "# The learned grasp score\n\n"
         f"Gradient-boosted trees on {len(train.feature_names)} features of a grasp candidate, fitted to {len(train)} "
-        f"simulated trials in {scenes} scenes ({100 * train.held.mean():.0f} % held), then calibrated. A trial: a "
-        "floating, force-limited 2F-85 approaches, closes, lifts 15 cm, moves 20 cm sideways in .6 s and holds; held = "
-        "risen 9 cm and between both fingers at the end. No arm. Made by\n"
+        f"simulated trials in {scenes} scenes ({100 * train.delivered.mean():.0f} % delivered), then calibrated. A "
+        "trial: a floating, force-limited 2F-85 approaches, closes, lifts 15 cm, and carries the object to the bin in "
+        "1.8 s while it turns to point down; delivered = between both fingers there. No arm. Made by\n"
         f"`python -m torc.grasping.training collect`, `train`, `evaluate` and `report`; seeds of the scenes: {seeds}.\n"
     )

@@ -7,18 +7,15 @@ from jaxtyping import Bool, Float, Float32
 
 from torc.grasping.features import FEATURE_NAMES
 from torc.grasping.planner import candidates_with_features
-from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
-from torc.perception.noise import NoiseConfig, add_sensor_noise
-from torc.perception.privileged import LabelPerception
+from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, empty_volume, update_volume
+from torc.perception.noise import add_sensor_noise, stereo_camera
+from torc.perception.privileged import REAL_CAMERA, LabelPerception
 from torc.records import GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.description import GripperDescription
 from torc.scenes.problem import Problem
 from torc.scenes.workspace import CameraMount, Workspace
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import build_world
-
-SENSOR_NOISE = NoiseConfig(depth_sigma_m=0.002, grain_px=3, edge_loss=0.2, edge_blend=0.1, dropout=0.002)
-"""A good stereo camera: about 1 mm at the clutter's distance."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +60,17 @@ def perceive(
     with CameraRenderer(build_world(problem, None, workspace), workspace.camera) as renderer:
         observation = observe(renderer, workspace.camera)
     if noisy:
-        observation = add_sensor_noise(observation, SENSOR_NOISE, rng)
-    return interpret(observation, workspace)
+        observation = add_sensor_noise(observation, stereo_camera(), rng)
+    return interpret(observation, workspace, noisy)
 
 
-def interpret(observation: Observation, workspace: Workspace) -> tuple[SegmentedScene, OcclusionVolume]:
-    """The objects in a first look at a scene, and what it left unseen."""
-    scene = LabelPerception().perceive(observation)
-    return scene, update_volume(empty_volume(workspace.grid), scene, FIXED_CAMERA)
+def interpret(
+    observation: Observation, workspace: Workspace, noisy: bool = False
+) -> tuple[SegmentedScene, OcclusionVolume]:
+    """The objects in a first look at a scene, and what it left unseen; as a trial sees them with or without noise."""
+    scene = LabelPerception(REAL_CAMERA if noisy else None).perceive(observation)
+    occlusion = FIXED_REAL_CAMERA if noisy else FIXED_CAMERA
+    return scene, update_volume(empty_volume(workspace.grid), scene, occlusion)
 
 
 def observe(renderer: CameraRenderer, mount: CameraMount) -> Observation:

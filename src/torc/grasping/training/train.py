@@ -129,16 +129,16 @@ def fit(trials: Trials, config: TrainConfig) -> Fit:
 
     Raises InputError for too few scenes or a single outcome.
     """
-    if trials.held.all() or not trials.held.any():
+    if trials.delivered.all() or not trials.delivered.any():
         raise InputError(f"All {len(trials)} trials ended alike; nothing to learn. Collect more scenes.")
     fold = fold_of(trials.scene_key, config.folds, config.seed)
-    p_raw = out_of_fold(trials.features, trials.held, fold, config)
+    p_raw = out_of_fold(trials.features, trials.delivered, fold, config)
     p = np.empty_like(p_raw)
     for k in range(config.folds):
         rest = fold != k
-        p[~rest] = np.interp(p_raw[~rest], *isotonic_knots(p_raw[rest], trials.held[rest]))
-    knots_p, knots_held = isotonic_knots(p_raw, trials.held)
-    model = fit_trees(trials.features, trials.held, config)
+        p[~rest] = np.interp(p_raw[~rest], *isotonic_knots(p_raw[rest], trials.delivered[rest]))
+    knots_p, knots_held = isotonic_knots(p_raw, trials.delivered)
+    model = fit_trees(trials.features, trials.delivered, config)
     return Fit(model, knots_p, knots_held, p_raw, p, trials.feature_names)
 
 
@@ -169,9 +169,9 @@ def learning_curve(
         p, used = np.empty(len(trials)), []
         for k in range(config.folds):
             rest, test = (fold != k) & (rank < share), fold == k
-            if len(np.unique(trials.held[rest])) < 2:
+            if len(np.unique(trials.delivered[rest])) < 2:
                 break
-            model = fit_trees(trials.features[rest], trials.held[rest], config)
+            model = fit_trees(trials.features[rest], trials.delivered[rest], config)
             p[test] = raw_probability(model, trials.features[test])
             used.append(int(rest.sum()))
         else:

@@ -1,0 +1,66 @@
+"""A valid grasp has straight motions: the batch says what the planner would find, grasp by grasp."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from torc.motion.config import CartesianConfig, MotionConfig
+from torc.motion.executable import without_lines
+from torc.motion.failure import NoMotionError
+from torc.motion.planner import OmplMotionPlanner
+from torc.motion.protocol import PickRequest
+from torc.records import GraspStatus
+
+
+def asked(request: PickRequest, robot, workspace, config: MotionConfig) -> np.ndarray:
+    return without_lines(
+        request.grasps,
+        request.report,
+        request.scene,
+        request.volume,
+        request.world,
+        robot,
+        workspace.support_z_m,
+        config,
+    )
+
+
+def one_by_one(request: PickRequest, planner: OmplMotionPlanner) -> np.ndarray:
+    out = np.zeros(len(request.grasps), dtype=bool)
+    for grasp in np.flatnonzero(request.report.status == GraspStatus.VALID).tolist():
+        own = replace(request, object_id=int(request.grasps.object_ids[grasp]))
+        context = planner.context(own, grasp, planner.held(own))
+        try:
+            planner.straight.candidates(context, request.report.qpos[grasp], request.qpos_start)
+        except NoMotionError:
+            out[grasp] = True
+    return out
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_it_says_what_the_planner_finds(planner, request_for, robot, workspace, seed):
+    request = request_for(seed)[0]
+    found = asked(request, robot, workspace, planner.config)
+    np.testing.assert_array_equal(found, one_by_one(request, planner))
+    assert not found[request.report.status != GraspStatus.VALID].any()
+
+
+def test_with_longer_lines_fewer_can_be_carried_out(request_for, robot, workspace):
+    far = MotionConfig(cartesian=CartesianConfig(back_offs_m=(0.2, 0.16), lifts_m=(0.3, 0.25)))
+    short = found = valid = 0
+    for seed in range(4):
+        request = request_for(seed)[0]
+        short += np.count_nonzero(asked(request, robot, workspace, MotionConfig()))
+        long = asked(request, robot, workspace, far)
+        np.testing.assert_array_equal(long, one_by_one(request, OmplMotionPlanner(robot, workspace, far)))
+        found += np.count_nonzero(long)
+        valid += np.count_nonzero(request.report.status == GraspStatus.VALID)
+    assert short < found < valid
+
+
+def test_no_valid_grasps_need_no_lines(request_for, robot, workspace):
+    request = request_for(0)[0]
+    none = np.full_like(request.report.status, GraspStatus.BLOCKED)
+    request = replace(request, report=replace(request.report, status=none))
+    assert not asked(request, robot, workspace, MotionConfig()).any()
