@@ -77,7 +77,7 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
                 if outcome.result.grasp_tried:
                     before = failed_tries(history)[outcome.object_id]
                     tries.append({"p": promised, "failures": before, "held": outcome.held_after_lift})
-                history = (*history, outcome)
+                history = (*history, outcome.as_felt)
 
     with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
         simulated.take_over()

@@ -1,6 +1,7 @@
 """The loop's bookkeeping, with real perception, grasps and occlusion on analytic shapes, and a fake robot."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from torc.geometry.transforms import make_pose
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
-from torc.records import Observation, PickOutcome, PickResult, Touch
+from torc.records import FeltOutcome, Observation, PickOutcome, PickResult, Touch
 from torc.records.serialization import load_record
 from torc.robots.ik import solve_ik
 from torc.robots.kinematics import tool0_from_tcp
@@ -160,6 +161,26 @@ def test_planners_see_nothing_privileged_in_the_history(play):
     told = PickOutcome(PickResult.STOPPED, 1, 0, dropped=(2,), detail="finger on object 0", duration_s=4.0)
     play(Spy([1, 1]), results=[told], max_picks=2)
     assert seen[1] == (PickOutcome(PickResult.STOPPED, 1, duration_s=4.0),)
+
+
+def test_planners_and_the_memory_of_failures_go_by_what_was_felt_and_scores_by_what_was(play):
+    """What happened is the same twice; the robot noticed it only once."""
+    seen = []
+
+    class Spy(ScriptedPlanner):
+        def decide(self, context, rng):
+            seen.append((context.history, context.grasps.scores))
+            return super().decide(context, rng)
+
+    slipped = PickOutcome(PickResult.SLIPPED, 1, 1, held_after_lift=True)
+    believed = FeltOutcome(PickResult.REMOVED, True, True)
+    for told in (slipped, replace(slipped, felt=believed)):
+        ended = play(Spy([1, 1]), results=[told], max_picks=2)
+        assert ended.outcomes[0].result is PickResult.SLIPPED
+    (_, (noticed, lowered), _, (unnoticed, untouched)) = seen
+    assert [h.result for h in (*noticed, *unnoticed)] == [PickResult.SLIPPED, PickResult.REMOVED]
+    assert np.all(lowered <= untouched)
+    assert np.any(lowered < untouched)
 
 
 @pytest.mark.parametrize(("result", "counts"), [(PickResult.STOPPED, True), (PickResult.NOT_REACHED, False)])

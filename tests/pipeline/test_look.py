@@ -56,6 +56,20 @@ def test_a_sliver_of_the_hidden_target_is_not_shown_to_planners(pipeline, observ
         assert set(np.unique(label)) == {BACKGROUND, ROBOT, *context.scene.ids}
 
 
+def test_nor_to_grasp_planners(pipeline, observation):
+    shown = []
+
+    class Spy(GeometricGraspPlanner):
+        def plan(self, scene, volume, rng):
+            shown.append(scene)
+            return super().plan(scene, volume, rng)
+
+    spy = Spy(pipeline.robot, pipeline.workspace.support_z_m)
+    context = _look(replace(pipeline, grasp_planner=spy), observation).context
+    assert np.array_equal(shown[0].label_image, context.scene.label_image)
+    assert np.array_equal(shown[0].observation.label_image, context.scene.label_image)
+
+
 def test_every_other_label_stays(pipeline, observation):
     look = _look(pipeline, observation)
     changed = look.context.scene.label_image != observation.label_image

@@ -1,5 +1,7 @@
 """The simulated robot carries out picks, stops on contact, and tells the truth about what came of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sim_scenes import (
@@ -99,6 +101,12 @@ def test_another_object_is_removed(world):
     assert outcome.held_id == 1
 
 
+def test_a_neighbour_that_came_up_instead_is_taken_for_the_wanted_one(world):
+    outcome = SimulatedRobot(world).execute(replace(plan_for(world, 0), object_id=1))
+    assert (outcome.result, outcome.held_id) == (PickResult.RETRIEVED, 0)
+    assert (outcome.as_felt.result, outcome.as_felt.held_id) == (PickResult.REMOVED, 1)
+
+
 def test_the_same_pick_twice_is_identical_and_watching_changes_nothing():
     states, frames = [], []
     for observer in (None, lambda w: frames.append(w.update_kinematics())):
@@ -173,6 +181,8 @@ def test_a_target_let_go_beside_the_bin_is_lost(world):
     assert outcome.target_lost
     assert outcome.dropped == ()
     assert world.presence[0] == Presence.DROPPED
+    # No gripper feels where a thing lands that it let go.
+    assert outcome.as_felt.result is PickResult.RETRIEVED
 
 
 def test_an_object_pushed_off_the_table_is_a_drop(world):

@@ -69,10 +69,12 @@ def test_while_a_person_decides_only_a_planners_knowledge_is_told(trial):
     lines = [line for line in _lines(trial) if line["event"] != "ended"]
     for line in lines:
         if line["event"] == "executed":
-            line |= {"dropped": [2], "held_id": 2, "detail": "touched thing 2"}
+            line |= {"dropped": [2], "held_id": 2, "detail": "touched thing 2", "result": "slipped"}
+            line["felt"] = {"result": "removed", "held_after_lift": True, "delivered": True}
     _write(trial, lines)
     text = json.dumps([trial_page(read_trial(trial)), pick_page(read_trial(trial), 1)])
-    for privileged in ("thing 2", "dropped", "held_id"):
+    assert "removed" in text
+    for privileged in ("thing 2", "dropped", "held_id", "slipped"):
         assert privileged not in text
 
 

@@ -3,7 +3,7 @@
 The loop and whoever looks ahead go through here, so that what is foreseen is what happens.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from torc.episode.events import Event, Executed, Listener, Looked, Planned
 from torc.episode.state import EpisodeState
@@ -81,7 +81,7 @@ class Steps:
             state.volume,
             target_description=self.target_description,
             seed=self.config.seed,
-            history=tuple(map(unprivileged, state.outcomes)),
+            history=tuple(outcome.as_felt for outcome in state.outcomes),
             picks_left=self.config.max_picks - state.pick,
             failed=state.failed,
         )
@@ -107,7 +107,7 @@ class Steps:
         else:
             plan = self.plan(state, look, choice)
             outcome, seconds = self._execute(plan, choice)
-            failed = remembered(failed, look, plan, outcome, self.parts.robot.description)
+            failed = remembered(failed, look, plan, outcome.as_felt, self.parts.robot.description)
         self._tell(Executed(state.pick, outcome, seconds))
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome))
 
@@ -158,7 +158,7 @@ def remembered(
     """The failed grasps to remember after this attempt.
 
     A motion of the robot may have made ways free, so that only the executed failures stay after one. A grasp that
-    the robot was stopped on its way to was not tried: the next plan draws another way to it.
+    the robot was stopped on its way to was not tried: the next plan draws another way to it. `outcome` is as felt.
     """
     if isinstance(plan, PickPlan):
         failed = tuple(f for f in failed if f.executed)
@@ -176,12 +176,6 @@ def remembered(
     return failed + tuple(
         FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed, touched) for g in tried
     )
-
-
-def unprivileged(outcome: PickOutcome) -> PickOutcome:
-    """What a real robot would know of an outcome: not which unseen object it touched, held by mistake, or dropped."""
-    held_id = outcome.object_id if outcome.held_after_lift else None
-    return replace(outcome, held_id=held_id, dropped=(), detail="")
 
 
 def checked_choice(look: Look, decision: Decision) -> int | PickOutcome:

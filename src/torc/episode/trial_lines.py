@@ -109,8 +109,14 @@ class PlannedLine(_Line):
     seconds: FiniteFloat = 0.0
 
 
+class FeltText(_Line):
+    """`FeltOutcome`."""
+
+    result: _Text
+
+
 class ExecutedLine(_Line):
-    """`events.Executed`."""
+    """`events.Executed`. Logs of older trials do not tell what the robot felt."""
 
     event: Literal["executed"]
     pick: _Pick
@@ -122,6 +128,12 @@ class ExecutedLine(_Line):
     target_lost: bool = False
     detail: _Text = ""
     duration_s: FiniteFloat = 0.0
+    felt: FeltText | None = None
+
+    @property
+    def felt_result(self) -> str:
+        """What the robot took it for."""
+        return self.felt.result if self.felt is not None else self.result
 
 
 class EndedLine(_Line):

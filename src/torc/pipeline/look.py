@@ -102,7 +102,7 @@ class Pipeline:
             volume: the occlusion volume before it.
             target_description: the target in words.
             seed: with the number of picks so far it decides all random draws.
-            history: outcomes of the picks so far.
+            history: outcomes of the picks so far, as the robot felt them.
             picks_left: attempts left, this one included.
             failed: grasps that failed in earlier picks.
 
@@ -116,6 +116,7 @@ class Pipeline:
             scene = self.perception.perceive(observation)
         with clock.stage("occlusion"):
             volume = update_volume(volume, scene, self.occlusion)
+            scene = _reported(scene)
         with clock.stage("collision world"):
             world = build_collision_world(volume, self.workspace)
         with clock.stage("grasps"):
@@ -127,9 +128,7 @@ class Pipeline:
         with clock.stage("validity"):
             report = veto(self._evaluate(grasps, scene, volume, world), grasps, failed, self.failures)
             report = hold_back_unlikely(report, grasps, self.min_score)
-        context = PlanningContext(
-            _reported(scene), volume, grasps, report, target_description, history, picks_left
-        )
+        context = PlanningContext(scene, volume, grasps, report, target_description, history, picks_left)
         return Look(context, observation, world, clock.seconds)
 
     def _evaluate(
@@ -146,7 +145,7 @@ class Pipeline:
 def _reported(scene: SegmentedScene) -> SegmentedScene:
     """The scene with the labels of reported objects alone: others are perception's own, or a simulator's truth.
 
-    A few pixels of a target that counts as hidden would otherwise tell a task planner where it is.
+    A few pixels of a target that counts as hidden would otherwise tell a task planner, or a grasp planner, where it is.
     """
     hidden = (scene.label_image >= 0) & ~np.isin(scene.label_image, scene.ids)
     label = np.where(hidden, np.int16(BACKGROUND), scene.label_image)

@@ -3,7 +3,7 @@
 from torc.records.camera import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation
 from torc.records.decisions import Decision, Exchange, PlanningContext
 from torc.records.grasps import GraspReport, GraspSet, GraspStatus
-from torc.records.outcomes import PickOutcome, PickResult, Touch
+from torc.records.outcomes import FeltOutcome, PickOutcome, PickResult, Touch
 from torc.records.plans import PickPlan, PlanFailure, PlanStage, Trajectory
 from torc.records.scene import SegmentedObject, SegmentedScene
 from torc.records.volume import EMPTY, OcclusionVolume, VoxelGrid
@@ -16,6 +16,7 @@ __all__ = [
     "TARGET_ID",
     "Decision",
     "Exchange",
+    "FeltOutcome",
     "GraspReport",
     "GraspSet",
     "GraspStatus",

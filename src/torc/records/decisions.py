@@ -21,7 +21,7 @@ class PlanningContext:
         grasps: candidate grasps.
         report: which are valid, and who blocks whom; `report.graspable_ids` is what a planner may name.
         target_description: the target in words, e.g. "the blue tuna can".
-        history: outcomes of the picks so far.
+        history: outcomes of the picks so far, as the robot felt them.
         picks_left: attempts left, this one included.
     """
 

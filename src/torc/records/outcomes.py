@@ -57,8 +57,25 @@ class Touch:
 
 
 @dataclass(frozen=True)
+class FeltOutcome:
+    """What the gripper told of a pick. It feels that something is between the pads, never what.
+
+    Attributes:
+        result: as if whatever it held were the object that was to be picked.
+        held_after_lift: it held something after the lift.
+        delivered: it still did over the bin, and let go there.
+    """
+
+    result: PickResult
+    held_after_lift: bool = False
+    delivered: bool = False
+
+
+@dataclass(frozen=True)
 class PickOutcome:
     """What the robot did and what happened.
+
+    Scores go by this record, planners by `as_felt`: on a real robot nobody tells which object came up.
 
     Attributes:
         result: see PickResult.
@@ -72,6 +89,8 @@ class PickOutcome:
         duration_s: time on the robot's clock.
         at_home: the arm ended where it waits for the next pick; if not, that one starts from where it is.
         touch: where an unexpected contact ended the approach, if one did.
+        felt: what the gripper told, where that is known apart from what happened; None where the two are one: the robot
+            did not move, or is a real one.
     """
 
     result: PickResult
@@ -85,3 +104,19 @@ class PickOutcome:
     duration_s: float = 0.0
     at_home: bool = True
     touch: Touch | None = None
+    felt: FeltOutcome | None = None
+
+    @property
+    def as_felt(self) -> "PickOutcome":
+        """What the robot itself knows: what it felt, and nothing of what it carried by mistake, dropped or touched."""
+        felt = self.felt or FeltOutcome(self.result, self.held_after_lift, self.delivered)
+        return PickOutcome(
+            felt.result,
+            self.object_id,
+            self.object_id if felt.held_after_lift else None,
+            felt.held_after_lift,
+            felt.delivered,
+            duration_s=self.duration_s,
+            at_home=self.at_home,
+            touch=self.touch,
+        )

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
-from torc.records import TARGET_ID, Observation, PickOutcome, PickPlan, PickResult
+from torc.records import TARGET_ID, FeltOutcome, Observation, PickOutcome, PickPlan, PickResult
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, Phase, PhaseTrace, execute_pick
 from torc.sim.actuation import ActuationConfig, GripState, SimulatedArm, SimulatedGripper
@@ -120,7 +120,7 @@ class SimulatedRobot(Closing):
         return self.camera.capture()
 
     def execute(self, plan: PickPlan) -> PickOutcome:
-        """Carries out one pick and tells what came of it, by the simulator's truth.
+        """Carries out one pick and tells what came of it, by the simulator's truth, and what the gripper felt.
 
         Raises:
             InputError: the plan does not start where the arm is.
@@ -133,7 +133,7 @@ class SimulatedRobot(Closing):
         carried: dict[int, bool] = {}
 
         def look(step: PhaseTrace) -> None:
-            if step.phase is Phase.LIFT:
+            if step.phase is Phase.LIFT and step.reached:
                 carried.update(self._contacts.carried(heights_before, self.config.risen_m))
 
         trace = execute_pick(self.arm, self.gripper, plan, self.config.execution, look)
@@ -218,8 +218,8 @@ def _outcome(
     left: tuple[int, ...],
     duration_s: float,
 ) -> PickOutcome:
-    """The truth, in words of the record. What the robot felt decides only why it stopped."""
-    held = held_id is not None and trace.held_after_lift
+    """The truth, and what the robot felt beside it."""
+    held = held_id is not None
     if delivered:
         result = PickResult.RETRIEVED if held_id == TARGET_ID else PickResult.REMOVED
     elif trace.result in (PickResult.STOPPED, PickResult.NOT_REACHED):
@@ -238,4 +238,5 @@ def _outcome(
         duration_s=duration_s,
         at_home=trace.at_home,
         touch=trace.touch,
+        felt=FeltOutcome(trace.result, trace.held_after_lift, trace.delivered),
     )

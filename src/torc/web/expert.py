@@ -65,6 +65,9 @@ class SessionListener:
                 if isinstance(event.plan, PickPlan):
                     publish(phase=Phase.EXECUTING, message=f"The robot picks object {event.plan.object_id}")
             case Executed():
-                publish(phase=Phase.LOOKING, message=f"Pick {event.pick + 1}: {event.outcome.result.value}")
+                publish(
+                    phase=Phase.LOOKING,
+                    message=f"Pick {event.pick + 1}: {event.outcome.as_felt.result.value}",
+                )
             case _:
                 pass

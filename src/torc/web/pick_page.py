@@ -69,7 +69,7 @@ def _pick_line(number: int, pick: RecordedPick, over: bool) -> dict[str, Any]:
     line: dict[str, Any] = {
         "pick": number,
         "chosen": decided.object_id if decided else None,
-        "result": executed.result if executed else None,
+        "result": (executed.result if over else executed.felt_result) if executed else None,
     }
     if over and executed:
         line["outcome"] = executed.model_dump(exclude={"event", "pick"})

@@ -1,0 +1,34 @@
+"""What a robot knows of a pick, and what only the simulator does."""
+
+from torc.records import FeltOutcome, PickOutcome, PickResult, Touch
+
+TOUCH = Touch((0.1, 0.2), 0.05)
+
+
+def test_a_robot_knows_what_it_felt_and_how_its_arm_was():
+    truth = PickOutcome(
+        PickResult.SLIPPED,
+        3,
+        held_id=5,
+        held_after_lift=True,
+        dropped=(5, 6),
+        target_lost=True,
+        detail="finger on object 5",
+        duration_s=9.0,
+        at_home=False,
+        touch=TOUCH,
+        felt=FeltOutcome(PickResult.REMOVED, True, True),
+    )
+    told = PickOutcome(PickResult.REMOVED, 3, 3, True, True, duration_s=9.0, at_home=False, touch=TOUCH)
+    assert truth.as_felt == told
+    assert told.as_felt == told
+
+
+def test_what_hung_on_the_gripper_unnoticed_was_not_held():
+    truth = PickOutcome(PickResult.REMOVED, 3, 3, True, True, felt=FeltOutcome(PickResult.MISSED))
+    assert truth.as_felt == PickOutcome(PickResult.MISSED, 3)
+
+
+def test_where_nothing_was_felt_apart_the_outcome_is_what_it_is():
+    passed = PickOutcome(PickResult.NO_PLAN, 3, detail="no way")
+    assert passed.as_felt == PickOutcome(PickResult.NO_PLAN, 3)
