@@ -177,10 +177,11 @@ def test_planners_and_the_memory_of_failures_go_by_what_was_felt_and_scores_by_w
     for told in (slipped, replace(slipped, felt=believed)):
         ended = play(Spy([1, 1]), results=[told], max_picks=2)
         assert ended.outcomes[0].result is PickResult.SLIPPED
-    (_, (noticed, lowered), _, (unnoticed, untouched)) = seen
+    play(Spy([1, 1]), results=[PickOutcome(PickResult.REMOVED, 1, 1, True, True)], max_picks=2)
+    _, (noticed, lowered), _, (unnoticed, untouched), _, (_, after_success) = seen
     assert [h.result for h in (*noticed, *unnoticed)] == [PickResult.SLIPPED, PickResult.REMOVED]
-    assert np.all(lowered <= untouched)
     assert np.any(lowered < untouched)
+    assert np.array_equal(untouched, after_success)
 
 
 @pytest.mark.parametrize(("result", "counts"), [(PickResult.STOPPED, True), (PickResult.NOT_REACHED, False)])
