@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ STRANGE = "<b>&amp;|`*_"
 
 @pytest.fixture(scope="session")
 def played(tmp_path_factory) -> Path:
-    """Three planners on four problems, three times; one trial errored, two missing; and one by a person."""
+    """Three planners on four problems, three times, one errored, two missing; and one by a person who saw more."""
     root = tmp_path_factory.mktemp("played") / "my benchmark"
     spec, store = fake_spec(("random", "dg-select", f"mine:{STRANGE}")), Store(root)
     failure = Failure(FailureKind.CRASHED, f"Its process was ended by SIGSEGV {STRANGE}.")
@@ -35,7 +36,10 @@ def played(tmp_path_factory) -> Path:
     human = root / "human" / "structured-01-human-anna-0"
     shutil.copytree(store.directory(spec.trials[0]), human)
     facts = json.loads((human / "spec.json").read_text())
-    (human / "spec.json").write_text(json.dumps({**facts, "planner": "human", "expert": "anna"}))
+    facts |= {"planner": "human", "expert": "anna", "outside_view": True}
+    (human / "spec.json").write_text(json.dumps(facts))
+    result = json.loads((human / "result.json").read_text())
+    (human / "result.json").write_text(json.dumps({**result, "participant": False}))
     return root
 
 
@@ -43,12 +47,15 @@ def played(tmp_path_factory) -> Path:
 def made_up() -> Callable[..., Table]:
     """A table from lists of picks by planner: `made_up(a=[[3, 4], [2, 15]])`, a list per problem; 15 is a failure."""
 
-    def make(drops: Sequence[str] = (), **picks: Sequence[Sequence[int]]) -> Table:
+    def make(
+        drops: Sequence[str] = (), references: Sequence[str] = (), **picks: Sequence[Sequence[int]]
+    ) -> Table:
         rows = []
         for planner, problems in sorted(picks.items()):
             for i, seeds in enumerate(problems):
                 for seed, n in enumerate(seeds):
-                    rows.append(_row(planner, i, seed, n, dropped=planner in drops))
+                    row = _row(planner, i, seed, n, dropped=planner in drops)
+                    rows.append(replace(row, participant=planner not in references))
         return Table(Path("x"), tuple(rows))
 
     return make

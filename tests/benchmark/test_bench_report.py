@@ -42,10 +42,15 @@ def test_the_first_words_answer_the_question(report, page):
     assert any("2 planned trials" in w for w in report.summary["warnings"])
 
 
-def test_every_planner_stands_in_the_ranking_people_last(report):
+def test_every_planner_stands_in_the_ranking_references_last_and_apart(report, page):
     names = [p["planner"] for p in report.summary["ranking"]]
-    assert set(names) == {"random", "dg-select", "human anna", "mine:<b>&amp;|`*_"}
-    assert names[-1] == "human anna"
+    assert set(names) == {"random", "dg-select", "human anna (outside view)", "mine:<b>&amp;|`*_"}
+    assert names[-1] == "human anna (outside view)"
+    ranking, references = page.split("<h2>References, not ranked</h2>")
+    assert "human anna" not in ranking
+    assert "human anna" in references.split("</table>")[0]
+    text = (report.directory / "report.md").read_text()
+    assert text.index("## References, not ranked") < text.index("human anna")
     by_name = {p["planner"]: p for p in report.summary["ranking"]}
     assert by_name["random"]["measures"]["retrieved"]["count"] == by_name["random"]["completed"]
 

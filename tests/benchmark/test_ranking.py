@@ -8,7 +8,9 @@ import pytest
 from torc.benchmark.comparison import compare
 from torc.benchmark.measures import COST, DROP_FREE, MEDIAN_PICKS, SUCCESS, attempts, ends
 from torc.benchmark.paper import METHODS, paper_method, paper_result
-from torc.benchmark.ranking import is_reference, rank
+from torc.benchmark.participation import participant_by_name, participated
+from torc.benchmark.ranking import rank
+from torc.benchmark.report.content import ranking_table, references_table
 from torc.benchmark.report.verdict import verdict
 from torc.benchmark.rows import Table, TrialRow
 
@@ -54,14 +56,21 @@ def test_giving_up_early_wins_nothing(made_up):
     assert MEDIAN_PICKS.of([r for r in rows if r.planner == "quitter"]).value == 1.0
 
 
-def test_yardsticks_are_not_recommended(made_up):
+def test_who_does_not_compete_is_neither_ranked_nor_recommended_whatever_its_name(made_up):
     perfect = [[1, 1]] * 10
-    table = made_up(mine=GOOD, oracle=perfect)
+    table = made_up(references=["cheat"], mine=GOOD, oracle=WORSE, cheat=perfect)
     assert _answer(table).planner == "mine"
-    assert [s.planner for s in rank(table)] == ["mine", "oracle"]
-    assert is_reference("human anna")
-    assert is_reference("human")
-    assert not is_reference("humanoid")
+    assert [s.planner for s in rank(table)] == ["mine", "oracle", "cheat"]
+    ranking = ranking_table(rank(table), table)
+    assert [row[:2] for row in ranking.rows] == [("1", "mine"), ("2", "oracle")]
+    assert [row[0] for row in references_table(rank(table), table).rows] == ["cheat"]
+
+
+def test_one_trial_in_which_it_knew_more_makes_a_planner_a_reference(made_up):
+    table = made_up(mine=GOOD, theirs=WORSE)
+    first, *others = table.rows
+    found = rank(replace(table, rows=(replace(first, participant=False), *others)))
+    assert [(s.planner, s.reference) for s in found] == [("theirs", False), ("mine", True)]
 
 
 def test_errored_and_missing_trials_are_not_scored_but_told(made_up):
@@ -86,7 +95,7 @@ def test_no_completed_trial_is_no_answer():
 
 
 def test_references_alone_are_no_answer(made_up):
-    found = _answer(made_up(oracle=GOOD))
+    found = _answer(made_up(references=["oracle"], oracle=GOOD))
     assert found.planner is None
     assert "only references" in found.answer
 
@@ -133,6 +142,16 @@ def test_the_papers_table_adds_up_to_its_figures():
         assert mean == pytest.approx(method.success, abs=0.006)
 
 
-def test_who_knows_the_truth_or_is_a_person_is_no_participant():
-    assert all(map(is_reference, ["oracle", "human", "human ada", "vlm-select[simulated paper]"]))
-    assert not any(map(is_reference, ["random", "vlm-select[gemini-x]", "mine:Planner"]))
+def test_of_trials_that_say_nothing_the_name_tells():
+    names = ["oracle", "human", "human ada", "vlm-select[simulated paper]"]
+    assert not any(map(participant_by_name, names))
+    assert all(map(participant_by_name, ["random", "vlm-select[gemini-x]", "mine:Planner", "humanoid"]))
+
+
+def test_what_a_trial_says_counts_and_an_expert_of_old_saw_the_outside():
+    new = {"outside_view": False}
+    assert not participated("mine:Planner", new, {"participant": False})
+    assert participated("oracle", new, {"participant": True})
+    assert participated("human ada", new, {"participant": True})
+    assert not participated("human ada", {}, {"participant": True})
+    assert not participated("oracle", {}, {})

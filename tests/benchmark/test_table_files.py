@@ -39,6 +39,20 @@ def test_tables_are_read_as_they_were_written(played, kept):
     assert rank(again) == rank(before)
 
 
+def test_of_older_tables_the_name_tells_who_was_a_reference(kept):
+    with (kept / TRIALS_FILE).open(newline="") as f:
+        rows = list(csv.DictReader(f))
+    for row in rows:
+        assert row.pop("participant") == str("human" not in row["planner"])
+        row["planner"] = row["planner"].replace("dg-select", "oracle")
+    with (kept / TRIALS_FILE).open("w", newline="") as f:
+        writer = csv.DictWriter(f, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    references = {row.planner for row in read_rows(kept) if not row.participant}
+    assert references == {"oracle", "human anna (outside view)"}
+
+
 def test_a_report_of_tables_alone_speaks_of_no_links(kept, tmp_path):
     pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
     report = write_report([kept], tmp_path / "report")

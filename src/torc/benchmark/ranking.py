@@ -11,8 +11,6 @@ from torc.benchmark.comparison import ALPHA, Comparison, compare, holm
 from torc.benchmark.intervals import Estimate
 from torc.benchmark.measures import COST, DROPS, SUCCESS
 from torc.benchmark.rows import Table
-from torc.benchmark.spec import SIMULATED
-from torc.episode.planners import PRIVILEGED
 
 
 @dataclass(frozen=True)
@@ -23,7 +21,7 @@ class Standing:
         planner: label.
         cost, success, drops: of its completed trials.
         completed, played, planned: trials.
-        reference: not a planner to use: it knows the simulation, or is a person.
+        reference: not a planner to use: in some trial it was no participant.
         behind: against the leader; None for the leader itself, and where they share no trial.
         p: of no difference in cost from the leader, corrected for the number of planners; None as `behind`, and for
             references.
@@ -70,22 +68,12 @@ def rank(table: Table) -> list[Standing]:
     return [replace(s, p=p_of.get(s.planner)) for s in found]
 
 
-def is_reference(planner: str) -> bool:
-    """Whether a planner is a yardstick only: privileged, or a person, or one that asks a simulated VLM."""
-    name, _, model = planner.partition("[")
-    return (
-        name in PRIVILEGED
-        or model.startswith(SIMULATED)
-        or planner == "human"
-        or planner.startswith("human ")
-    )
-
-
 def _standing(table: Table, planner: str) -> Standing:
     rows, done = table.of(planner), table.completed(planner)
     played = sum(r.status != "missing" for r in rows)
     facts = COST.of(done), SUCCESS.of(done), DROPS.of(done)
-    return Standing(planner, *facts, len(done), played, len(rows), is_reference(planner))
+    reference = not all(r.participant for r in rows)
+    return Standing(planner, *facts, len(done), played, len(rows), reference)
 
 
 def _order(standing: Standing) -> tuple[bool, bool, float, float, str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.benchmark.comparable import comparable
+from torc.benchmark.participation import participated
 from torc.benchmark.playing import trial_spec
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.benchmark.spec import BenchPlanner
@@ -76,7 +77,7 @@ def _read(root: Path) -> _Found:
             directory = store.directory(trial)
             planned.add(directory)
             spec = trial_spec(trial, store.problem_path(trial.problem))
-            found = _row(directory, spec, trial.id, trial.problem.category, store.result(trial))
+            found = _row(directory, spec, asdict(spec), trial.id, trial.problem.category, store.result(trial))
             conditions = Conditions.model_validate(asdict(trial.settings)).text
             rows.append(replace(found, digest=trial.problem.digest, conditions=conditions))
     for directory in _trial_directories(root):
@@ -116,22 +117,33 @@ def _loose(directory: Path) -> TrialRow:
     spec = TrialSpec(**known, vlm=vlm)
     result = json.loads((directory / "result.json").read_text(encoding="utf-8"))
     problem = _problem(spec.problem)
-    row = _row(directory, spec, "", problem.category if problem else "unknown", result)
+    row = _row(directory, spec, facts, "", problem.category if problem else "unknown", result)
     return replace(row, conditions=Conditions.model_validate(facts).text)
 
 
 def _row(
-    directory: Path, spec: TrialSpec, trial_id: str, category: str, result: Mapping[str, Any] | None
+    directory: Path,
+    spec: TrialSpec,
+    facts: Mapping[str, Any],
+    trial_id: str,
+    category: str,
+    result: Mapping[str, Any] | None,
 ) -> TrialRow:
+    """facts: what is written down of the trial, older ones with less than a spec has now."""
     label = BenchPlanner(spec.planner, spec.vlm).label + (f" {spec.expert}" if spec.expert else "")
+    label += " (outside view)" if spec.outside_view else ""
     place = (trial_id, directory, _stem(spec.problem), category, label, spec.seed)
+    participant = participated(label, facts, result or {})
     if result is None:
-        return TrialRow(*place, "missing", max_picks=spec.max_picks)
+        return TrialRow(*place, "missing", max_picks=spec.max_picks, participant=participant)
     version = str(result.get("versions", {}).get("torc", ""))
     status = str(result["status"])
     if status != "completed":
         cause, error = str(result.get("cause", "raised")), str(result.get("error", ""))
-        return TrialRow(*place, status, cause, error, max_picks=spec.max_picks, version=version)
+        budget = spec.max_picks
+        return TrialRow(
+            *place, status, cause, error, max_picks=budget, version=version, participant=participant
+        )
     return TrialRow(
         *place,
         status,
@@ -143,6 +155,7 @@ def _row(
         max_picks=spec.max_picks,
         picked=tuple(_picks(directory / "events.jsonl", _problem(spec.problem))),
         version=version,
+        participant=participant,
     )
 
 

@@ -72,6 +72,8 @@ class TrialRow:
         version: torc's.
         digest: of the problem as it was played, see `problem_fingerprint`; "" where that is not known.
         conditions: robot, grasp planner, noise as far as they are not the default ones, see `Conditions`.
+        participant: its planner saw what planners see. Else it is a reference: it knew the simulation, or looked at
+            the scene from outside.
     """
 
     id: str
@@ -93,6 +95,7 @@ class TrialRow:
     version: str = ""
     digest: str = ""
     conditions: str = ""
+    participant: bool = True
 
     @property
     def completed(self) -> bool:

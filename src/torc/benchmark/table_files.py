@@ -12,6 +12,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, TypeAdapter
 
+from torc.benchmark.participation import participant_by_name
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.errors import InputError
 from torc.records import PickResult
@@ -108,6 +109,8 @@ def _records(path: Path, kind: TypeAdapter[_Row]) -> Iterator[tuple[tuple[str, .
         for record in reader:
             # An empty cell is empty text, but for what may be unknown.
             values = {k: None if (k, v) == ("unseen_kind", "") else v for k, v in record.items()}
+            if kind is _TRIAL:
+                values.setdefault("participant", participant_by_name(record["planner"]))
             yield tuple(record[name] for name in _KEY), kind.validate_python(values)
     except (csv.Error, KeyError, TypeError, ValueError) as error:
         problem = " ".join(str(error).split()[:20])

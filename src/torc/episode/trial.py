@@ -59,6 +59,7 @@ class TrialSpec:
         min_score: less likely grasps wait until there are no better ones; see `Pipeline`.
         expert: who decides, where the planner is a person.
         grasps: name in the registry of grasp planners or module:Class.
+        outside_view: the expert sees the scene from outside while playing.
     """
 
     problem: str
@@ -71,6 +72,7 @@ class TrialSpec:
     min_score: float = DEFAULT_MIN_SCORE
     expert: str = ""
     grasps: str = DEFAULT_GRASPS
+    outside_view: bool = False
 
     @property
     def default_name(self) -> str:
@@ -80,7 +82,8 @@ class TrialSpec:
         grasps = "" if self.grasps == DEFAULT_GRASPS else "-" + self.grasps.replace(":", ".")
         planner = self.planner.replace(":", ".")
         robot = "" if self.robot == DEFAULT_ROBOT else f"-{Path(self.robot).stem}"
-        return f"{Path(self.problem).stem}-{planner}{model}{expert}{grasps}{robot}-{self.seed}"
+        outside = "-outside" if self.outside_view else ""
+        return f"{Path(self.problem).stem}-{planner}{model}{expert}{grasps}{robot}{outside}-{self.seed}"
 
 
 @dataclass(frozen=True)
@@ -145,8 +148,8 @@ def run_trial(
     privileged = [part for part in (planner, witness) if isinstance(part, Privileged)]
     about: dict[str, Any] = {
         "vlm": None if spec.vlm is None else spec.vlm.text,
-        # Who knows the simulator's truth plays, but does not compete.
-        "participant": not privileged,
+        # Who knows the simulator's truth, or sees more than planners do, plays, but does not compete.
+        "participant": not privileged and not spec.outside_view,
     }
     if spec.vlm is not None and spec.vlm.simulated:
         about["simulated_vlm"] = asdict(find_profile(spec.vlm.model))

@@ -139,6 +139,7 @@ def fake_trial(trial_id: str, max_picks: int = 15) -> tuple[dict[str, Any], list
         "status": "completed",
         "retrieved": retrieved,
         "held_target": retrieved,
+        "participant": True,
         "end": "retrieved" if retrieved else "target lost",
         "picks": picks,
         "drops": drops,

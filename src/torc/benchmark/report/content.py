@@ -36,47 +36,52 @@ class TextTable:
     note: str = ""
 
 
+_STANDING = (
+    *("planner", "picks to retrieval", "more than the best", "retrieved", "with no drop", "drops"),
+    *("decision, s", "trials", "errored"),
+)
+
+
 def ranking_table(standings: Sequence[Standing], table: Table) -> TextTable:
-    """The first table: one row per planner, best first."""
-    rows = []
-    for place, s in enumerate(standings, start=1):
-        done = table.completed(s.planner)
-        rank = "reference" if s.reference else "-" if not done else f"{place}"
-        gap = "" if s.behind is None else signed_text(s.behind.cost, 1)
-        gap += "" if s.p is None else f", p {s.p:.2g}"
-        rows.append(
-            (
-                rank,
-                s.planner,
-                s.cost.text(1),
-                gap + (" (a tie)" if s.ties and not s.reference else ""),
-                s.success.text(),
-                DROP_FREE.of(done).text(),
-                s.drops.text(),
-                seconds_text(DECISION_S.of(done)),
-                f"{s.completed} of {s.planned}",
-                f"{100 * s.errored:.0f} %",
-            )
-        )
-    header = (
-        *(
-            "rank",
-            "planner",
-            "picks to retrieval",
-            "more than the best",
-            "retrieved",
-            "with no drop",
-            "drops",
-        ),
-        *("decision, s", "trials", "errored"),
+    """The first table: one row per planner that competes, best first."""
+    ranked = [s for s in standings if not s.reference]
+    rows = tuple(
+        (f"{place}" if s.completed else "-", *_standing_cells(s, table))
+        for place, s in enumerate(ranked, start=1)
     )
     note = (
         "Picks to retrieval: mean, a trial that never got the target counting as its whole budget (the paper's primary "
         "objective); more than the best: on the same problems and seeds, a tie where p is .05 or more; drops: mean "
-        "(the secondary one); decision: median. Brackets: 95 % intervals over problems. References know the "
-        "simulation, or are people."
+        "(the secondary one); decision: median. Brackets: 95 % intervals over problems."
     )
-    return TextTable("Ranking", header, tuple(rows), note)
+    return TextTable("Ranking", ("rank", *_STANDING), rows, note)
+
+
+def references_table(standings: Sequence[Standing], table: Table) -> TextTable:
+    """The same of those that do not compete."""
+    rows = tuple(_standing_cells(s, table) for s in standings if s.reference)
+    note = (
+        "To compare with, not to use. They know more than planners are told: the simulation (the oracle, a simulated "
+        "model, any planner that took hold of it), or, of a person, the view from outside."
+    )
+    return TextTable("References, not ranked", _STANDING, rows, note)
+
+
+def _standing_cells(s: Standing, table: Table) -> tuple[str, ...]:
+    done = table.completed(s.planner)
+    gap = "" if s.behind is None else signed_text(s.behind.cost, 1)
+    gap += "" if s.p is None else f", p {s.p:.2g}"
+    return (
+        s.planner,
+        s.cost.text(1),
+        gap + (" (a tie)" if s.ties else ""),
+        s.success.text(),
+        DROP_FREE.of(done).text(),
+        s.drops.text(),
+        seconds_text(DECISION_S.of(done)),
+        f"{s.completed} of {s.planned}",
+        f"{100 * s.errored:.0f} %",
+    )
 
 
 def measures_table(table: Table, planners: Sequence[str]) -> TextTable:

@@ -25,6 +25,9 @@ def _lines(content: Content, figures: str) -> Iterator[str]:
     for warning in content.verdict.warnings:
         yield f"> {_plain(warning)}\n"
     yield from _table(content.ranking)
+    if content.references.rows:
+        yield f"## {_plain(content.references.title)}\n"
+        yield from _table(content.references)
     yield "## Figures\n"
     for picture in (*content.paper_figures, *content.figures):
         yield from _picture(picture, figures)

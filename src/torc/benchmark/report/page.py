@@ -53,6 +53,7 @@ class Content:
         title: of the page.
         verdict: the answer.
         ranking: the first table.
+        references: the second one: who does not compete.
         paper_figures, figures: the paper's figures from our trials, and further ones.
         tables: shown openly, in order.
         details: long ones, shown when asked for.
@@ -66,6 +67,7 @@ class Content:
     title: str
     verdict: Verdict
     ranking: TextTable
+    references: TextTable
     paper_figures: Sequence[Picture]
     figures: Sequence[Picture]
     tables: Sequence[TextTable]
@@ -89,6 +91,7 @@ def html_page(content: Content) -> str:
         f"<h1>Which planner should I use? <small>{escape(content.title)}</small></h1>",
         _answer(content.verdict),
         _table(content.ranking, best, heading=False),
+        _table(content.references, None) if content.references.rows else "",
         '<nav><a href="#figures">Figures</a><a href="#tables">Tables</a><a href="#trials">Every trial</a>'
         '<a href="#failures">Failures</a><a href="#details">Every trial in numbers</a>'
         '<a href="#method">How this was made</a></nav>',

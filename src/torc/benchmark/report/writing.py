@@ -96,6 +96,7 @@ def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
         title=f"{table.root.resolve().name}: {counts}{conditions}",
         verdict=verdict(table, standings),
         ranking=content.ranking_table(standings, table),
+        references=content.references_table(standings, table),
         paper_figures=pictures[:_PAPER_FIGURES],
         figures=pictures[_PAPER_FIGURES:],
         tables=[
