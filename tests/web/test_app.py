@@ -8,10 +8,13 @@ from dataclasses import asdict
 import pytest
 
 from torc.episode.conditions import sources
-from torc.episode.viewer_links import REPORT, trial_link
+from torc.episode.trial import TrialSpec
+from torc.episode.viewer_links import REPORT, trial_key, trial_link
 from torc.errors import InputError
 from torc.records.files import write_json
 from torc.robots.schema import EXAMPLE
+from torc.task_planning.registry import make_planner
+from torc.testing.fake_trial import play_fake_trial
 from torc.testing.page_server import Game
 from torc.web.human_queue import make_queue
 from torc.web.serving import address, listen
@@ -194,7 +197,57 @@ def test_giving_up_ends_the_trial_and_costs_no_pick(game):
         assert (result["end"], result["picks"]) == ("gave up", 0)
 
 
-def test_robot_pictures_come_in_order_and_only_new_ones(game):
+def test_while_a_problem_is_to_be_played_nothing_that_has_ended_is_told_of_it(tmp_path):
+    """Two experts, and a trial of somebody else's: what tells all waits for the last of them."""
+    root = tmp_path / "human"
+    theirs = play_fake_trial(TrialSpec("one", "random"), root / "theirs", make_planner("random"))
+    (theirs.directory / "video.mp4").write_bytes(b"the outside")
+    game = Game(root, experts=("anna", "ben"))
+    paths = [f"/api/trials/{trial_key('theirs')}{part}" for part in ("", "/picks/0", "/video.mp4")]
+    with game.served() as client:
+        for _ in range(2):
+            key = _start(game, client)
+            game.wait(Phase.CHOOSING)
+            assert [client.get(path).status for path in paths] == [404] * 3
+            assert "still to be played" in client.get(paths[0]).json["error"]
+            own = client.get(f"/api/trials/{key}").json
+            assert (own["names"], own["video"], own["result"]) == ([], False, None)
+            assert client.get(f"/api/trials/{key}/video.mp4").status == 404
+            client.post("/api/session/choose", {"trial": key, "pick": 0, "give_up": True})
+        game.wait(Phase.DONE)
+        assert [client.get(path).status for path in paths] == [200] * 3
+        assert client.get(f"/api/trials/{key}").json["names"] != []
+
+
+def test_a_video_is_offered_once_nobody_plays_the_problem_any_more(tmp_path):
+    queue = make_queue(("one", "two"), ("anna", "ben"), tmp_path, 0, 15, False)
+    offered = []
+    for trial in queue.trials:
+        trial.directory.mkdir()
+        (trial.directory / "result.json").write_text('{"status": "completed"}')
+        (trial.directory / "video.mp4").touch()
+        offered.append([line["video"] for line in queue.lines()])
+    assert offered == [[False] * 4, [False] * 4, [True, False, True, False], [True] * 4]
+
+
+def test_nobody_sees_the_robot_from_outside(game):
+    with game.served() as client:
+        game.wait(Phase.READY)
+        assert client.get("/api/trials").json["outside"] is False
+        assert client.get("/api/robot.jpg").status == 404
+        assert client.get("/report").status == 404
+
+
+def test_trials_with_the_outside_view_stand_apart(tmp_path):
+    (seen,) = make_queue(("one",), ("anna",), tmp_path, 0, 15, False, outside_view=True).trials
+    (plain,) = make_queue(("one",), ("anna",), tmp_path, 0, 15, False).trials
+    assert seen.spec.outside_view
+    assert seen.directory.name == "one-human-anna-outside-0"
+    assert plain.directory != seen.directory
+
+
+def test_robot_pictures_come_in_order_and_only_new_ones(tmp_path):
+    game = Game(tmp_path / "human", outside_view=True)
     with game.served() as client:
         game.wait(Phase.READY)
         assert not game.board.watched

@@ -217,17 +217,38 @@ def test_giving_up_asks_first(game, open_page):
         page.locator("#ended", has_text="not retrieved (gave up)").wait_for()
 
 
-def test_the_robot_is_shown_while_it_works(game, open_page):
+def test_nothing_is_shown_of_the_working_robot(game, open_page):
+    game.may_move.clear()
+    with game.served() as client:
+        page, asked = open_page(client.url), []
+        page.on("request", lambda r: asked.append(r.url))
+        page.click("#start")
+        _ready_to_pick(page, 1)
+        assert page.locator("#reference").is_hidden()
+        seen = page.locator("#seen").get_attribute("src")
+        page.keyboard.press("1")
+        page.click("#pick")
+        page.locator("#says", has_text="The robot picks object 1").wait_for()
+        assert page.locator("#robot").is_hidden()
+        assert page.locator("#seen").get_attribute("src") == seen
+        game.may_move.set()
+        _ready_to_pick(page, 2)
+    assert not [url for url in asked if "robot.jpg" in url or "video" in url]
+
+
+def test_with_the_outside_view_the_robot_is_shown_while_it_works_and_that_is_said(tmp_path, open_page):
     import numpy as np
 
     from torc.web.frames import jpeg
 
+    game = Game(tmp_path / "human", outside_view=True)
     game.may_move.clear()
     with game.served() as client:
         page = open_page(client.url)
         page.click("#start")
         _ready_to_pick(page, 1)
         assert page.locator("#robot").is_hidden()
+        page.locator("#reference", has_text="a reference").wait_for()
         page.keyboard.press("1")
         page.click("#pick")
         page.locator("#says", has_text="The robot picks object 1").wait_for()

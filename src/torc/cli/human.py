@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 class HumanCommand:
     """Choose the objects yourself: a local page shows what the task planners see, and the robot does what you choose.
 
+    You see no more than they do: not the robot at work, which would show what is hidden. --video films it from outside,
+    for afterwards; with --outside-view you watch, and the trials count as references.
+
     Every expert plays every problem. Each trial is recorded like any other (`torc view DIR` shows it). Run the same
     command again to go on: what is complete is skipped, what was interrupted starts again from its beginning.
 
@@ -40,7 +43,11 @@ class HumanCommand:
     robot: str = DEFAULT_ROBOT
     """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     video: bool = False
-    """Also write video.mp4 of each trial."""
+    """Also write video.mp4 of each trial: the robot from outside. The page shows it once nobody has to play the problem
+    any more."""
+    outside_view: bool = False
+    """Show the robot from outside while it works. You then see more than planners do, so that these trials stand apart
+    in reports, as references, and are not ranked."""
     host: str = "127.0.0.1"
     """Where to listen. Anything but this machine's own addresses makes a token that the browser needs."""
     port: int = VIEWER_PORT
@@ -71,7 +78,8 @@ class HumanCommand:
             load_problem(problem)
         load_robot(self.robot)
         experts = [name.strip() for name in self.experts.split(",") if name.strip()]
-        queue = make_queue(problems, experts, self.out, self.seed, self.max_picks, self.noise, self.robot)
+        settings = self.seed, self.max_picks, self.noise, self.robot, self.outside_view
+        queue = make_queue(problems, experts, self.out, *settings)
         try:
             self.out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -79,7 +87,11 @@ class HumanCommand:
                 f"Cannot write to '{self.out}': {error.strerror}. Choose another --out."
             ) from error
         _say_what_is_left(queue.lines())
-        session, board = Session(), FrameBoard()
+        if self.outside_view:
+            print(
+                "With the view from outside you see more than planners do: these trials are references, not ranked."
+            )
+        session, board = Session(), FrameBoard() if self.outside_view else None
         try:
             with served_page(Shelf(self.out), queue, session, board, self.host, self.port, self.open):
                 queue.play(session, lambda spec, out: self._play(spec, out, session, board))
@@ -93,19 +105,22 @@ class HumanCommand:
             )
         return 130 if queue.waiting() else 0
 
-    def _play(self, spec: "TrialSpec", out: Path, session: "Session", board: "FrameBoard") -> "Trial":
+    def _play(self, spec: "TrialSpec", out: Path, session: "Session", board: "FrameBoard | None") -> "Trial":
+        from contextlib import ExitStack
+
         from torc.episode.trial import run_trial
         from torc.web.expert import HumanPlanner, SessionListener
         from torc.web.frames import RobotCamera
 
         session.publish(message="Preparing the simulation")
-        with RobotCamera(board) as camera:
+        with ExitStack() as stack:
+            camera = stack.enter_context(RobotCamera(board)) if board is not None else None
             trial = run_trial(
                 spec,
                 out,
                 planner=HumanPlanner(session, spec.expert),
                 listeners=[SessionListener(session)],
-                observers=[camera.observe],
+                observers=[camera.observe] if camera is not None else [],
                 video=self.video,
                 overwrite=True,
                 say=lambda text: session.publish(message=text),

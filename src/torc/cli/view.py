@@ -31,12 +31,11 @@ class ViewCommand:
         from torc.cli.web_page import served_page, web_parts
 
         web_parts()
-        from torc.web.frames import FrameBoard
         from torc.web.shelf import open_shelf
 
         shelf = open_shelf(self.directory)
         try:
-            with served_page(shelf, shelf, None, FrameBoard(), self.host, self.port, self.open):
+            with served_page(shelf, shelf, None, None, self.host, self.port, self.open):
                 threading.Event().wait()
         except KeyboardInterrupt:
             print()

@@ -26,7 +26,7 @@ def served_page(
     shelf: "Shelf",
     trials: "TrialList",
     session: "Session | None",
-    frames: "FrameBoard",
+    frames: "FrameBoard | None",
     host: str,
     port: int,
     open_browser: bool,

@@ -20,7 +20,7 @@ from torc.episode.trial_lines import (
 from torc.errors import InputError
 from torc.scenes.strict_files import read_bytes
 
-LOG = "events.jsonl"
+LOG, VIDEO = "events.jsonl", "video.mp4"
 MAX_TRIALS, MAX_DEPTH = 20_000, 6
 _MAX_PICTURE_BYTES = 32 * 2**20
 _PNG = b"\x89PNG\r\n\x1a\n"
@@ -76,7 +76,7 @@ class RecordedTrial:
     @property
     def video(self) -> Path | None:
         """The video, if there is one."""
-        path = self.directory / "video.mp4"
+        path = self.directory / VIDEO
         return path if path.is_file() and not path.is_symlink() and self.result else None
 
     def _pick_path(self, number: int, name: str) -> Path:

@@ -19,8 +19,8 @@ class ExecutionConfig:
     """How a pick is carried out.
 
     Attributes:
-        open_width_m: the gripper's largest opening.
-        clearance_m: None: open fully before the motion; else to the expected width plus this (for tight clutter; the
+        open_width_m: how far the gripper opens; None: as far as it goes. The plan must have been made for that opening.
+        clearance_m: None: open so far before the motion; else to the expected width plus this (for tight clutter; the
             plan must have been made for that opening).
         grip_force_n: force of each pad on the object.
         free_guard, approach_guard, transfer_guard: when these motions stop on contact; None: never.
@@ -32,7 +32,7 @@ class ExecutionConfig:
         retreat_ramp_s: time in which the way back picks up speed.
     """
 
-    open_width_m: float = 0.085
+    open_width_m: float | None = None
     clearance_m: float | None = None
     grip_force_n: float = 50.0
     free_guard: ContactGuard | None = field(default_factory=ContactGuard)
@@ -148,7 +148,7 @@ def _deliver(run: "_Run") -> ExecutionTrace:
     what the failed grasp has moved, and press it against the table.
     """
     still = run.gripper.state.holding
-    run.open(Phase.RELEASE, run.config.open_width_m)
+    run.open(Phase.RELEASE, run.widest_m())
     home = run.follow(Phase.HOME, run.plan.home, None)
     if not run.held_after_lift:
         return run.trace(PickResult.MISSED, home, "nothing was between the fingers after the lift")
@@ -210,11 +210,16 @@ class _Run:
         self.held_after_lift = False
         self.delivered = False
 
+    def widest_m(self) -> float:
+        """How far the fingers ever open."""
+        most = self.gripper.max_width_m
+        return most if self.config.open_width_m is None else min(self.config.open_width_m, most)
+
     def opening_m(self) -> float:
         """How far the fingers are apart on the way to the object."""
         if self.config.clearance_m is None:
-            return self.config.open_width_m
-        return min(self.config.open_width_m, self.plan.width_m + self.config.clearance_m)
+            return self.widest_m()
+        return min(self.widest_m(), self.plan.width_m + self.config.clearance_m)
 
     def open(self, phase: Phase, width_m: float) -> None:
         """Open the gripper."""

@@ -86,6 +86,11 @@ class Arm(Protocol):
 class Gripper(Protocol):
     """Opens and closes; reports what it holds."""
 
+    @property
+    def max_width_m(self) -> float:
+        """Largest opening between the pads."""
+        ...
+
     def open(self, width_m: float) -> GripperState:
         """Open (or close) the pads to width_m without force; returns when they rest."""
         ...

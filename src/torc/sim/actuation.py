@@ -76,6 +76,11 @@ class SimulatedGripper:
         """Whether the latest command was to close: then whatever touches the fingers is gripped."""
 
     @property
+    def max_width_m(self) -> float:
+        """Largest opening between the pads."""
+        return self._gripper.max_width_m
+
+    @property
     def width_m(self) -> float:
         """Distance between the pads."""
         world = self._stepper.world

@@ -50,12 +50,14 @@ class FakeGripper:
     Attributes:
         object_width_m: what it closes on.
         loses_after: number of looks at `state` while closed after which the object is gone.
+        max_width_m: largest opening.
         width_m: opening now.
         commands: what was asked, ("open", width) or ("close", force).
     """
 
     object_width_m: float | None = 0.04
     loses_after: int | None = None
+    max_width_m: float = 0.085
     width_m: float = 0.085
     commands: list[tuple[str, float]] = field(default_factory=list)
     _closed: bool = False

@@ -88,7 +88,7 @@ def served(
     shelf = Shelf(root)
 
     def make(real_port: int) -> Any:
-        return make_app(Site(shelf, trials or shelf, session, board or FrameBoard(), token, real_port))
+        return make_app(Site(shelf, trials or shelf, session, board, token, real_port))
 
     with serving(make, listen("127.0.0.1", port)) as real_port:
         yield Client(real_port)
@@ -101,9 +101,11 @@ class Game:
         root: where they are recorded.
         problems, experts: names.
         shapes: what stands on the table.
+        outside_view: the experts see the robot from outside.
 
     Attributes:
         may_move: cleared, the robot waits before its motion.
+        board: pictures from outside; None without them.
     """
 
     def __init__(
@@ -112,10 +114,12 @@ class Game:
         problems: Sequence[str] = ("one",),
         experts: Sequence[str] = ("anna",),
         shapes: Sequence[Shape] = SHAPES,
+        outside_view: bool = False,
     ) -> None:
-        self.root, self.session, self.board, self._shapes = root, Session(), FrameBoard(), shapes
+        self.root, self.session, self._shapes = root, Session(), shapes
+        self.board = FrameBoard() if outside_view else None
         root.mkdir(parents=True, exist_ok=True)
-        self.queue = make_queue(problems, experts, root, 0, 15, False)
+        self.queue = make_queue(problems, experts, root, 0, 15, False, outside_view=outside_view)
         self.may_move = threading.Event()
         self.may_move.set()
         threading.Thread(target=self.queue.play, args=(self.session, self._play), daemon=True).start()

@@ -41,6 +41,10 @@ class TrialList(Protocol):
         """A line per trial."""
         ...
 
+    def withholds(self, trial: RecordedTrial) -> bool:
+        """Whether a trial is not to be looked at yet: it would tell somebody who still has to play its problem."""
+        ...
+
 
 @dataclass(frozen=True)
 class Site:
@@ -50,7 +54,7 @@ class Site:
         shelf: the trials on disk.
         trials: those that are listed.
         session: the expert's session; None: nothing is played here.
-        frames: pictures of the working robot.
+        frames: pictures of the working robot from outside; None: nobody sees it.
         token: None where only this machine reaches the server.
         port: where it listens.
     """
@@ -58,7 +62,7 @@ class Site:
     shelf: Shelf
     trials: TrialList
     session: Session | None
-    frames: FrameBoard
+    frames: FrameBoard | None
     token: str | None
     port: int
 
@@ -81,7 +85,6 @@ def make_app(site: Site) -> Starlette:
     routes = [
         Route("/", app.page),
         Route("/page/{name}", app.part),
-        Route("/report", app.report),
         Route("/api/trials", app.trials),
         Route("/api/trials/{key}", app.trial),
         Route("/api/trials/{key}/video.mp4", app.video),
@@ -90,14 +93,17 @@ def make_app(site: Site) -> Starlette:
         Route("/api/trials/{key}/picks/{pick:int}/small.jpg", app.small_picture),
         Route("/api/trials/{key}/picks/{pick:int}/arrays", app.arrays),
     ]
-    if site.session is not None:
+    if site.session is None:
+        routes.append(Route("/report", app.report))
+    else:
         routes += [
             Route("/api/session", app.session),
             Route("/api/session/changes", app.changes),
             Route("/api/session/start", app.start, methods=["POST"]),
             Route("/api/session/choose", app.choose, methods=["POST"]),
-            Route("/api/robot.jpg", app.robot),
         ]
+    if site.session is not None and site.frames is not None:
+        routes.append(Route("/api/robot.jpg", app.robot))
     middleware = [
         Middleware(Gate, token=site.token, port=site.port),
         Middleware(GZipMiddleware, minimum_size=1000, compresslevel=1),
@@ -128,7 +134,10 @@ class _App:
     def trials(self, request: Request) -> Response:
         mode = "human" if self._site.session else "view"
         report = has_report(self._site.shelf.root)
-        return _json({"mode": mode, "report": report, "trials": self._site.trials.lines()})
+        outside = self._site.session is not None and self._site.frames is not None
+        return _json(
+            {"mode": mode, "report": report, "outside": outside, "trials": self._site.trials.lines()}
+        )
 
     def trial(self, request: Request) -> Response:
         return _json({"key": request.path_params["key"], **trial_page(self._read(request))})
@@ -175,7 +184,7 @@ class _App:
         after = request.query_params.get("after", "0")
         seen = int(after) if after.isdecimal() and len(after) < 16 else 0
         for _ in range(round(_FRAME_WAIT_S / _POLL_S)):
-            number, picture = self._site.frames.watch()
+            number, picture = self._frames.watch()
             if number > seen or (number and number < seen):
                 return Response(picture, media_type="image/jpeg", headers={_FRAME_NUMBER: str(number)})
             if self.closing.is_set() or await request.is_disconnected():
@@ -188,6 +197,12 @@ class _App:
         if self._site.session is None:
             raise InputError("Nothing is played here.")
         return self._site.session
+
+    @property
+    def _frames(self) -> FrameBoard:
+        if self._site.frames is None:
+            raise InputError("Nobody sees the robot from outside.")
+        return self._site.frames
 
     async def _states(self) -> AsyncIterator[str]:
         told, waited = -1, 0.0
@@ -204,7 +219,10 @@ class _App:
             waited += _POLL_S
 
     def _read(self, request: Request) -> RecordedTrial:
-        return self._site.shelf.read(request.path_params["key"])
+        trial = self._site.shelf.read(request.path_params["key"])
+        if self._site.trials.withholds(trial):
+            raise InputError("This problem is still to be played. Its trials can be looked at afterwards.")
+        return trial
 
 
 @cache

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from torc.episode.conditions import Conditions, sources
+from torc.episode.recorded import VIDEO, RecordedTrial
 from torc.episode.trial import Trial, TrialSpec
-from torc.episode.trial_lines import ResultFacts, read_facts
+from torc.episode.trial_lines import ResultFacts, SpecFacts, read_facts
 from torc.episode.viewer_links import PARTIAL, trial_key
 from torc.errors import InputError
 from torc.robots.names import DEFAULT_ROBOT
@@ -81,7 +82,15 @@ class HumanQueue:
 
     def lines(self) -> list[dict[str, Any]]:
         """A line per trial."""
-        return [_line(t) for t in self.trials]
+        to_play = self._to_play()
+        return [{**_line(t), "video": _problem(t.spec) not in to_play and _has_video(t)} for t in self.trials]
+
+    def withholds(self, trial: RecordedTrial) -> bool:
+        """Whether a trial has ended, and so tells all, while its problem is still to be played by anybody."""
+        return trial.result is not None and _problem(trial.spec) in self._to_play()
+
+    def _to_play(self) -> set[str]:
+        return {_problem(t.spec) for t in self.trials if t.status != "completed"}
 
 
 def make_queue(
@@ -92,6 +101,7 @@ def make_queue(
     max_picks: int,
     noise: bool,
     robot: str = DEFAULT_ROBOT,
+    outside_view: bool = False,
 ) -> HumanQueue:
     """Every expert's turn at every problem, expert by expert.
 
@@ -106,7 +116,7 @@ def make_queue(
                 f"'{name}' cannot be an expert's name: at most 32 letters (a-z), digits, '.', '_' and '-'."
             )
     specs = [
-        TrialSpec(problem, NAME, seed, max_picks, noise, robot, expert=expert)
+        TrialSpec(problem, NAME, seed, max_picks, noise, robot, expert=expert, outside_view=outside_view)
         for expert in names
         for problem in problems
     ]
@@ -146,11 +156,19 @@ def _set_aside(directory: Path) -> None:
         directory.rename(aside)
 
 
+def _problem(spec: TrialSpec | SpecFacts) -> str:
+    return Path(spec.problem).stem
+
+
+def _has_video(trial: QueuedTrial) -> bool:
+    return (trial.directory / VIDEO).is_file()
+
+
 def _line(trial: QueuedTrial) -> dict[str, Any]:
     line: dict[str, Any] = {
         "key": trial.key,
         "name": trial.directory.name,
-        "problem": Path(trial.spec.problem).stem,
+        "problem": _problem(trial.spec),
         "planner": NAME,
         "expert": trial.spec.expert,
         "seed": trial.spec.seed,

@@ -54,6 +54,10 @@ class Shelf:
         """A line per trial."""
         return [{"key": key, **_line(path, self.root)} for key, path in self.directories().items()]
 
+    def withholds(self, trial: RecordedTrial) -> bool:
+        """No: whoever looks here has nothing to play."""
+        return False
+
 
 def open_shelf(root: Path) -> Shelf:
     """The trials of a directory. Raises InputError where there are none."""

@@ -1,5 +1,6 @@
 // Help, the question before giving up, the list of trials.
 
+import { trialPath } from "./api.js";
 import { $, el, replace } from "./dom.js";
 import { verdict } from "./panels.js";
 
@@ -12,11 +13,13 @@ const KEYS = {
 };
 const BOTH = [["z", "zoom to the objects"], ["o", "objects"], ["d", "graph"], ["c", "3-D view"], ["?", "this help"], ["Esc", "close; nothing selected"]];
 
-export function showHelp(mode) {
+export function showHelp(mode, outside) {
   const rows = [...KEYS[mode], ...BOTH].map(([key, text]) => el("tr", {}, el("td", {}, el("kbd", {}, key)), el("td", {}, text)));
   fill("help", el("h2", { id: "help-title" }, mode === "human" ? "Choosing" : "Looking at trials"),
     el("p", {}, mode === "human"
-      ? "Choose which object the robot removes next, so that it gets the target with few picks and drops nothing. You see what every task planner sees."
+      ? "Choose which object the robot removes next, so that it gets the target with few picks and drops nothing. "
+        + (outside ? "You see what every task planner sees, and the robot from outside: your trials are references, and not ranked."
+          : "You see what every task planner sees, and no more: not the robot at work, which would show what is hidden.")
       : "Each pick shows what the task planner saw, what it chose and why, and what came of it."),
     el("table", {}, el("tbody", {}, rows)),
     el("p", {}, "Graspable: a grasp is in reach, blocked by nothing, and likely enough to hold. In the graph an arrow leads from an object to what has to go before it. In the 3-D view the coloured volume was never seen: a hidden target is in it."),
@@ -54,7 +57,8 @@ export function queueCard(state, trials, start) {
 function ended(last, message) {
   const good = last.status === "completed" && last.retrieved;
   const text = last.status === "errored" ? `The trial broke: ${message || last.error}. It can be played again.` : `${verdict(last)}.`;
-  return el("p", { class: good ? "good" : "bad", id: "ended" }, `${last.name}: ${text}`);
+  return el("div", {}, el("p", { class: good ? "good" : "bad", id: "ended" }, `${last.name}: ${text}`),
+    last.video ? el("video", { id: "outside", src: `${trialPath(last.key)}/video.mp4`, controls: true, preload: "metadata", "aria-label": "The trial from outside" }) : null);
 }
 
 function queued(t, state, start) {

@@ -20,7 +20,7 @@ const BUSY = ["preparing", "looking", "planning", "executing"];
 const SHOWABLE = ["choosing", "planning", "executing"];
 
 const app = {
-  mode: null, trials: [], session: null, trial: null, key: null, pick: null, page: null, arrays: null,
+  mode: null, outside: false, trials: [], session: null, trial: null, key: null, pick: null, page: null, arrays: null,
   selected: null, hovered: null, tab: "Objects", back: null, note: "", refusal: "", robot: false,
 };
 const picture = new Picture({ hover: (id) => { app.hovered = id; point(); }, select });
@@ -106,7 +106,7 @@ function drawStage() {
   $("video").hidden = !film;
   if (film && $("video").getAttribute("src") !== videoPath()) $("video").src = videoPath();
   if (!film) $("video").pause();
-  $("zoom").hidden = idle || busy || film;
+  $("zoom").hidden = idle || film || !$("robot").hidden;
   const chosen = app.page?.chosen;
   const past = app.page && `Pick ${app.pick + 1}: ${chosen === null ? "no object" : `object ${chosen}`}, ${app.page.result || "not carried out"}`;
   const said = busy || phase === "ready" || phase === "done" ? app.session.message : "";
@@ -226,7 +226,7 @@ async function follows(state, streamed = false) {
 
 listen({
   select: (id) => object(id) && select(id), step, pick, giveUp, go, tab: openTab, zoom: () => picture.toggleZoom(),
-  help: () => showHelp(app.mode), note: () => $("note")?.focus(), trials: listTrials, clear: () => select(null),
+  help: () => showHelp(app.mode, app.outside), note: () => $("note")?.focus(), trials: listTrials, clear: () => select(null),
 }, { mode: () => app.mode, ids: () => (app.page?.objects || []).map((o) => o.id) });
 
 async function listTrials() {
@@ -243,7 +243,8 @@ async function openAddressed() {
 
 async function begin() {
   const found = await get("/api/trials");
-  Object.assign(app, { mode: found.mode, trials: found.trials });
+  Object.assign(app, { mode: found.mode, trials: found.trials, outside: found.outside });
+  $("reference").hidden = !app.outside;
   if (app.mode === "view") {
     app.tab = "Decision";
     $("show-trials").hidden = found.trials.length < 2;
@@ -253,7 +254,7 @@ async function begin() {
     return;
   }
   follow((state) => attempt(follows(state, true)), (gone) => { $("connection").hidden = !gone; });
-  watchRobot(() => app.back === null && BUSY.includes(app.session?.phase), (url) => {
+  if (app.outside) watchRobot(() => app.back === null && BUSY.includes(app.session?.phase), (url) => {
     $("robot").src = url;
     if (!app.robot) { app.robot = true; drawStage(); }
   });
