@@ -10,14 +10,17 @@ from generation_configs import SMALL
 from torc.errors import InputError
 from torc.generation import generator as generator_module
 from torc.generation.batch import Job, generate_batch
+from torc.generation.clutter import ClutterConfig
 from torc.generation.config import GENERATOR_VERSION, GenerationConfig, Hiddenness
 from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem, is_made_from
 from torc.generation.inspection import SceneView
 from torc.generation.rejections import Reason
 from torc.generation.surroundings import Surroundings
+from torc.robots.loading import load_robot
 from torc.scenes.library import load_object
 from torc.scenes.object_files import save_object
 from torc.scenes.problem import parse_problem, problem_text
+from torc.testing.grippers import write_slides
 
 
 def test_the_same_seed_gives_the_same_problem_bit_for_bit(generated, inspector):
@@ -200,3 +203,12 @@ def test_a_target_is_as_hidden_as_wanted(hidden, inspector):
     made = generate_problem(GenerationConfig("structured", (12, 14), hidden), 5, inspector)
     assert isinstance(made, GeneratedProblem)
     assert made.difficulty.hiddenness is Hiddenness(hidden)
+
+
+def test_no_generated_box_lies_so_that_it_is_too_wide_for_the_gripper(tmp_path):
+    given = ClutterConfig()
+    assert generator_module._for_gripper(given, load_robot().gripper) == given
+    narrow = load_robot(str(write_slides(tmp_path, 0.05))).gripper
+    assert generator_module._for_gripper(given, narrow).arrangement.lying_width_m < 0.05
+    anything = replace(given, arrangement=replace(given.arrangement, lying_width_m=np.inf))
+    assert generator_module._for_gripper(anything, narrow).arrangement.lying_width_m < 0.05

@@ -11,6 +11,8 @@ from torc.grasping.config import GraspConfig, SelectionConfig
 from torc.grasping.features import FEATURE_NAMES
 from torc.grasping.planner import GeometricGraspPlanner, candidates_with_features
 from torc.grasping.scoring import HandScore
+from torc.robots.loading import load_robot
+from torc.testing.grippers import write_slides
 from torc.testing.synthetic import SyntheticCylinder, SyntheticSphere
 from torc.testing.views import view_of
 
@@ -166,3 +168,13 @@ def test_a_support_height_that_is_no_number_is_refused(gripper):
 def test_a_tall_can_in_a_corner_of_the_view_is_found(planner):
     g = plan(planner, view_of(SyntheticCylinder(0, (0.75, 0.2, TABLE_Z + 0.08), 0.033, 0.16)))
     assert len(g) > 10
+
+
+def test_a_wide_hand_expects_deeper_objects_and_the_shipped_one_what_it_was_trained_with(tmp_path):
+    wide, default = load_robot(str(write_slides(tmp_path, 0.14))), load_robot()
+    depths = [
+        GeometricGraspPlanner(robot.gripper, TABLE_Z).config.clouds.max_hidden_depth_m
+        for robot in (default, wide)
+    ]
+    assert depths[0] == GraspConfig().clouds.max_hidden_depth_m
+    assert 0.10 < depths[1] < 0.14

@@ -80,6 +80,19 @@ def test_fitted_opening() -> None:
     assert gripper.commands[0] == ("open", pytest.approx(0.055))
 
 
+@pytest.mark.parametrize("width_m", [0.05, 0.14])
+def test_a_gripper_opens_as_far_as_it_can(width_m: float) -> None:
+    gripper = FakeGripper(max_width_m=width_m)
+    run(FakeArm(REST), gripper)
+    assert [asked for what, asked in gripper.commands if what == "open"] == [width_m, width_m]
+
+
+def test_no_further_than_is_asked_for() -> None:
+    gripper = FakeGripper(max_width_m=0.14)
+    run(FakeArm(REST), gripper, config=ExecutionConfig(open_width_m=0.06))
+    assert [asked for what, asked in gripper.commands if what == "open"] == [0.06, 0.06]
+
+
 def test_each_step_is_reported_as_it_ends() -> None:
     seen: list[Phase] = []
     trace = execute_pick(FakeArm(REST), FakeGripper(), plan(), on_phase=lambda p: seen.append(p.phase))

@@ -17,7 +17,7 @@ from torc.generation.inspection import Inspector, SceneView, robot_facts
 from torc.generation.rejections import Reason
 from torc.pipeline.seeding import stage_rng
 from torc.records import MAX_OBJECTS
-from torc.robots.description import RobotDescription
+from torc.robots.description import GripperDescription, RobotDescription
 from torc.scenes.library import object_description
 from torc.scenes.problem import Problem
 from torc.scenes.problem_file import Scalar
@@ -29,6 +29,8 @@ from torc.sim.world import build_world
 STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
 """How still a generated problem is: within what is allowed after 10 s, by a margin, since the watch may end early."""
 _CHANCES = 3
+_GRIPPER_ROOM_M = 0.005
+"""What a gripper goes around is narrower than its opening by this."""
 _FOUND = ("attempt", "target", "hiddenness", "visible_fraction", "in_front", "beside", "taller")
 """Of a problem's origin, what was not asked for."""
 _LONGEST_LIST = 1500
@@ -112,6 +114,12 @@ def is_made_from(problem: Problem, config: GenerationConfig, seed: int, robot: R
     return stated == asked and problem.name == problem_name(config, seed)
 
 
+def _for_gripper(clutter: ClutterConfig, gripper: GripperDescription) -> ClutterConfig:
+    """Settings in which no box lies so that it is too wide for the gripper."""
+    lying_m = min(clutter.arrangement.lying_width_m, gripper.max_width_m - _GRIPPER_ROOM_M)
+    return replace(clutter, arrangement=replace(clutter.arrangement, lying_width_m=lying_m))
+
+
 def _attempt(
     config: GenerationConfig,
     count: int,
@@ -122,7 +130,7 @@ def _attempt(
     clutter: ClutterConfig | None,
 ) -> tuple[Problem, Difficulty] | Reason:
     """One scene, and a target in it."""
-    clutter = clutter or ClutterConfig()
+    clutter = _for_gripper(clutter or ClutterConfig(), inspector.robot.gripper)
     spare = max(2, round(clutter.spare * count)) if config.category == "unstructured" else 0
     # As far as there are enough models none occurs twice: the target's description must be unique.
     dumped = min(count + spare, MAX_OBJECTS, len(models))

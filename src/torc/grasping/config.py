@@ -14,7 +14,8 @@ class CloudConfig:
         neighbour_voxel_m: the same for the cloud in which *other* objects are looked up.
         cell_m: edge of the cells that neighbours are looked up in.
         min_pixels: objects with fewer visible pixels get no grasps.
-        max_hidden_depth_m: an object is taken to be no deeper along the viewing ray than this, unless seen.
+        max_hidden_depth_m: an object is taken to be no deeper along the viewing ray than this, unless seen. For hands
+            that open further than a 2F-85 it grows with the opening.
         min_hidden_depth_m, depth_per_height: its depth is at least this, or this times its height.
     """
 

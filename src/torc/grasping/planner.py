@@ -1,6 +1,6 @@
 """Geometric grasp planning: propose, check, measure, score, select."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8, UInt64
@@ -21,6 +21,8 @@ from torc.records import MAX_OBJECTS, GraspSet, OcclusionVolume, SegmentedScene
 from torc.robots.description import GripperDescription
 
 GENERATOR_NAMES = tuple(GENERATORS)
+_DEPTH_PER_OPENING = 0.88
+"""An object this deep, in openings of the hand, still fits between the fingers: 75 mm for a 2F-85."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ class GeometricGraspPlanner:
             raise InputError(f"The height of the support is {support_z_m}; give it in metres.")
         self.hand = hand_geometry(gripper)
         self.support_z_m = float(support_z_m)
-        self.config = GraspConfig() if config is None else config
+        self.config = _for_hand(GraspConfig() if config is None else config, self.hand)
         self.scorer = default_scorer() if scorer is None else scorer
 
     def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
@@ -173,6 +175,12 @@ class GeometricGraspPlanner:
             found.blockers[keep],
             len(raw),
         )
+
+
+def _for_hand(config: GraspConfig, hand: HandGeometry) -> GraspConfig:
+    """The settings for a hand: what a wide one may hold is taken to be deeper than the default."""
+    depth = max(config.clouds.max_hidden_depth_m, _DEPTH_PER_OPENING * hand.max_width_m)
+    return replace(config, clouds=replace(config.clouds, max_hidden_depth_m=depth))
 
 
 def _drawn_blocked(
