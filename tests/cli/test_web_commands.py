@@ -64,6 +64,15 @@ class _Served:
                 return found.group()
         raise AssertionError("it did not start")
 
+    def said(self):
+        """What it prints up to its address."""
+        lines = []
+        for line in self.process.stdout:
+            lines.append(line)
+            if "http://" in line:
+                break
+        return "".join(lines)
+
     def interrupted(self):
         """Ctrl-C: its exit code, and what it says in the end."""
         self.process.send_signal(signal.SIGINT)
@@ -84,6 +93,11 @@ def test_view_serves_until_ctrl_c_and_asks_for_a_token_where_others_reach_it(tmp
     assert code == 0
     assert "Traceback" not in rest
     assert where.partition("token=")[2] not in rest or host == "127.0.0.1"
+
+
+def test_with_the_outside_view_human_says_that_trials_are_references(tmp_path):
+    with _Served("human", "structured-01", "--outside-view", "--out", tmp_path) as served:
+        assert "these trials are references, not ranked" in served.said()
 
 
 def test_human_says_what_is_left_after_ctrl_c(tmp_path):

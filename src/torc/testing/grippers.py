@@ -19,6 +19,7 @@ _TIP_M = 0.045
 
 def write_slides(directory: Path, max_width_m: float) -> Path:
     """Write a robot whose gripper opens to max_width_m, as YAML and MJCF. Returns the YAML file."""
+    directory.mkdir(parents=True, exist_ok=True)
     name = f"slides_{1000 * max_width_m:03.0f}"
     facts = yaml.safe_load(EXAMPLE.read_text(encoding="utf-8"))
     tree = ElementTree.parse(EXAMPLE.with_name(facts["mjcf"]))

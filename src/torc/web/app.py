@@ -101,9 +101,8 @@ def make_app(site: Site) -> Starlette:
             Route("/api/session/changes", app.changes),
             Route("/api/session/start", app.start, methods=["POST"]),
             Route("/api/session/choose", app.choose, methods=["POST"]),
+            Route("/api/robot.jpg", app.robot),
         ]
-    if site.session is not None and site.frames is not None:
-        routes.append(Route("/api/robot.jpg", app.robot))
     middleware = [
         Middleware(Gate, token=site.token, port=site.port),
         Middleware(GZipMiddleware, minimum_size=1000, compresslevel=1),
