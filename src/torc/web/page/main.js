@@ -106,7 +106,7 @@ function drawStage() {
   $("video").hidden = !film;
   if (film && $("video").getAttribute("src") !== videoPath()) $("video").src = videoPath();
   if (!film) $("video").pause();
-  $("zoom").hidden = idle || film || !$("robot").hidden;
+  $("zoom").hidden = idle || film || !app.page || !$("robot").hidden;
   const chosen = app.page?.chosen;
   const past = app.page && `Pick ${app.pick + 1}: ${chosen === null ? "no object" : `object ${chosen}`}, ${app.page.result || "not carried out"}`;
   const said = busy || phase === "ready" || phase === "done" ? app.session.message : "";
