@@ -63,7 +63,9 @@ class Train:
         from torc.grasping.training.train import TrainConfig, fit
 
         trials = load_trials(self.data)
-        print(f"{len(trials)} trials, {100 * trials.delivered.mean():.1f} % delivered. Fitting ...", flush=True)
+        print(
+            f"{len(trials)} trials, {100 * trials.delivered.mean():.1f} % delivered. Fitting ...", flush=True
+        )
         fitted = fit(trials, TrainConfig())
         for name, p in (("hand-written", trials.p_hand.astype(float)), ("learned", fitted.p)):
             loss, error = log_loss(p, trials.delivered), brier(p, trials.delivered)

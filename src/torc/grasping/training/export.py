@@ -47,7 +47,9 @@ def export(fitted: Fit, trials: Trials, path: Path) -> float:
         TorcError: the two disagree; the file is removed.
     """
     scenes = len(np.unique(trials.scene_key))
-    notes = f"{len(trials)} simulated trials in {scenes} scenes, {100 * trials.delivered.mean():.1f} % delivered"
+    notes = (
+        f"{len(trials)} simulated trials in {scenes} scenes, {100 * trials.delivered.mean():.1f} % delivered"
+    )
     path.parent.mkdir(parents=True, exist_ok=True)
     save_trees(path, to_trees(fitted, data_hash(trials), notes))
     ours = load_trees(path, fitted.feature_names).probability(trials.features)
