@@ -14,6 +14,7 @@ from torc.motion.executable import without_lines
 from torc.occlusion.volume import FIXED_CAMERA, OcclusionConfig, update_volume
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import Perception
+from torc.pipeline.better_bet import BetConfig, hold_back_worse_bets
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.pipeline.report import hold_back_unlikely, with_status
@@ -66,7 +67,8 @@ class Pipeline:
         failures: how failed grasps count.
         min_score: valid grasps that are less likely to hold become UNLIKELY while any object has a better one. Every
             task planner chooses from what is left: RANDOM draws among fewer objects, and DG-SELECT takes an object
-            without a better grasp for one that is not graspable. 0 keeps to the paper.
+            without a better grasp for one that is not graspable. 0 keeps to the paper: then no grasp waits.
+        bets: when a doubtful grasp waits until a neighbour is cleared; see torc.pipeline.better_bet.
         motion: settings of the motion planner: a valid grasp has straight motions by these.
     """
 
@@ -78,6 +80,7 @@ class Pipeline:
     occlusion: OcclusionConfig = FIXED_CAMERA
     failures: FailureConfig = field(default_factory=FailureConfig)
     min_score: float = DEFAULT_MIN_SCORE
+    bets: BetConfig = field(default_factory=BetConfig)
     motion: MotionConfig = field(default_factory=MotionConfig)
 
     def __post_init__(self) -> None:
@@ -128,6 +131,8 @@ class Pipeline:
         with clock.stage("validity"):
             report = veto(self._evaluate(grasps, scene, volume, world), grasps, failed, self.failures)
             report = hold_back_unlikely(report, grasps, self.min_score)
+            if self.min_score > 0:
+                report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
         context = PlanningContext(scene, volume, grasps, report, target_description, history, picks_left)
         return Look(context, observation, world, clock.seconds)
 

@@ -19,7 +19,7 @@ WHY_NOT = {
     GraspStatus.SEVERAL_OBJECTS: "several objects between the fingers",
     GraspStatus.FINGERS_IN_OBJECT: "a finger would be inside the object",
     GraspStatus.NO_MOTION: "no motion was found in an earlier pick",
-    GraspStatus.UNLIKELY: "too unlikely to hold",
+    GraspStatus.UNLIKELY: "too unlikely to succeed now",
     GraspStatus.NO_LINE: "no straight way to it, or up again",
 }
 
