@@ -11,7 +11,14 @@ from torc.benchmark.report.content import measures_table
 ROOT = Path(__file__).parents[2]
 RESULTS = sorted(path.parent for path in (ROOT / "results").glob("*/trials.csv"))
 SHOWN = ("planner", "scenes", "trials", "retrieved", "with no drop", "picks to retrieval", "drops")
-SHOWN += ("median picks", "mean picks", "grasps held", "of unseen kinds")
+SHOWN += (
+    "median picks",
+    "mean picks",
+    "grasps held",
+    "delivered",
+    "held of unseen kinds",
+    "delivered of unseen kinds",
+)
 
 
 @pytest.mark.parametrize("directory", RESULTS, ids=lambda path: path.name)

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf
 
 from torc.benchmark import intervals
@@ -64,10 +65,14 @@ def _median_of_picks(
     return of
 
 
-def _held(of_interest: Callable[[PickRow], bool]) -> Callable[[Rows], Estimate]:
+def _of_grasps(
+    good: Callable[[PickRow], bool], of_interest: Callable[[PickRow], bool] = lambda pick: True
+) -> Callable[[Rows], Estimate]:
+    """Share of the grasps of interest, of those carried out, that are good."""
+
     def of(rows: Rows) -> Estimate:
-        tried = [(r.problem, p.held) for r in rows for p in r.picked if p.grasp_tried and of_interest(p)]
-        return intervals.share(*by_problem([n for n, _ in tried], [h for _, h in tried], [1] * len(tried)))
+        tried = [(r.problem, good(p)) for r in rows for p in r.picked if p.grasp_tried and of_interest(p)]
+        return intervals.share(*by_problem([n for n, _ in tried], [g for _, g in tried], [1] * len(tried)))
 
     return of
 
@@ -109,11 +114,19 @@ PLANNING_S = Measure(
     _median_of_picks(lambda p: p.planning_s, lambda p: p.motions_s > 0),
     2,
 )
-GRASPS = Measure("grasps held", "of the grasps that were carried out", _held(lambda p: True))
+GRASPS = Measure(
+    "grasps held", "after the lift, of the grasps that were carried out", _of_grasps(lambda p: p.held)
+)
+DELIVERED = Measure("delivered", "put into the bin, of the same", _of_grasps(lambda p: p.delivered))
 UNSEEN_GRASPS = Measure(
-    "of unseen kinds",
-    "the same for kinds of objects that the grasp model was never trained on",
-    _held(lambda p: bool(p.unseen_kind)),
+    "held of unseen kinds",
+    "grasps held of kinds of objects that the grasp model was never trained on",
+    _of_grasps(lambda p: p.held, lambda p: bool(p.unseen_kind)),
+)
+UNSEEN_DELIVERED = Measure(
+    "delivered of unseen kinds",
+    "put into the bin, of the same",
+    _of_grasps(lambda p: p.delivered, lambda p: bool(p.unseen_kind)),
 )
 
 MEASURES = (
@@ -126,8 +139,12 @@ MEASURES = (
     DECISION_S,
     PLANNING_S,
     GRASPS,
+    DELIVERED,
     UNSEEN_GRASPS,
+    UNSEEN_DELIVERED,
 )
+PROMISE_BINS = (0.0, 0.5, 0.8, 0.95, 0.98, 1.0)
+"""Edges of the bins in which the promised probability is compared with what came of it."""
 
 
 def ends(rows: Rows) -> Counter[str]:
@@ -138,3 +155,12 @@ def ends(rows: Rows) -> Counter[str]:
 def attempts(rows: Rows) -> Counter[str]:
     """How the attempts of the completed trials ended."""
     return Counter(p.result for r in rows for p in r.picked)
+
+
+def promises(rows: Rows) -> list[tuple[float, float, list[PickRow]]]:
+    """The grasps that were carried out, by the probability they were given: low edge, high edge, picks of each bin."""
+    tried = [p for r in rows for p in r.picked if p.grasp_tried and p.p is not None]
+    return [
+        (low, high, [p for p in tried if p.p is not None and low <= p.p and (p.p < high or high == 1.0)])
+        for low, high in pairwise(PROMISE_BINS)
+    ]

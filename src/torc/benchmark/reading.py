@@ -189,6 +189,7 @@ def _picks(log: Path, problem: Problem | None) -> Iterator[PickRow]:
             bool(done.get("held_after_lift")),
             unseen[done["object_id"]] if 0 <= done["object_id"] < len(unseen) else None,
             str(done.get("detail", "")),
+            events.get("planned", {}).get("score"),
         )
 
 

@@ -28,6 +28,7 @@ class PickRow:
         held: the object was held after the lift.
         unseen_kind: the grasp model was never trained on that kind of object; None where that is not known.
         detail: a sentence for people.
+        p: the probability that the grasp was given, of delivering the object; None without a plan, or not recorded.
     """
 
     pick: int
@@ -42,6 +43,7 @@ class PickRow:
     held: bool
     unseen_kind: bool | None
     detail: str
+    p: float | None = None
 
     @property
     def planning_s(self) -> float:
@@ -52,6 +54,11 @@ class PickRow:
     def grasp_tried(self) -> bool:
         """The robot went for the grasp."""
         return PickResult(self.result).grasp_tried
+
+    @property
+    def delivered(self) -> bool:
+        """The object was put into the bin."""
+        return self.result in _WENT_WELL
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from torc.scenes.strict_files import read_bytes
 TRIALS_FILE, PICKS_FILE = "trials.csv", "picks.csv"
 _NESTED = ("directory", "picked")
 _KEY = ("planner", "problem", "seed")
+_MAY_BE_UNKNOWN = ("unseen_kind", "p")
 _MAX_BYTES = 512 * 2**20
 _Row = TypeVar("_Row")
 
@@ -36,6 +37,7 @@ def trial_records(table: Table) -> list[dict[str, Any]]:
             "planning_s": round(sum(p.planning_s for p in row.picked), 4),
             "grasps_tried": sum(p.grasp_tried for p in row.picked),
             "grasps_held": sum(p.held for p in row.picked if p.grasp_tried),
+            "grasps_delivered": sum(p.delivered for p in row.picked if p.grasp_tried),
             "directory": row.directory.relative_to(table.root).as_posix(),
         }
         for row in table.rows
@@ -108,7 +110,7 @@ def _records(path: Path, kind: TypeAdapter[_Row]) -> Iterator[tuple[tuple[str, .
     try:
         for record in reader:
             # An empty cell is empty text, but for what may be unknown.
-            values = {k: None if (k, v) == ("unseen_kind", "") else v for k, v in record.items()}
+            values = {k: None if v == "" and k in _MAY_BE_UNKNOWN else v for k, v in record.items()}
             if kind is _TRIAL:
                 values.setdefault("participant", participant_by_name(record["planner"]))
             yield tuple(record[name] for name in _KEY), kind.validate_python(values)

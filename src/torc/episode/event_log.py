@@ -55,6 +55,7 @@ def result_facts(result: EpisodeResult) -> dict[str, Any]:
         "outcomes": [o.result.value for o in result.outcomes],
         "grasps_executed": len(executed),
         "grasps_held": sum(o.held_after_lift for o in executed),
+        "grasps_delivered": sum(o.delivered for o in executed),
         "seconds": _round(result.seconds),
     }
 

@@ -24,8 +24,8 @@ class GraspStatus(IntEnum):
     NO_MOTION = 6
     """No motion was found for it, or for one like it, in an earlier pick since which nothing has changed."""
     UNLIKELY = 7
-    """Too unlikely to be worth a pick while other grasps are valid (`Pipeline.min_score`), or while clearing a neighbour
-    first is the better bet (torc.pipeline.better_bet)."""
+    """Too unlikely to be worth a pick while other grasps are valid (`Pipeline.min_score`), or while clearing one object
+    more is the better bet (torc.pipeline.better_bet)."""
     NO_LINE = 8
     """The arm has no straight approach to it from a free pre-grasp, or no straight lift."""
 

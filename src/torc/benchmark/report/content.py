@@ -15,6 +15,7 @@ from torc.benchmark.measures import (
     SUCCESS,
     attempts,
     ends,
+    promises,
 )
 from torc.benchmark.paper import paper_method
 from torc.benchmark.ranking import Standing
@@ -165,6 +166,28 @@ def causes_tables(table: Table, planners: Sequence[str]) -> list[TextTable]:
         ]
         tables.append(TextTable(title, ("planner", *names), tuple(rows)))
     return tables
+
+
+def promises_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """What the grasps promised, and what came of them."""
+    rows = []
+    for planner in planners:
+        for low, high, picks in promises(table.completed(planner)):
+            if picks:
+                n = len(picks)
+                rows.append(
+                    (
+                        planner,
+                        f"{low:g} to {high:g}",
+                        str(n),
+                        f"{sum(p.p or 0.0 for p in picks) / n:.3f}",
+                        f"{sum(p.held for p in picks) / n:.3f}",
+                        f"{sum(p.delivered for p in picks) / n:.3f}",
+                    )
+                )
+    header = ("planner", "p of the grasp", "carried out", "mean p", "held", "delivered")
+    note = "p: the probability that the object is delivered, by the grasp's score and what failed before."
+    return TextTable("Grasps: promised and delivered", header, tuple(rows), note)
 
 
 def times_table(table: Table, planners: Sequence[str]) -> TextTable:

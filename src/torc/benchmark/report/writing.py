@@ -104,6 +104,7 @@ def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
             content.measures_table(table, planners),
             content.paper_table(planners, table),
             *content.causes_tables(table, planners),
+            content.promises_table(table, planners),
             content.times_table(table, planners),
             content.difficulty_table(table),
             content.errors_table(table),
