@@ -1,7 +1,7 @@
 """Compiled passes between voxels and pixels."""
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int16, UInt8, UInt64
+from jaxtyping import Bool, Float, Float32, Int16, Int32, UInt8, UInt64
 from numba import njit
 
 HIDDEN, FREE, NO_READING, OUT_OF_VIEW = 0, 1, 2, 3
@@ -124,3 +124,45 @@ def project_voxels(
                     along_ray_m = (cz - d) * np.sqrt(1.0 + rx * rx + ry * ry)
                     near_behind[i, j, k] = along_ray_m <= object_depth_m
     return state, bits, near_behind
+
+
+@njit(cache=True)
+def hold_bridged(
+    pixels: Int32[np.ndarray, "n 2"],
+    depth: Float32[np.ndarray, "h w"],
+    pixel_bits: UInt64[np.ndarray, "h w"],
+    disturbed: Bool[np.ndarray, "h w"],
+    K: Float[np.ndarray, "3 3"],
+    T_world_camera: Float[np.ndarray, "4 4"],
+    origin: Float[np.ndarray, "3"],
+    voxel_size_m: float,
+    state: UInt8[np.ndarray, "nx ny nz"],
+    bits: UInt64[np.ndarray, "nx ny nz"],
+    near_behind: Bool[np.ndarray, "nx ny nz"],
+) -> None:
+    """Make the voxels that bridged pixels of objects lie in HIDDEN by them, in place, where they would be FREE.
+
+    With a reading there they would hold a surface, whichever side of it their centres are on.
+    """
+    nx, ny, nz = state.shape
+    T = T_world_camera
+    index = np.empty(3, np.int64)
+    for n in range(pixels.shape[0]):
+        row, col = pixels[n, 0], pixels[n, 1]
+        z = float(depth[row, col])
+        if z == 0:
+            continue
+        x, y = (col - K[0, 2]) / K[0, 0] * z, (row - K[1, 2]) / K[1, 1] * z
+        for a in range(3):
+            index[a] = int(
+                np.floor((T[a, 0] * x + T[a, 1] * y + T[a, 2] * z + T[a, 3] - origin[a]) / voxel_size_m)
+            )
+        i, j, k = index
+        if i < 0 or j < 0 or k < 0 or i >= nx or j >= ny or k >= nz:
+            continue
+        if state[i, j, k] == FREE:
+            state[i, j, k] = HIDDEN
+            bits[i, j, k] = 0
+            near_behind[i, j, k] = disturbed[row, col]
+        if state[i, j, k] == HIDDEN and bits[i, j, k] == 0:
+            bits[i, j, k] = pixel_bits[row, col]

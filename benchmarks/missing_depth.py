@@ -1,0 +1,251 @@
+"""What readings that are missing from the depth cost: grasps and choices, with and without bridged holes.
+
+    torc problems generate --count 6 --seed 880000 --out runs/missing_depth/problems
+    python benchmarks/missing_depth.py --problems validation,runs/missing_depth/problems
+
+DG-SELECT plays the problems; each of its first looks is a frame. Readings are then taken away from each frame in
+several ways, and the pipeline of a trial looks at what is left as if it were its first look. The table compares that
+with the complete frame:
+
+- valid grasps: how many the look finds, as a share of those in the complete frame;
+- left, gained: the candidates of the complete frame, checked again against the space that the damaged one leaves
+  unseen. The share of the valid ones that stay valid, and how many others become so, as a share of the valid ones;
+- same choice: frames in which DG-SELECT picks the same object; none: those without a graspable one.
+
+The first row has no damage and other random numbers for the candidates: how much of the rest is chance. Columns are
+given for bridged holes, the default, and for holes left as they are. Frames already in --out are not made again.
+"""
+
+import json
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import tyro
+from jaxtyping import Bool, Float32
+
+from processes import run_jobs
+from torc.episode.events import Event, Looked, Started
+from torc.episode.loop import run_episode
+from torc.episode.steps import EpisodeConfig, EpisodeParts
+from torc.grasping.validity import evaluate_grasps
+from torc.motion.planner import OmplMotionPlanner
+from torc.occlusion.volume import empty_volume
+from torc.pipeline.defaults import default_pipeline
+from torc.pipeline.look import Look, Pipeline
+from torc.pipeline.report import hold_back_unlikely
+from torc.records import GraspStatus, Observation
+from torc.robots.loading import load_robot
+from torc.scenes.problem import load_problem
+from torc.scenes.problem_sets import select_problems
+from torc.scenes.workspace import Workspace
+from torc.sim.robot import SimulatedRobot
+from torc.sim.world import build_world
+from torc.task_planning.registry import make_planner
+
+Damage = Callable[[Float32[np.ndarray, "h w"], np.random.Generator], Bool[np.ndarray, "h w"]]
+"""Which pixels of a depth image lose their reading."""
+
+
+@dataclass(frozen=True)
+class Args:
+    """Make frames, damage them, compare."""
+
+    problems: str = "validation"
+    """A set, problems or a directory of them, with commas between; not what planners are compared on."""
+    out: Path = Path("runs/missing_depth")
+    """Directory of the frames."""
+    looks: int = 3
+    """Looks of each trial that become frames."""
+    frames: int = 50
+    """Frames at most."""
+    workers: int = 2
+    """Processes."""
+
+
+def gather(problem_name: str, looks: int, directory: Path) -> str:
+    """Play a trial and keep what its first looks saw, a file each; complete or not at all."""
+    problem, robot, workspace = load_problem(problem_name), load_robot(), Workspace()
+    seen: list[Observation] = []
+
+    def note(event: Event) -> None:
+        if isinstance(event, Looked):
+            seen.append(event.look.observation)
+
+    with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
+        simulated.take_over()
+        pipeline, planner = default_pipeline(robot, workspace), make_planner("dg-select")
+        parts = EpisodeParts(simulated, pipeline, planner, OmplMotionPlanner(robot, workspace))
+        started = Started(problem.name, planner.name, 0, problem.description, looks)
+        run_episode(parts, started, EpisodeConfig(max_picks=looks), [note])
+    aside = directory.with_suffix(".partial")
+    aside.mkdir(parents=True, exist_ok=True)
+    for pick, observation in enumerate(seen[:looks]):
+        np.savez_compressed(aside / f"{pick}.npz", **vars(observation))
+    aside.rename(directory)
+    return f"{directory.name}: {len(seen[:looks])} frames"
+
+
+def speckles(share: float) -> Damage:
+    """Single pixels, anywhere."""
+    return lambda depth_m, rng: rng.random(depth_m.shape) < share
+
+
+def blobs(share: float) -> Damage:
+    """Discs of 3 to 7 pixels, anywhere, until as many pixels are lost."""
+
+    def lost(depth_m: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        mask = np.zeros(depth_m.shape, dtype=np.uint8)
+        while np.count_nonzero(mask) < share * mask.size:
+            row, col = rng.integers(mask.shape[0]), rng.integers(mask.shape[1])
+            cv2.circle(mask, (int(col), int(row)), int(rng.integers(1, 4)), 1, thickness=-1)
+        return mask.astype(bool)
+
+    return lost
+
+
+def edges(px: int) -> Damage:
+    """All pixels within px of a jump by more than 5 % of the distance, on both of its sides."""
+
+    def lost(depth_m: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        jump = np.zeros(depth_m.shape, dtype=np.uint8)
+        for axis in (0, 1):
+            a, b = (np.moveaxis(x, axis, 0) for x in (depth_m, jump))
+            found = np.abs(np.diff(a, axis=0)) > 0.05 * np.minimum(a[1:], a[:-1])
+            b[1:] |= found
+            b[:-1] |= found
+        return cv2.dilate(jump, np.ones((2 * px - 1, 2 * px - 1), np.uint8)).astype(bool)
+
+    return lost
+
+
+def both(first: Damage, second: Damage) -> Damage:
+    """What either takes."""
+    return lambda depth_m, rng: first(depth_m, rng) | second(depth_m, rng)
+
+
+CHANCE = "nothing, other random numbers"
+DAMAGES: dict[str, Damage] = {
+    "speckles .1 %": speckles(0.001),
+    "speckles 1 %": speckles(0.01),
+    "speckles 5 %": speckles(0.05),
+    "speckles 15 %": speckles(0.15),
+    "blobs of 3-7 px, 1 %": blobs(0.01),
+    "blobs of 3-7 px, 5 %": blobs(0.05),
+    "edges, 1 px": edges(1),
+    "edges, 2 px": edges(2),
+    "edges, 3 px": edges(3),
+    "edges, 2 px, and speckles 1 %": both(edges(2), speckles(0.01)),
+}
+
+
+BRIDGED, LEFT_OPEN = "holes bridged", "holes left open"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One frame under one damage, beside the complete frame: counts of grasps, and ids (None for no choice)."""
+
+    damage: str
+    holes: str
+    full: int
+    found: int
+    left: int
+    gained: int
+    full_choice: int | None
+    choice: int | None
+
+
+def compare(frame: Path, path: Path) -> str:
+    """Look at a frame, complete and damaged in every way, and keep the rows."""
+    robot, workspace = load_robot(), Workspace()
+    pipeline = default_pipeline(robot, workspace)
+    with np.load(frame) as stored:
+        observation = Observation(**stored)
+    open_holes = replace(pipeline, occlusion=replace(pipeline.occlusion, hole_rad=0.0))
+    full = look(pipeline, observation)
+    rows = [row(full, look(pipeline, observation, seed=1), pipeline, CHANCE, BRIDGED)]
+    for number, (name, damage) in enumerate(DAMAGES.items()):
+        rng = np.random.default_rng([zlib.crc32(str(frame).encode()), number])
+        lost = damage(observation.depth_m, rng)
+        damaged = replace(observation, depth_m=np.where(lost, np.float32(0), observation.depth_m))
+        rows += [
+            row(full, look(some, damaged), some, name, holes)
+            for holes, some in ((BRIDGED, pipeline), (LEFT_OPEN, open_holes))
+        ]
+    path.write_text(json.dumps([asdict(r) for r in rows]))
+    return f"{frame.parent.name}/{frame.stem}"
+
+
+def look(pipeline: Pipeline, observation: Observation, seed: int = 0) -> Look:
+    """As the first look of a trial."""
+    return pipeline.look(observation, empty_volume(pipeline.workspace.grid), target_description="", seed=seed)
+
+
+def row(full: Look, damaged: Look, pipeline: Pipeline, damage: str, holes: str) -> Row:
+    """The damaged look beside the complete one."""
+    candidates = full.context.grasps
+    before = full.context.report.status == GraspStatus.VALID
+    checked = evaluate_grasps(candidates, full.context.scene, damaged.world, pipeline.robot)
+    report = hold_back_unlikely(checked, candidates, pipeline.min_score)
+    after = report.status == GraspStatus.VALID
+    return Row(
+        damage,
+        holes,
+        full=int(np.count_nonzero(before)),
+        found=int(damaged.context.report.valid_total.sum()),
+        left=int(np.count_nonzero(before & after)),
+        gained=int(np.count_nonzero(after & ~before)),
+        full_choice=choice(full),
+        choice=choice(damaged),
+    )
+
+
+def choice(look: Look) -> int | None:
+    """What DG-SELECT picks."""
+    return make_planner("dg-select").decide(look.context, np.random.default_rng(0)).object_id
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Shares over all frames together."""
+    columns = ("valid grasps", "left", "gained", "same choice", "no choice")
+    lines = [
+        "| missing | " + " | ".join(columns) + " | " + " | ".join(f"{c}, open" for c in columns) + " |",
+        "|---" * (1 + 2 * len(columns)) + "|",
+    ]
+    for damage in (CHANCE, *DAMAGES):
+        cells = [cell for holes in (BRIDGED, LEFT_OPEN) for cell in _cells(rows, damage, holes)]
+        lines.append(f"| {damage} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def _cells(rows: Sequence[Row], damage: str, holes: str) -> list[str]:
+    some = [r for r in rows if (r.damage, r.holes) == (damage, holes)]
+    if not some:
+        return [""] * 5
+    full = sum(r.full for r in some)
+    shares = [sum(getattr(r, name) for r in some) / full for name in ("found", "left", "gained")]
+    same = sum(r.choice == r.full_choice for r in some) / len(some)
+    return [*(f"{s:.2f}" for s in shares), f"{same:.2f}", str(sum(r.choice is None for r in some))]
+
+
+def main() -> None:
+    """Gather, compare and print."""
+    args = tyro.cli(Args, description=__doc__)
+    frames, rows = args.out / "frames", args.out / "rows"
+    rows.mkdir(parents=True, exist_ok=True)
+    trials = {problem: frames / Path(problem).stem for problem in select_problems(args.problems)}
+    run_jobs(gather, [(p, args.looks, d) for p, d in trials.items() if not d.exists()], args.workers)
+    found = [file for d in trials.values() for file in sorted(d.glob("*.npz"))][: args.frames]
+    jobs = [(file, rows / f"{file.parent.name}-{file.stem}.json") for file in found]
+    run_jobs(compare, jobs, args.workers)
+    compared = [Row(**r) for _, path in jobs for r in json.loads(path.read_text())]
+    full = sum(r.full for r in compared if r.damage == CHANCE)
+    print(f"\n{len(jobs)} frames with {full} valid grasps in all\n\n{table(compared)}")
+
+
+if __name__ == "__main__":
+    main()
