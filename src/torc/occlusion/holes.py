@@ -161,7 +161,7 @@ def _reading_along(
 
 @njit(cache=True)
 def _continued(depth: np.ndarray, row: int, col: int, dr: int, dc: int, steps: int, steepest: float) -> float:
-    """Inverse depth, `steps` before (row, col), of the surface that lies there and beyond; 0 if its slope is unknown."""
+    """Inverse depth `steps` before (row, col), of the surface there and beyond; 0 if its slope is not known."""
     height, width = depth.shape
     step = np.sqrt(float(dr * dr + dc * dc))
     last, base = depth[row, col], 0

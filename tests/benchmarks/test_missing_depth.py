@@ -1,0 +1,47 @@
+"""The benchmark of missing depth: what its damages take, and what its table counts."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+
+
+@pytest.fixture
+def missing_depth(monkeypatch):
+    """The script as a module, forgotten afterwards."""
+    before = set(sys.modules)
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    import missing_depth
+
+    yield missing_depth
+    for name in set(sys.modules) - before:
+        if str(BENCHMARKS) in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
+
+
+def test_damages_take_what_they_say(missing_depth, rng):
+    depth_m = np.full((240, 320), 1.0, np.float32)
+    depth_m[:, 160:] = 0.8
+    for share in (0.01, 0.05):
+        assert np.mean(missing_depth.speckles(share)(depth_m, rng)) == pytest.approx(share, rel=0.2)
+        assert np.mean(missing_depth.blobs(share)(depth_m, rng)) == pytest.approx(share, rel=0.1)
+    for px in (1, 2, 3):
+        assert np.flatnonzero(missing_depth.edges(px)(depth_m, rng)[100]).tolist() == list(
+            range(160 - px, 160 + px)
+        )
+
+
+def test_the_table_counts_grasps_over_all_frames_and_choices_by_frame(missing_depth):
+    m = missing_depth
+    damage = next(iter(m.DAMAGES))
+    rows = [m.Row(damage, m.BRIDGED, 30, 27, 24, 3, 5, 5), m.Row(damage, m.BRIDGED, 10, 1, 0, 1, 5, None)]
+    rows += [
+        m.Row(damage, m.LEFT_OPEN, 30, 0, 0, 0, 5, None),
+        m.Row(damage, m.LEFT_OPEN, 10, 0, 0, 0, 5, None),
+    ]
+    (line,) = [line for line in m.table(rows).splitlines() if line.startswith(f"| {damage} ")]
+    cells = [cell.strip() for cell in line.split("|")[2:-1]]
+    assert cells == ["0.70", "0.60", "0.10", "0.50", "1", "0.00", "0.00", "0.00", "0.00", "2"]
