@@ -24,7 +24,7 @@ class SolveCommand:
     seed: int = 0
     """Seed of the trial: `torc run PROBLEM --planner oracle` with the same seed goes as foreseen here."""
     budget: float = DEFAULT_BUDGET
-    """How much to try, in simulated picks; a look counts as a quarter of one. 24 take about half a minute at most."""
+    """How much to try, in simulated picks; a look counts as half of one. 80 take about a minute at most."""
     max_picks: int = 15
     """Longer orders do not count."""
     robot: str = DEFAULT_ROBOT

@@ -57,8 +57,9 @@ class ToySpace:
         dropped = int(self._dice("drop", after) < self.dropping)
         if self._dice("lose", after) < self.losing:
             return Arrival(after, dropped, Fate.LOST)
-        solved = choice == TARGET and not self._fails(after)
-        return Arrival(after, dropped, Fate.SOLVED if solved else Fate.OPEN)
+        took = not self._fails(after)
+        fate = Fate.SOLVED if took and choice == TARGET else Fate.OPEN
+        return Arrival(after, dropped, fate, frozenset({choice}) if took else frozenset())
 
     def gone(self, state: State) -> frozenset[int]:
         """The objects that were taken away."""
@@ -100,7 +101,7 @@ class ToySpace:
         return zlib.crc32(repr((self.seed, what)).encode()) % 100
 
 
-def toy_spaces(number: int, **options: int):
-    """Many of them, of different sizes."""
-    for seed, count in zip(range(number), itertools.cycle((2, 3, 4, 5))):
-        yield ToySpace(seed, count, **options)
+def toy_spaces(number: int, count: int = 0, **options: int):
+    """Many of them, of different sizes where none is given."""
+    for seed, some in zip(range(number), itertools.cycle((2, 3, 4, 5))):
+        yield ToySpace(seed, count or some, **options)

@@ -9,7 +9,7 @@ from torc.episode.privileged import Moment, Sandbox
 from torc.episode.state import EndReason
 from torc.errors import PhysicsError
 from torc.pipeline.look import Look
-from torc.records import TARGET_ID, PlanningContext
+from torc.records import TARGET_ID, PickOutcome, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.random_choice import graspable_ids
 
@@ -35,7 +35,8 @@ class Branches:
         except PhysicsError:
             return Arrival(state, fate=Fate.LOST)
         fate = {None: Fate.OPEN, EndReason.RETRIEVED: Fate.SOLVED}.get(moment.episode.end, Fate.LOST)
-        return Arrival(moment, len(moment.episode.outcomes[-1].dropped), fate)
+        outcome = moment.episode.outcomes[-1]
+        return Arrival(moment, len(outcome.dropped), fate, _gone(outcome))
 
     def peek(self, state: Moment, removed: frozenset[int]) -> Options:
         """What could be picked if these objects were gone."""
@@ -55,6 +56,12 @@ class Branches:
             if len(self._looks) > _LOOKS_KEPT:
                 self._looks.popitem(last=False)
         return self._looks[key][1]
+
+
+def _gone(outcome: PickOutcome) -> frozenset[int]:
+    """Objects that left the table by a pick."""
+    delivered = () if outcome.held_id is None or not outcome.delivered else (outcome.held_id,)
+    return frozenset((*delivered, *outcome.dropped))
 
 
 def options(context: PlanningContext) -> Options:

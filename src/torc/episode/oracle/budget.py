@@ -2,10 +2,11 @@
 
 from torc.errors import InputError
 
-LOOK_COST = 0.25
+LOOK_COST = 0.5
 """What a look, real or rough, takes of a budget that is counted in picks: about its share of the computing."""
-DEFAULT_BUDGET = 24.0
-"""In simulated picks: some 20 seconds of one 2 GHz core. Proves most answers of two and three picks."""
+DEFAULT_BUDGET = 80.0
+"""In simulated picks: some 40 seconds of one 2 GHz core, where all of it is needed. Proves most answers of up to three
+picks."""
 
 
 def check_budget(budget: float) -> None:

@@ -56,10 +56,12 @@ class Found(Generic[State]):
         best: the best sequence that ends with the target, None if none was found.
         bound: no sequence costs less; None if it is proved that none that counts ends with the
             target.
-        rough_bound: picks that are needed at least if picks moved nothing else: near the truth, but no proof.
+        rough_bound: picks that are needed at least if picks moved nothing else, as far as that was found out: near the
+            truth, but no proof.
         outlook: the most promising sequence that does not end with the target: what to do where there is no best.
         spent: what it took.
         limit: picks that a sequence may have, where there is no best and longer ones were not tried for that reason.
+        likely: every sequence that would be better than the best if picks moved nothing else was tried, and was not.
     """
 
     best: Path[State] | None
@@ -68,13 +70,9 @@ class Found(Generic[State]):
     outlook: Path[State]
     spent: Spent
     limit: int | None = None
+    likely: bool = False
 
     @property
     def proved(self) -> bool:
         """Nothing is left to find out: `best` is the best there is, or there is none."""
         return self.bound is None or (self.best is not None and self.best.cost <= self.bound)
-
-    @property
-    def likely(self) -> bool:
-        """The best has no drops, and no more picks than are needed if picks moved nothing else."""
-        return self.best is not None and self.best.cost <= Cost(self.rough_bound, 0)

@@ -28,6 +28,8 @@ class RoughPlan:
 def rough_plans(peek: Callable[[frozenset[int]], Options], now: Options) -> Iterator[RoughPlan]:
     """All plans, the shortest first, one per set of objects to take away. Each step but the first takes one peek.
 
+    Among sets of one size those come first without whose last object the target looked nearest.
+
     Args:
         peek: what a look would tell if these objects were gone.
         now: what it tells while nothing is.
@@ -35,7 +37,7 @@ def rough_plans(peek: Callable[[frozenset[int]], Options], now: Options) -> Iter
     if now.target is not None:
         yield RoughPlan(1, (now.target,))
     numbers = itertools.count()
-    waiting: list[tuple[int, int, int, tuple[int, ...]]] = []
+    waiting: list[tuple[int, float, int, int, tuple[int, ...]]] = []
     known: set[frozenset[int]] = set()
 
     def extend(taken: tuple[int, ...], detour: int, options: Options) -> None:
@@ -44,11 +46,12 @@ def rough_plans(peek: Callable[[frozenset[int]], Options], now: Options) -> Iter
             gone = frozenset((*taken, k))
             if gone not in known:
                 known.add(gone)
-                heapq.heappush(waiting, (len(gone), detour + rank, next(numbers), (*taken, k)))
+                place = (len(gone), -options.outlook, detour + rank, next(numbers))
+                heapq.heappush(waiting, (*place, (*taken, k)))
 
     extend((), 0, now)
     while waiting:
-        size, detour, _, taken = heapq.heappop(waiting)
+        size, _, detour, _, taken = heapq.heappop(waiting)
         options = peek(frozenset(taken))
         if options.target is not None:
             yield RoughPlan(size + 1, (*taken, options.target))

@@ -35,9 +35,9 @@ def solve_problem(
     Args:
         problem, robot, workspace: what is simulated.
         seed: of the trial; grasps and motions depend on it.
-        budget: how much to try, in simulated picks (a look counts as a quarter of one).
+        budget: how much to try, in simulated picks (a look counts as half of one).
         max_picks: longer orders do not count.
-        likely_suffices: end with an order that is likely the best, without trying to prove it.
+        likely_suffices: end with an order that is likely the best, unless the budget allows for the proof.
         say: told about progress.
 
     Raises:

@@ -46,11 +46,13 @@ class Arrival(Generic[State]):
         state: after it.
         dropped: how many objects it dropped.
         fate: whether the picks go on.
+        gone: the objects that left the table by it.
     """
 
     state: State
     dropped: int = 0
     fate: Fate = Fate.OPEN
+    gone: frozenset[int] = frozenset()
 
 
 class Space(Protocol[State]):
