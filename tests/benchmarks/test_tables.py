@@ -32,8 +32,8 @@ def test_the_oracle_solves_what_is_missing_and_no_more(scripts, tmp_path, monkey
 
     def solve(problem, seed, budget, likely):
         asked.append((problem, seed, budget, likely))
-        numbers = {"picks": 2, "drops": 0, "lower_bound": 2, "rough_bound": 2, "picks_tried": 3, "looks": 4}
-        return {"problem": problem, "seed": seed, "objects": 9, "solved": True, "proved": True} | {
+        numbers = {"picks": 2, "drops": 0, "lower_bound": 2, "picks_tried": 3, "looks": 4}
+        return {"problem": problem, "seed": seed, "objects": 9, "solved": True, "bound": "proved"} | {
             **numbers,
             "first_s": 1.0,
             "all_s": 2.0,
@@ -51,7 +51,7 @@ def test_the_oracle_solves_what_is_missing_and_no_more(scripts, tmp_path, monkey
     _main(monkeypatch, oracle, *arguments, "--seeds", 2, "--likely")
     assert asked[2:] == [(PROBLEMS[0], 1, 5.0, True), (PROBLEMS[1], 1, 5.0, True)]
     assert "structured-04-1: 2 picks, proved, 2 s" in capsys.readouterr().out
-    assert "Solved 4 of 4, proved 4" in (tmp_path / "table.md").read_text()
+    assert "Solved 4 of 4; 4 proved" in (tmp_path / "table.md").read_text()
     assert sorted(p.name for p in tmp_path.iterdir())[:2] == ["structured-04-0.json", "structured-04-1.json"]
     assert not list(tmp_path.glob("*.partial"))
 

@@ -36,7 +36,7 @@ def test_it_prints_the_order_and_how_good_it_is(answer, capsys):
     )
     assert code == 0
     assert answer["asked"] == [("structured-01", 3, 5.0, 15)]
-    assert "structured-01, seed 3: 2 picks, 1 drop; no order does with less." in out
+    assert "structured-01, seed 3: 2 picks, 1 drop; no order does with less (proved)." in out
     assert "1  box  removed, 1 drop; then the target is hidden" in out
     assert "4 picks tried, 9 looks" in out
     assert "at it" in err
@@ -46,10 +46,10 @@ def test_json_is_json_and_progress_stays_out_of_it(answer, capsys):
     code, out, _ = run_torc("problems", "solve", "structured-01", "--json", capsys=capsys)
     facts = json.loads(out)
     assert code == 0
-    assert (facts["order"], facts["picks"], facts["proved"], facts["lower_bound"]) == (
+    assert (facts["order"], facts["picks"], facts["bound"], facts["lower_bound"]) == (
         ["box", "can"],
         2,
-        True,
+        "proved",
         2,
     )
     assert facts["foreseen"][0]["outcome"]["dropped"] == [5]

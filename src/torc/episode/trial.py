@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from torc.episode.bound import Bounding
 from torc.episode.conditions import sources
 from torc.episode.event_log import result_facts
 from torc.episode.events import Ended, Event, Listener, Started
@@ -242,7 +243,8 @@ def _play(
                 part.attach(simulation)
             listeners = [*listeners, simulation]
         run_episode(parts, started, config, [*listeners, last])
-    return {"status": "completed", **last.facts}
+    bound = {"bound": planner.bound.value} if isinstance(planner, Bounding) else {}
+    return {"status": "completed", **last.facts, **bound}
 
 
 def _together(observers: Sequence[Observer]) -> Observer | None:

@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from torc.episode.bound import Bounding
 from torc.episode.events import Decided, Executed
+from torc.episode.oracle.budget import LOOK_COST
 from torc.episode.oracle.found import Cost, Found, Path, Spent
 from torc.episode.oracle.planner import OraclePlanner
 from torc.episode.oracle.solve import solve_problem
@@ -58,15 +60,16 @@ def test_a_trial_goes_as_the_oracle_foresees(name, seed, picks, tmp_path):
     assert outcomes == [pick.outcome for pick in answer.foreseen]
     assert [names[d.object_id] for d in decided] == list(answer.order)
     # A trial does without the proof, so that it may have tried out less.
-    effort = {"proved", "lower_bound", "picks_tried", "looks"}
+    effort = {"bound", "proved", "likely", "lower_bound", "rough_bound", "picks_tried", "looks"}
     foreseen = {key: value for key, value in answer.to_dict().items() if key not in effort}
     for decision in decided:
         assert foreseen.items() <= decision.evidence["foreseen"].items()
+        assert decision.evidence["bound"] == trial.result["bound"] == "proved"
     assert sum("trying out" in text for text in said) == 1
 
 
 def test_too_small_a_budget_gives_a_beginning_and_says_so():
-    answer = solve_problem(PROBLEM, load_robot(), Workspace(), budget=0.25)
+    answer = solve_problem(PROBLEM, load_robot(), Workspace(), budget=LOOK_COST)
     assert (answer.solved, answer.proved, answer.foreseen, answer.looks) == (False, False, (), 1)
     assert answer.lower_bound == 2
     assert "A larger budget may find one" in answer.verdict()
@@ -119,10 +122,11 @@ class Staged:
         return decision
 
 
-def found(*choices, states, solved=True, bound=2):
+def found(*choices, states, solved=True, bound=2, likely=False):
     path = Path(choices, states, ("",) * len(states), Cost(len(choices), 0))
     nothing = Path((), states[:1], ("",), Cost(0, 0))
-    return Found(path if solved else None, Cost(bound, 0), bound, nothing if solved else path, Spent(3, 4))
+    best, outlook = (path, nothing) if solved else (None, path)
+    return Found(best, Cost(bound, 0), bound, outlook, Spent(3, 4), likely=likely)
 
 
 def test_it_follows_what_it_foresaw_and_searches_once(monkeypatch):
@@ -168,6 +172,27 @@ def test_where_nothing_tried_is_any_good_the_dependency_graph_decides(monkeypatc
     assert len(stage.searches) == 2
 
 
+@pytest.mark.parametrize(
+    ("facts", "mark"),
+    [({"bound": 2}, "proved"), ({"bound": 1, "likely": True}, "likely"), ({"bound": 1}, "found")],
+)
+def test_a_trial_has_the_mark_of_the_answer_that_it_followed(monkeypatch, facts, mark):
+    start, middle, end = moment(1), moment(2, REMOVED), moment(3, REMOVED, RETRIEVED)
+    stage = Staged(monkeypatch, found(3, 0, states=(start, middle, end), **facts))
+    marks = [stage.decide_at(now).evidence["bound"] for now in (start, middle)]
+    assert [*marks, stage.planner.bound] == [mark] * 3
+    assert isinstance(stage.planner, Bounding)
+
+
+def test_a_trial_that_searched_again_is_only_found(monkeypatch):
+    start, middle, end = moment(1), moment(2, REMOVED), moment(3, REMOVED, RETRIEVED)
+    beginning, rest = found(3, states=(start, middle), solved=False), found(0, states=(middle, end), bound=1)
+    stage = Staged(monkeypatch, beginning, rest)
+    assert [stage.decide_at(now).evidence["bound"] for now in (start, middle)] == ["found", "found"]
+    stage.planner.attach(stage)
+    assert stage.planner.bound == "found"
+
+
 def test_an_answer_says_how_good_it_is(monkeypatch):
     states = (moment(1), moment(2, REMOVED), moment(3, REMOVED, RETRIEVED))
     stage = Staged(
@@ -175,6 +200,6 @@ def test_an_answer_says_how_good_it_is(monkeypatch):
         found(3, 0, states=states, bound=1),
         *(Found(None, None, 1, found(states=states[:1]).outlook, Spent(), limit) for limit in (None, 1, 2)),
     )
-    assert "not proved best: every order needs at least 1 pick." in stage.decide_at(states[0]).reason
+    assert "not proved: every order needs at least 1 pick." in stage.decide_at(states[0]).reason
     for time, many in ((7, "picks"), (8, "at most 1 pick"), (9, "at most 2 picks")):
         assert f"No order of {many} leads to the target." in stage.decide_at(moment(time)).reason

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from torc.episode.bound import Bound
 from torc.episode.oracle.found import Found
 from torc.episode.privileged import Moment
 from torc.records import PickOutcome
@@ -42,9 +43,11 @@ class OracleAnswer:
             solved, none (of at most `limit` picks) leads to the target.
         lower_bound: picks that every order needs; None if none that counts leads to the target. It does not reckon
             with a pick of something else that brings the target along by luck.
-        rough_bound: picks that would be needed at least if a pick did nothing but take its object away: near the
-            truth, but no proof.
+        rough_bound: picks that would be needed at least if a pick did nothing but take its object away, as far as
+            that was found out.
         picks_tried, looks: what the search took.
+        likely: every order that would take less if a pick did nothing but take its object away was tried, and took not
+            less.
         limit: picks that an order may have, where not solved and longer ones were not tried for that reason.
     """
 
@@ -60,6 +63,14 @@ class OracleAnswer:
     picks_tried: int
     looks: int
     limit: int | None = None
+    likely: bool = False
+
+    @property
+    def bound(self) -> Bound:
+        """How sure it is that no order takes less."""
+        if self.proved:
+            return Bound.PROVED
+        return Bound.LIKELY if self.likely else Bound.FOUND
 
     @property
     def picks(self) -> int:
@@ -73,7 +84,7 @@ class OracleAnswer:
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON-compatible data."""
-        return {"picks": self.picks, "order": list(self.order), **to_plain(self)}
+        return {"picks": self.picks, "order": list(self.order), "bound": self.bound.value, **to_plain(self)}
 
     def verdict(self) -> str:
         """The answer in a sentence."""
@@ -83,12 +94,12 @@ class OracleAnswer:
                 return f"No order of {many}{'pick' if self.limit == 1 else 'picks'} leads to the target."
             return f"No order was found; {self.effort()}. A larger budget may find one."
         picks, drops = _count(self.picks, "pick"), _count(self.drops, "drop")
-        if self.proved:
-            how_good = "no order does with less"
-        else:
-            how_good = f"not proved best: every order needs at least {_count(self.lower_bound or 0, 'pick')}"
-            if self.rough_bound == self.picks:
-                how_good += f", very likely {self.picks}"
+        at_least = f"every order needs at least {_count(self.lower_bound or 0, 'pick')}"
+        how_good = {
+            Bound.PROVED: "no order does with less (proved)",
+            Bound.LIKELY: f"likely the best, not proved: {at_least}",
+            Bound.FOUND: f"the best that was found, not proved: {at_least}",
+        }[self.bound]
         return f"{picks}, {drops}; {how_good}."
 
     def effort(self) -> str:
@@ -128,6 +139,7 @@ def answer_from(found: Found[Moment], problem: Problem, seed: int, budget: float
         picks_tried=found.spent.picks,
         looks=found.spent.looks,
         limit=found.limit,
+        likely=found.likely,
     )
 
 

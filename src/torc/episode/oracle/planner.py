@@ -1,9 +1,11 @@
 """ORACLE as a task planner: the upper bound of every comparison. It knows the simulation, and that is its privilege."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from torc.episode.bound import Bound
 from torc.episode.oracle.answer import OracleAnswer, answer_from
 from torc.episode.oracle.budget import DEFAULT_BUDGET, check_budget
 from torc.episode.oracle.found import Path
@@ -45,10 +47,16 @@ class OraclePlanner:
         self.budget = budget
         self._simulation: Simulation | None = None
         self._plan: _Plan | None = None
+        self._bound: Bound | None = None
+
+    @property
+    def bound(self) -> Bound:
+        """Of the trial as it went: what the first search was sure of, if it went as foreseen from there to the end."""
+        return self._bound or Bound.FOUND
 
     def attach(self, simulation: Simulation) -> None:
         """Take the simulation of a trial."""
-        self._simulation, self._plan = simulation, None
+        self._simulation, self._plan, self._bound = simulation, None, None
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
         """The next object of the best order that was found. Draws nothing from rng.
@@ -64,19 +72,22 @@ class OraclePlanner:
         now, plan = self._simulation.now(), self._plan
         if plan is None or not plan.foresaw(now):
             plan = self._search(self._simulation, now)
+            # Who searches again has not followed one answer from the start.
+            self._bound = plan.answer.bound if self._bound is None and plan.answer.solved else Bound.FOUND
         self._plan = replace(plan, step=plan.step + 1)
+        evidence: dict[str, Any] = {"bound": self.bound.value, "foreseen": plan.answer.to_dict()}
         if plan.ended:
             # Nothing that was tried brought the target any nearer.
             decision = DgSelectPlanner().decide(context, rng)
             reason = f"{plan.answer.verdict()} By the dependency graph: {decision.reason}"
-            return replace(decision, reason=reason, evidence={"foreseen": plan.answer.to_dict()})
-        evidence = {"step": plan.step, "foreseen": plan.answer.to_dict()}
+            return replace(decision, reason=reason, evidence=evidence)
+        evidence["step"] = plan.step
         return Decision(plan.path.choices[plan.step], _reason(plan.answer, plan.step), evidence=evidence)
 
     def _search(self, simulation: Simulation, now: Moment) -> _Plan:
         config = simulation.config
         left = config.max_picks - now.episode.pick
-        # A trial needs the order, not the proof that it is the best.
+        # A trial needs the order; the proof that it is the best only where it takes little.
         found = best_order(simulation.sandbox, now, left, self.budget, simulation.say, likely_suffices=True)
         answer = answer_from(found, simulation.problem, config.seed, self.budget)
         return _Plan(found.best or found.outlook, answer)
