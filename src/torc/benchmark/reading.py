@@ -156,6 +156,7 @@ def _row(
         picked=tuple(_picks(directory / "events.jsonl", _problem(spec.problem))),
         version=version,
         participant=participant,
+        bound=str(result.get("bound", "")),
     )
 
 

@@ -81,6 +81,8 @@ class TrialRow:
         conditions: robot, grasp planner, noise as far as they are not the default ones, see `Conditions`.
         participant: its planner saw what planners see. Else it is a reference: it knew the simulation, or looked at
             the scene from outside.
+        bound: how sure ORACLE is that no planner can do with less, see `Bound`; "" for other planners, and for trials
+            of a torc that did not record it.
     """
 
     id: str
@@ -103,6 +105,7 @@ class TrialRow:
     digest: str = ""
     conditions: str = ""
     participant: bool = True
+    bound: str = ""
 
     @property
     def completed(self) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from torc.benchmark.measures import DECISION_S
 from torc.benchmark.ranking import Standing
+from torc.benchmark.report.bounding import bound_sentence
 from torc.benchmark.report.wording import seconds_text, signed_text
 from torc.benchmark.rows import Table
 
@@ -44,6 +45,8 @@ def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
     cleaner = [s for s in ties if s.behind is not None and s.behind.drops.high < 0]
     best = min(cleaner, key=lambda s: s.drops.value) if cleaner else leader
     reasons = [_numbers(table, best)]
+    if told := bound_sentence(table, best.planner):
+        reasons.append(told)
     others = [s for s in (leader, *ties) if s is not best]
     if cleaner:
         reasons.append(f"It is chosen for the objects that it does not drop: {leader.planner} drops more.")

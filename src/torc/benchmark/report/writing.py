@@ -12,6 +12,7 @@ from torc.benchmark.ranking import Standing, rank
 from torc.benchmark.reading import read_tables
 from torc.benchmark.report import content
 from torc.benchmark.report.board import trial_board
+from torc.benchmark.report.bounding import beaten_table, bound_summary, bounds_table
 from torc.benchmark.report.figures import draw_all
 from torc.benchmark.report.gallery import failures
 from torc.benchmark.report.links import address_of
@@ -107,6 +108,8 @@ def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
             content.promises_table(table, planners),
             content.times_table(table, planners),
             content.difficulty_table(table),
+            beaten_table(table),
+            bounds_table(table),
             content.errors_table(table),
         ],
         details=[content.problems_table(table, planners), content.trials_table(table)],
@@ -153,6 +156,7 @@ def _summary(table: Table, standings: list[Standing], made: Content) -> dict[str
         "planner": made.verdict.planner,
         "warnings": list(made.verdict.warnings),
         "ranking": planners,
+        "oracle_bound": bound_summary(table),
     }
 
 
