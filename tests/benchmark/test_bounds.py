@@ -21,7 +21,7 @@ OTHERS = {"mine": [[3, 4], [2, 15], [4, 4]], "theirs": [[5, 5], [3, 3], [2, 6]]}
 @pytest.fixture
 def table(made_up):
     """p00 proved twice, p01 proved and likely, p02 found, and beaten by both; what it has, and in what it is marked."""
-    made = made_up(oracle=[[3, 3], [2, 3], [5, 4]], **OTHERS)
+    made = made_up(references=("oracle",), oracle=[[3, 3], [2, 3], [5, 4]], **OTHERS)
     said = {"p00": ("proved", "proved"), "p01": ("proved", "likely"), "p02": ("proved", "found")}
     rows = [replace(r, bound=said[r.problem][r.seed]) if r.planner == "oracle" else r for r in made.rows]
     return Table(Path("x"), tuple(rows))
