@@ -4,9 +4,9 @@
     python benchmarks/failure_memory.py --problems runs/memory_problems --seeds 2 --workers 2
 
 Plays trials without that memory (`--log-odds 0`, the default here), and notes for every grasp that was tried the
-probability to hold that it was given, and how often a try with the same object had failed before. The table compares
-what was promised with what held. The fit is the number d for which log-odds of p - d x (failures before) are those of
-holding, among the tries after a failure; its 95 % interval takes the problems as the sample. With the memory on the
+probability that it was given, and how often a try with the same object had failed before. The table compares what was
+promised with what was delivered. The fit is the number d for which log-odds of p - d x (failures before) are those of
+delivery, among the tries after a failure; its 95 % interval takes the problems as the sample. With the memory on the
 fit is what is left to correct, about 0. Trials already in --out are not played again.
 """
 
@@ -76,7 +76,7 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
             case Executed(outcome=outcome):
                 if outcome.result.grasp_tried:
                     before = failed_tries(history)[outcome.object_id]
-                    tries.append({"p": promised, "failures": before, "held": outcome.held_after_lift})
+                    tries.append({"p": promised, "failures": before, "delivered": outcome.as_felt.delivered})
                 history = (*history, outcome.as_felt)
 
     with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
@@ -102,17 +102,17 @@ class Fit:
 def fit(
     p: Float[np.ndarray, "n"],
     failures: Float[np.ndarray, "n"],
-    held: Float[np.ndarray, "n"],
+    delivered: Float[np.ndarray, "n"],
     problems: Sequence[str],
 ) -> Fit:
-    """The likeliest d where log-odds of holding are logit(p) - d * failures. First tries say nothing of it.
+    """The likeliest d where log-odds of delivery are logit(p) - d * failures. First tries say nothing of it.
 
     The interval is that of the sandwich estimator over problems: tries of one problem are alike.
     """
     offset = logit(np.clip(p, 1e-6, 1 - 1e-6))
 
     def slope(d: float) -> Float[np.ndarray, "n"]:
-        return failures * (expit(offset - d * failures) - held)
+        return failures * (expit(offset - d * failures) - delivered)
 
     d = brentq(lambda d: float(slope(d).sum()), -_FURTHEST, _FURTHEST)
     q = expit(offset - d * failures)
@@ -123,13 +123,13 @@ def fit(
 
 
 def table(rows: Sequence[dict]) -> str:
-    """What was promised and what held, by failures before."""
-    lines = ["| failures before | tries | mean p | held |", "|---|---|---|---|"]
+    """What was promised and what was delivered, by failures before."""
+    lines = ["| failures before | tries | mean p | delivered |", "|---|---|---|---|"]
     for n in range(_MOST + 1):
         some = [r for r in rows if min(r["failures"], _MOST) == n]
         if some:
-            p, held = np.mean([r["p"] for r in some]), np.mean([r["held"] for r in some])
-            lines.append(f"| {n}{' or more' * (n == _MOST)} | {len(some)} | {p:.2f} | {held:.2f} |")
+            p, done = np.mean([r["p"] for r in some]), np.mean([r["delivered"] for r in some])
+            lines.append(f"| {n}{' or more' * (n == _MOST)} | {len(some)} | {p:.2f} | {done:.2f} |")
     return "\n".join(lines)
 
 
@@ -151,7 +151,7 @@ def main() -> None:
     rows = [{**t, "problem": trial["problem"]} for trial in trials for t in trial["tries"]]
     print(f"{len(trials)} trials with {len(rows)} tries, each failure before taking {args.log_odds:g}\n")
     print(table(rows))
-    columns = (np.array([float(r[name]) for r in rows]) for name in ("p", "failures", "held"))
+    columns = (np.array([float(r[name]) for r in rows]) for name in ("p", "failures", "delivered"))
     found = fit(*columns, [r["problem"] for r in rows])
     print(f"\nTo take further for every failure: {found.value:.2f} [{found.low:.2f}, {found.high:.2f}]")
 

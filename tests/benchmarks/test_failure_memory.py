@@ -21,14 +21,14 @@ def memory(monkeypatch):
 def test_the_fit_finds_what_the_failures_took(memory, rng):
     n = 6000
     p, failures = rng.uniform(0.3, 0.99, n), rng.integers(0, 4, n).astype(float)
-    held = (rng.random(n) < expit(logit(p) - 0.7 * failures)).astype(float)
+    delivered = (rng.random(n) < expit(logit(p) - 0.7 * failures)).astype(float)
     problems = [f"problem-{k}" for k in rng.integers(0, 30, n)]
-    found = memory.fit(p, failures, held, problems)
+    found = memory.fit(p, failures, delivered, problems)
     assert found.low < 0.7 < found.high
     assert found.high - found.low < 0.2
 
 
 def test_the_table_counts_by_failures_before(memory):
-    rows = [{"p": 0.9, "failures": 0, "held": True}, {"p": 0.5, "failures": 7, "held": False}]
+    rows = [{"p": 0.9, "failures": 0, "delivered": True}, {"p": 0.5, "failures": 7, "delivered": False}]
     assert "| 0 | 1 | 0.90 | 1.00 |" in memory.table(rows)
     assert "| 5 or more | 1 | 0.50 | 0.00 |" in memory.table(rows)

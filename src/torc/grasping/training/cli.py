@@ -77,6 +77,38 @@ class Train:
 
 
 @dataclass(frozen=True)
+class Recalibrate:
+    """Bring what the score promises in line with what whole trials delivered, with the arm, at first tries.
+
+    Play them on problems of their own, never on those that planners are compared on: `torc problems generate`, `torc
+    bench --planners random,dg-select`, `torc report`.
+    """
+
+    picks: tyro.conf.Positional[tuple[Path, ...]]
+    """Tables of picks, as `torc report` writes them (picks.csv), of trials played with this model."""
+    model: Path = DEFAULT_MODEL
+    """The model; it is rewritten."""
+
+    def run(self) -> None:
+        """Recalibrate."""
+        from torc.grasping.features import FEATURE_NAMES
+        from torc.grasping.training.evaluation import calibration_error, log_loss
+        from torc.grasping.training.recalibration import fit_promise, read_tries, recalibrated
+        from torc.grasping.trees import load_trees, save_trees
+
+        tries = read_tries(self.picks)
+        promise = fit_promise(tries.p, tries.delivered)
+        told = (
+            f"log-odds {promise.shift:+.3f} + {promise.slope:.3f} x by {len(tries)} first tries with the arm"
+        )
+        for name, p in (("promised", tries.p), ("now", promise.kept(tries.p))):
+            error, loss = calibration_error(p, tries.delivered), log_loss(p, tries.delivered)
+            print(f"{name:9s} mean {p.mean():.3f}  calibration error {error:.4f}  log loss {loss:.4f}")
+        print(f"delivered {tries.delivered.mean():.3f}. {told}")
+        save_trees(self.model, recalibrated(load_trees(self.model, FEATURE_NAMES), promise, told))
+
+
+@dataclass(frozen=True)
 class Evaluate:
     """Try the best grasp of every visible object by several rules, in fresh scenes. Goes on where interrupted."""
 
@@ -144,7 +176,7 @@ class Graspable:
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; 0 when done, 1 on failure, 2 on bad input."""
     command = tyro.cli(
-        Collect | Refresh | Train | Evaluate | Report | Graspable,
+        Collect | Refresh | Train | Recalibrate | Evaluate | Report | Graspable,
         args=arguments,
         prog="python -m torc.grasping.training",
     )

@@ -1,0 +1,121 @@
+"""From what the score promised in whole trials, with the arm, to what came of it.
+
+Trials of the floating gripper teach which grasps are better than others. How often a grasp of some probability is
+delivered by the arm, chosen as the best of an object, is measured in trials: two numbers bring the promise in line,
+
+    log-odds of delivered = shift + slope * log-odds promised.
+"""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.optimize import minimize
+from scipy.special import expit, logit
+
+from torc.errors import InputError
+from torc.grasping.trees import TreeModel
+from torc.records import PickResult
+
+_LEAST = 1e-4
+"""Promises are taken to be at least this far from 0 and 1."""
+_PRIOR = 1.0
+"""Weight of "the promise holds as it is", in tries: few tries change it little."""
+
+
+@dataclass(frozen=True)
+class Tries:
+    """Grasps that were carried out, each the first try with its object.
+
+    Attributes:
+        p: what the score promised.
+        delivered: what came of it.
+        problems: where it was.
+    """
+
+    p: Float[np.ndarray, "n"]
+    delivered: Bool[np.ndarray, "n"]
+    problems: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.p)
+
+
+@dataclass(frozen=True)
+class Promise:
+    """The two numbers of the module's docstring."""
+
+    shift: float
+    slope: float
+
+    def kept(self, p: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """How probable delivery is where p was promised."""
+        return expit(self.shift + self.slope * logit(np.clip(p, _LEAST, 1 - _LEAST)))
+
+
+def read_tries(paths: Sequence[Path]) -> Tries:
+    """The first tries in tables of picks, as `torc report` writes them (picks.csv).
+
+    A later try with an object that failed before is promised less by the pipeline, and says nothing of the score.
+
+    Raises InputError for a file that is no such table.
+    """
+    p, delivered, problems = [], [], []
+    for path in paths:
+        failed: set[tuple[str, str, str, str]] = set()
+        for row in _rows(path):
+            result, key = (
+                PickResult(row["result"]),
+                (row["planner"], row["problem"], row["seed"], row["object_id"]),
+            )
+            if not result.grasp_tried or not row["p"]:
+                continue
+            good = result in (PickResult.RETRIEVED, PickResult.REMOVED)
+            if key not in failed:
+                p.append(float(row["p"]))
+                delivered.append(good)
+                problems.append(row["problem"])
+            if not good:
+                failed.add(key)
+    return Tries(np.array(p), np.array(delivered, dtype=bool), tuple(problems))
+
+
+def fit_promise(p: Float[np.ndarray, "n"], delivered: Bool[np.ndarray, "n"]) -> Promise:
+    """The likeliest two numbers. Raises InputError without tries."""
+    if len(p) == 0:
+        raise InputError(
+            "There are no tries to learn from. Play trials with `torc bench`, then `torc report` them."
+        )
+    x = logit(np.clip(p, _LEAST, 1 - _LEAST))
+
+    def loss(numbers: Float[np.ndarray, "2"]) -> float:
+        q = np.clip(expit(numbers[0] + np.exp(numbers[1]) * x), 1e-12, 1 - 1e-12)
+        miss = -np.sum(np.where(delivered, np.log(q), np.log1p(-q)))
+        return float(miss + _PRIOR * np.sum(numbers**2))
+
+    shift, log_slope = minimize(
+        loss, np.zeros(2), method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-9}
+    ).x
+    return Promise(float(shift), float(np.exp(log_slope)))
+
+
+def recalibrated(model: TreeModel, promise: Promise, notes: str) -> TreeModel:
+    """The model with its calibration brought in line; ranks stay as they were."""
+    return replace(model, knots_held=promise.kept(model.knots_held), notes=f"{model.notes}; {notes}")
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    try:
+        with open(path, newline="", encoding="utf-8") as f:
+            rows = list(csv.DictReader(f))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path} cannot be read: {error}") from None
+    needed = {"planner", "problem", "seed", "object_id", "result", "p"}
+    if not rows or not needed <= set(rows[0]):
+        raise InputError(
+            f"{path} is no table of picks with what was promised. `torc report` writes one, picks.csv."
+        )
+    return rows
