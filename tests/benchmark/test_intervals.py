@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from torc.benchmark.comparison import holm, sign_flip_p
-from torc.benchmark.intervals import by_problem, difference, mean, median, ratio, share, wilson
+from torc.benchmark.comparison import Comparison, holm, sign_flip_p
+from torc.benchmark.intervals import Estimate, by_problem, difference, mean, median, ratio, share, wilson
 
 
 def test_sums_by_problem():
@@ -50,6 +50,9 @@ def test_the_sign_flip_test_is_that_of_scipy(rng):
 
 def test_without_any_difference_there_is_nothing_to_find():
     assert sign_flip_p(np.zeros(5)) == 1.0
+    assert compared(sign_flip_p(np.ones(40))).p_is_a_bound
+    assert not compared(sign_flip_p(np.ones(14))).p_is_a_bound  # exact: two of 2^14
+    assert not compared(0.02).p_is_a_bound
     assert np.isnan(sign_flip_p(np.zeros(0)))
 
 
@@ -128,3 +131,8 @@ def test_a_median_lies_between_its_limits(rng):
     assert found.value == np.median(values)
     assert found.low < found.value < found.high
     assert 0.4 < (values <= found.low).mean() < 0.5 < (values <= found.high).mean() < 0.65
+
+
+def compared(p: float) -> Comparison:
+    nothing = Estimate(0.0, 0.0, 0.0, 0, 0)
+    return Comparison("a", "b", 0, nothing, nothing, nothing, p)

@@ -14,6 +14,8 @@ ALPHA = 0.05
 _EXACT_UP_TO = 14
 """Problems for which all 2^n assignments of signs are gone through."""
 _DRAWS = 20_000
+_LEAST_P = 1 / (_DRAWS + 1)
+"""What random signs give where none of them makes a difference as large: the truth may be far less."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,11 @@ class Comparison:
     cost: Estimate
     drops: Estimate
     p_cost: float
+
+    @property
+    def p_is_a_bound(self) -> bool:
+        """No random signs made a difference as large: p_cost says only that it is less."""
+        return self.p_cost <= _LEAST_P * (1 + 1e-9)
 
 
 def compare(table: Table, first: str, second: str) -> Comparison:

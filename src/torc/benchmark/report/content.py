@@ -20,7 +20,7 @@ from torc.benchmark.measures import (
 from torc.benchmark.paper import paper_method
 from torc.benchmark.ranking import Standing
 from torc.benchmark.report.links import Link, trial_cell
-from torc.benchmark.report.wording import first_line, outcome, seconds_text, signed_text
+from torc.benchmark.report.wording import first_line, outcome, p_text, seconds_text, signed_text
 from torc.benchmark.rows import Table, TrialRow
 
 CATEGORIES = ("structured", "unstructured")
@@ -71,7 +71,9 @@ def references_table(standings: Sequence[Standing], table: Table) -> TextTable:
 def _standing_cells(s: Standing, table: Table) -> tuple[str, ...]:
     done = table.completed(s.planner)
     gap = "" if s.behind is None else signed_text(s.behind.cost, 1)
-    gap += "" if s.p is None else f", p {s.p:.2g}"
+    if s.p is not None:
+        told = p_text(s.p, s.behind is not None and s.behind.p_is_a_bound)
+        gap += f", p {told}"
     return (
         s.planner,
         s.cost.text(1),
@@ -138,7 +140,7 @@ def comparison_table(table: Table, planners: Sequence[str]) -> TextTable:
             f"{c.first} - {c.second}",
             str(c.pairs),
             signed_text(c.cost, 1),
-            f"{p:.3f}",
+            p_text(p, c.p_is_a_bound),
             signed_text(c.success, 2),
             signed_text(c.drops, 2),
             _told(c, p),

@@ -22,6 +22,11 @@ def seconds_text(found: Estimate) -> str:
     return f"{value:.2g}" if value < 100 else f"{value:.0f}"
 
 
+def p_text(p: float, is_a_bound: bool) -> str:
+    """A p-value in two significant digits; `is_a_bound`: it is known only to be less."""
+    return ("< " if is_a_bound else "") + f"{p:.2g}"
+
+
 def outcome(row: TrialRow) -> str:
     """How a trial ended."""
     if not row.completed:
