@@ -1,8 +1,9 @@
-"""Nobody takes torc's numbers for the frame's labels."""
+"""An answer in words: in the frame's labels, and within 80 columns."""
 
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from torc.brain import answer_text, decide_frame
 from torc.testing.fake_episode import ScriptedPlanner
@@ -13,50 +14,60 @@ def rows(text: str) -> list[list[str]]:
     return [line.replace(">", " ").split() for line in text.split("\n\n")[1].splitlines()]
 
 
-def test_the_choice_is_given_by_its_label_and_the_number_beside_it(frame_of):
+def test_the_choice_is_given_by_its_label(frame_of):
     text = answer_text(decide_frame(frame_of(), ScriptedPlanner([1])))
-    assert text.startswith("Pick label 40000, which is number 1 in what follows.\nWhy: told to pick 1\n")
-    assert answer_text(decide_frame(frame_of(), ScriptedPlanner([7]))).startswith("Pick label 7.\n")
+    assert text.startswith("Pick object 40000.\nWhy: told to pick 1\n")
     assert answer_text(decide_frame(frame_of(), ScriptedPlanner([None]))).startswith("No choice.\n")
 
 
-def test_every_number_stands_beside_its_label(frame_of):
+def test_every_row_has_its_label(frame_of):
     text = answer_text(decide_frame(frame_of(), ScriptedPlanner([1])))
     heading, *found = rows(text)
-    assert heading[:2] == ["number", "label"]
-    assert {(row[0], row[1]) for row in found} == {("0", "512"), ("1", "40000"), ("7", "7")}
-    assert [row[-1] for row in found if row[0] == "0"] == ["target"]
+    assert heading[0] == "object"
+    assert [row[0] for row in found if row[0].isdigit()] == ["7", "512", "40000"]
+    assert [row[0] for row in found if "target" in row] == ["512"]
     (marked,) = [line for line in text.splitlines() if line.startswith(" >")]
-    assert marked.split()[1] == "1"
+    assert marked.split()[1] == "40000"
 
 
-def test_labels_are_left_away_where_they_are_the_numbers(frame_of):
-    frame = frame_of()
-    same = replace(frame, labels={k: k for k in frame.labels})
-    text = answer_text(decide_frame(same, ScriptedPlanner([1])))
-    assert text.startswith("Pick object 1.\n")
-    assert "label 23" in text
-    assert rows(text)[0][0] == "object"
-    assert "label: yours" not in text
+def test_the_best_grasp_is_told(frame_of):
+    answer = decide_frame(frame_of(), ScriptedPlanner([7]))
+    best = answer.grasps[0]
+    x, y, z = best.T_world_tcp[:3, 3]
+    assert f"Best grasp: at ({x:.3f}, {y:.3f}, {z:.3f}) m" in answer_text(answer)
+
+
+def test_no_choice_tells_what_became_of_each_objects_grasps(frame_of):
+    text = answer_text(decide_frame(frame_of(), ScriptedPlanner([None])))
+    told = text.partition("What became of the grasps of each object:\n")[2]
+    starts = [line.split(":")[0].strip() for line in told.splitlines() if line[2].isdigit()]
+    assert starts == ["7", "512", "40000"]
+    assert "valid" in told
+    assert "Best grasp" not in text
+
+
+@pytest.mark.parametrize("chosen", [7, None])
+def test_lines_fit_eighty_columns(frame_of, chosen):
+    frame = replace(frame_of(), names={0: "red mug with a long name", 7: "box"})
+    text = answer_text(decide_frame(frame, ScriptedPlanner([chosen])))
+    assert max(map(len, text.splitlines())) <= 80
 
 
 def test_names_and_probabilities_are_shown_if_there_are_any(frame_of):
     frame = replace(frame_of(), names={0: "red mug"})
     text = answer_text(decide_frame(frame))
     assert "red mug" in text
-    assert " p " in text
-    assert " p " not in answer_text(decide_frame(frame, ScriptedPlanner([1])))
+    assert " p " in text.split("\n\n")[1]
+    assert " p " not in answer_text(decide_frame(frame, ScriptedPlanner([1]))).split("\n\n")[1]
 
 
 def test_what_is_left_out_is_said(frame_of):
-    assert "Left out, for too few pixels or readings of depth: label 23." in answer_text(
-        decide_frame(frame_of())
-    )
+    assert "Left out, for too few pixels or readings of depth: 23." in answer_text(decide_frame(frame_of()))
 
 
 def test_a_target_that_shows_too_little_is_said_to_be_hidden(frame_of):
-    text = answer_text(decide_frame(frame_of(target=23)))
-    assert "The target is label 23, shows too little to be found and counts as hidden." in text
+    text = answer_text(decide_frame(frame_of(target=23))).replace("\n", " ")
+    assert "The target is object 23, shows too little to be found and counts as hidden." in text
     assert "The target is hidden." in answer_text(decide_frame(frame_of(target="hidden")))
 
 
@@ -67,4 +78,4 @@ def test_a_frame_without_anything_to_see_has_no_table(frame_of):
     text = answer_text(decide_frame(nothing))
     assert text.startswith("No choice.")
     assert "Objects in sight: 0." in text
-    assert "blocked by" not in text
+    assert "What became" not in text

@@ -126,7 +126,15 @@ def test_decide_answers_for_a_frame(frame, tmp_path, capsys):
     answer = json.loads(out[out.index("{") :])
     assert code == 0
     assert answer["label"] == 1  # the target, by the label that the frame gives it
+    assert answer["grasps"][0]["p"] == max(g["p"] for g in answer["grasps"])
     assert {p.name for p in (tmp_path / "answer").iterdir()} == {"decision.json", "seen.png", "graph.png"}
+
+
+def test_decide_without_a_choice_exits_with_a_code_of_its_own(frame, their_planner, capsys):
+    name = their_planner("from torc.records import Decision; return Decision(None, 'tired')")
+    code, out, _ = run_torc("decide", frame, "--planner", name, capsys=capsys)
+    assert code == 3
+    assert "What became of the grasps" in out
 
 
 def test_decide_says_where_it_cannot_write(frame, tmp_path, capsys):

@@ -9,7 +9,7 @@ from torc_command import run_torc
 from torc.episode.trial import TrialSpec, run_trial
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 
-PLAN = '{"plan": [{"action": "remove", "input": 1}]}'
+PLAN = '{"plan": [{"action": "remove", "input": 2}]}'
 
 
 @pytest.fixture

@@ -3,11 +3,13 @@
 >>> from torc.brain import decide_frame, load_frame              # doctest: +SKIP
 >>> answer = decide_frame(load_frame("frame.npz"))               # doctest: +SKIP
 >>> print(answer.label, answer.decision.reason)                  # doctest: +SKIP
+>>> print(answer.grasps[0].T_world_tcp, answer.grasps[0].p)      # doctest: +SKIP
 """
 
 from torc.brain.answer import Answer
+from torc.brain.candidates import Grasp
 from torc.brain.deciding import decide_frame, rehearse
 from torc.brain.text import answer_text
 from torc.pipeline.frames import load_frame
 
-__all__ = ["Answer", "answer_text", "decide_frame", "load_frame", "rehearse"]
+__all__ = ["Answer", "Grasp", "answer_text", "decide_frame", "load_frame", "rehearse"]

@@ -6,6 +6,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from torc.brain.candidates import GRASP_FRAME, Grasp, blockers_of, grasp_fates, valid_grasps
+from torc.brain.labelled import evidence_in_labels
 from torc.perception.marking import mark_image
 from torc.pipeline.look import Look
 from torc.records import Decision
@@ -19,7 +21,8 @@ class Answer:
     """The decision for a frame.
 
     Attributes:
-        decision: of the task planner, in torc's ids (0 is the target).
+        decision: of the task planner. Its `object_id` and evidence are in torc's ids, in which the target is 0; its
+            reason is in the frame's labels, if the planner says `context.called(object_id)` as torc's own do.
         look: all that the decision rests on; `look.context.volume` goes into the next call.
         labels: the frame's own label of each id.
         names: the frame's name of each id that has one.
@@ -36,45 +39,63 @@ class Answer:
         return None if self.decision.object_id is None else self.labels[self.decision.object_id]
 
     @property
+    def grasps(self) -> tuple[Grasp, ...]:
+        """The grasps of the choice that can be tried now, the most probable first; none if there is no choice."""
+        chosen = self.decision.object_id
+        return () if chosen is None else valid_grasps(self.look.context, chosen)
+
+    @property
     def left_out(self) -> tuple[int, ...]:
         """Labels of the frame that show too little to be taken for objects: too few pixels, or readings of depth."""
         return tuple(
             sorted(label for k, label in self.labels.items() if k not in self.look.context.scene.ids)
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON-compatible: the choice, why, and per object its grasps and what blocks them.
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """Ids of the objects in sight, by rising label."""
+        return tuple(sorted(self.look.context.scene.ids, key=lambda k: self.labels[k]))
 
-        `label` and `left_out` are labels of the frame; everything else speaks of torc's ids, and `objects` tells the
-        label of each.
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-compatible: the choice, its grasps, why, and what became of each object's grasps; all in labels.
+
+        Only `id`, beside each object's label, is torc's own number of it: what a VLM is shown and answers
+        (`exchanges`), and what a planner of somebody's may speak of.
         """
-        context = self.look.context
-        report = context.report
-        objects = [
-            {
-                "id": k,
-                "label": self.labels[k],
-                **({"name": self.names[k]} if k in self.names else {}),
-                "pixels": context.scene.object(k).pixel_count,
-                "valid_grasps": int(report.valid_total[i]),
-                "blocked_by": {str(b): int(n) for b, n in zip(report.object_ids, report.blocking[i]) if n},
-                "hides_m3": round(context.volume.hidden_volume_m3(k), 6),
-            }
-            for i, k in enumerate(report.object_ids)
-        ]
+        decision = to_plain(self.decision)
+        del decision["object_id"]
+        decision["evidence"] = evidence_in_labels(decision["evidence"], self.labels)
         return {
             "label": self.label,
-            **to_plain(self.decision),
-            "target_visible": context.scene.target_id is not None,
-            "objects": objects,
+            "grasps": [grasp.to_dict() for grasp in self.grasps],
+            "grasp_frame": GRASP_FRAME,
+            **decision,
+            "target_visible": self.look.context.scene.target_id is not None,
+            "objects": [self._object(k) for k in self.ids],
             "left_out": list(self.left_out),
             "seconds": {name: round(s, 4) for name, s in self.look.seconds.items()},
         }
 
     def save_pictures(self, directory: Path) -> None:
-        """Write seen.png (the marked image) and, if the planner has one, graph.png."""
-        chosen = self.decision.object_id
-        write_png(directory / "seen.png", mark_image(self.look.context.scene, highlight=chosen))
-        graph = draw_decision(self.decision)
+        """Write seen.png (the marked image) and, if the planner has one, graph.png; the numbers in them are labels."""
+        chosen, labels = self.decision.object_id, self.labels
+        seen = mark_image(self.look.context.scene, highlight=chosen, labels=labels)
+        write_png(directory / "seen.png", seen)
+        graph = draw_decision(self.decision, labels)
         if graph is not None:
             write_png(directory / "graph.png", graph)
+
+    def _object(self, object_id: int) -> dict[str, Any]:
+        context = self.look.context
+        fates = grasp_fates(context, object_id)
+        blockers = blockers_of(context, object_id)
+        return {
+            "label": self.labels[object_id],
+            "id": object_id,
+            **({"name": self.names[object_id]} if object_id in self.names else {}),
+            "pixels": context.scene.object(object_id).pixel_count,
+            "valid_grasps": int(context.report.valid_total[context.report.object_ids.index(object_id)]),
+            "grasps": {fate.name.lower(): n for fate, n in fates.items()},
+            "blocked_by": {str(self.labels[other]): n for other, n in blockers.items()},
+            "hides_m3": round(context.volume.hidden_volume_m3(object_id), 6),
+        }

@@ -56,7 +56,11 @@ def decide_frame(
     planner = planner or make_planner("dg-select")
     before = volume if volume is not None else empty_volume(frame.grid)
     look = _pipeline(frame, robot, min_score, grasps).look(
-        frame.observation, before, target_description=frame.target_description, seed=seed
+        frame.observation,
+        before,
+        target_description=frame.target_description,
+        seed=seed,
+        labels=frame.labels,
     )
     decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
     if decision.object_id is not None and decision.object_id not in look.context.scene.ids:

@@ -1,27 +1,33 @@
-"""An answer in words: the choice, why, and a row per object.
+"""An answer in words: the choice, how to grasp it, why, and a row per object. All objects go by the frame's labels."""
 
-Planners, pictures and logs speak of torc's own numbers (the target is 0). Where the frame's labels are others, both
-stand side by side, and the choice is given by its label.
-"""
-
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from torc.brain.answer import Answer
+from torc.brain.candidates import FATES, blockers_of, grasp_fates
 from torc.errors import InputError
-from torc.records import TARGET_ID
+from torc.records import TARGET_ID, GraspStatus
 from torc.task_planning.drawing import by_id
+
+_WIDTH = 80
+_TIE = "\N{NO-BREAK SPACE}"
+"""Between words that stay on one line."""
 
 
 def answer_text(answer: Answer) -> str:
     """Some lines for people."""
-    lines = [_choice(answer), f"Why: {answer.decision.reason}", _target(answer)]
+    lines = [_choice(answer), *_wrapped(f"Why: {answer.decision.reason}")]
+    if answer.grasps:
+        lines += _wrapped(_best_grasp(answer))
+    lines += _wrapped(_target(answer))
     if answer.look.context.scene.objects:
-        lines += ["", *_table(answer), "", *_legend(answer)]
+        chosen = answer.decision.object_id is not None
+        lines += ["", *_table(answer), "", *_legend(answer)] if chosen else ["", *_why_not(answer)]
     if answer.left_out:
         labels = ", ".join(map(str, answer.left_out))
-        lines.append(f"Left out, for too few pixels or readings of depth: label {labels}.")
-    return "\n".join(lines)
+        lines += _wrapped(f"Left out, for too few pixels or readings of depth: {labels}.")
+    return "\n".join(lines).replace(_TIE, " ")
 
 
 @dataclass(frozen=True)
@@ -39,30 +45,67 @@ class _Column:
         return [t.ljust(width) if self.words else t.rjust(width) for t in texts]
 
 
-def _renumbered(answer: Answer) -> bool:
-    """Whether some object in sight has another number here than in the frame."""
-    return any(answer.labels[k] != k for k in answer.look.context.scene.ids)
+def _wrapped(text: str, indent: str = "") -> list[str]:
+    return textwrap.wrap(text, _WIDTH, subsequent_indent=indent, break_long_words=False)
 
 
 def _choice(answer: Answer) -> str:
     chosen = answer.decision.object_id
     if chosen is None:
         return "No choice."
-    what = "label" if _renumbered(answer) else "object"
-    name = f" ({answer.names[chosen]})" if chosen in answer.names else ""
-    number = "" if chosen == answer.label else f", which is number {chosen} in what follows"
-    return f"Pick {what} {answer.label}{name}{number}."
+    return f"Pick object {_called(answer, chosen)}."
+
+
+def _called(answer: Answer, object_id: int) -> str:
+    name = f" ({answer.names[object_id]})" if object_id in answer.names else ""
+    return f"{answer.labels[object_id]}{name}"
+
+
+def _best_grasp(answer: Answer) -> str:
+    best, count = answer.grasps[0], len(answer.grasps)
+    x, y, z = best.T_world_tcp[:3, 3]
+    more = f"its pose and {count - 1} more" if count > 1 else "its pose"
+    return (
+        f"Best grasp: at ({x:.3f}, {y:.3f}, {z:.3f}) m, {1000 * best.width_m:.0f} mm wide, holds with "
+        f"p = {best.p:.2f}; {more}: --json."
+    )
 
 
 def _target(answer: Answer) -> str:
     scene = answer.look.context.scene
     if scene.target_id is not None:
-        target = "in sight"
+        target = f"object {_called(answer, scene.target_id)}, in sight"
     elif TARGET_ID in answer.labels:
-        target = f"label {answer.labels[TARGET_ID]}, shows too little to be found and counts as hidden"
+        target = f"object {answer.labels[TARGET_ID]}, shows too little to be found and counts as hidden"
     else:
         target = "hidden"
     return f"The target is {target}. Objects in sight: {len(scene.objects)}."
+
+
+def _why_not(answer: Answer) -> list[str]:
+    """Per object what became of its grasps."""
+    lines = ["What became of the grasps of each object:"]
+    for k in answer.ids:
+        lines += _wrapped(f"  {_called(answer, k)}: {_fates(answer, k)}", "    ")
+    return lines
+
+
+def _fates(answer: Answer, object_id: int) -> str:
+    fates = grasp_fates(answer.look.context, object_id)
+    if not fates:
+        return "no grasp was found"
+    told = [f"{n} {FATES[fate]}{_by_whom(answer, object_id, fate)}" for fate, n in fates.items()]
+    return f"{'; '.join(told)}."
+
+
+def _by_whom(answer: Answer, object_id: int, fate: GraspStatus) -> str:
+    return f", by {_blockers(answer, object_id)}" if fate is GraspStatus.BLOCKED else ""
+
+
+def _blockers(answer: Answer, object_id: int) -> str:
+    """Who blocks grasps of the object, the most important first; in brackets how many."""
+    blockers = sorted(blockers_of(answer.look.context, object_id).items(), key=lambda item: -item[1])
+    return ", ".join(f"{answer.labels[k]}{_TIE}({n})" for k, n in blockers)
 
 
 def _probabilities(answer: Answer) -> dict[int, float]:
@@ -74,46 +117,45 @@ def _probabilities(answer: Answer) -> dict[int, float]:
 
 
 def _table(answer: Answer) -> list[str]:
-    """A row per object in sight, the chosen one marked."""
+    """A row per object in sight, the chosen one marked; the last column is wrapped."""
     chosen = answer.decision.object_id
-    marks = [" ", *(">" if k == chosen else " " for k in answer.look.context.scene.ids)]
-    rows = zip(*(column.lines() for column in _columns(answer)))
-    return [f" {mark} {'  '.join(row)}".rstrip() for mark, row in zip(marks, rows)]
+    marks = [" ", *(">" if k == chosen else " " for k in answer.ids)]
+    lines = []
+    for mark, (*row, last) in zip(marks, zip(*(column.lines() for column in _columns(answer)))):
+        start = f" {mark} {'  '.join(row)}  "
+        room = max(_WIDTH - len(start), 20)
+        first, *more = textwrap.wrap(last, room) or [""]
+        lines += [(start + first).rstrip(), *(" " * len(start) + text for text in more)]
+    return lines
 
 
 def _columns(answer: Answer) -> list[_Column]:
-    context, ids = answer.look.context, answer.look.context.scene.ids
-    report, p = context.report, _probabilities(answer)
-    blocked_by = [", ".join(f"{b} ({n})" for b, n in zip(ids, row) if n) for row in report.blocking.tolist()]
-    if _renumbered(answer):
-        columns = [
-            _Column("number", [str(k) for k in ids]),
-            _Column("label", [str(answer.labels[k]) for k in ids]),
-        ]
-    else:
-        columns = [_Column("object", [str(k) for k in ids])]
+    context, ids, p = answer.look.context, answer.ids, _probabilities(answer)
+    valid = dict(zip(context.report.object_ids, context.report.valid_total.tolist()))
+    columns = [_Column("object", [str(answer.labels[k]) for k in ids])]
     if answer.names:
         columns.append(_Column("name", [answer.names.get(k, "-") for k in ids], words=True))
+    if context.scene.target_id is not None:
+        columns.append(
+            _Column("", ["target" if k == context.scene.target_id else "" for k in ids], words=True)
+        )
     columns += [
-        _Column("valid grasps", [str(n) for n in report.valid_total.tolist()]),
+        _Column("grasps", [str(valid[k]) for k in ids]),
         _Column("hides", [f"{1000 * context.volume.hidden_volume_m3(k):.1f} l" for k in ids]),
     ]
     if p:
         columns.append(_Column("p", [f"{p[k]:.2f}" if k in p else "-" for k in ids]))
-    columns.append(_Column("blocked by", [text or "-" for text in blocked_by], words=True))
-    columns.append(_Column("", ["target" if k == context.scene.target_id else "" for k in ids], words=True))
+    columns.append(_Column("blocked by", [_blockers(answer, k) or "-" for k in ids], words=True))
     return columns
 
 
 def _legend(answer: Answer) -> list[str]:
-    lines = []
-    if _renumbered(answer):
-        lines.append(
-            "number: torc's own, as in the reason, the pictures and JSON; 0 is the target. label: yours."
-        )
-    lines.append("hides: the unseen space behind it. blocked by: number (grasps that it blocks).")
+    lines = _wrapped(
+        "grasps: those that can be tried now. hides: the unseen space behind it. blocked by: object (grasps that it "
+        "blocks)."
+    )
     if _probabilities(answer):
-        lines.append(
+        lines += _wrapped(
             "p: how probably picking it makes way for the target; - where other things have to go first."
         )
     return lines

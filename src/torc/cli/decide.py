@@ -10,6 +10,9 @@ from torc.cli.vlm_options import VlmOptions
 from torc.grasping.names import DEFAULT_GRASPS
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 
+NO_CHOICE = 3
+"""Exit code of a decision without an object."""
+
 
 @dataclass(frozen=True)
 class DecideCommand:
@@ -30,8 +33,8 @@ class DecideCommand:
     labels.png and frame.json with the rest, where depth_scale is called depth_scale_m: docs/frames.md. Try it out with
     examples/frame.npz.
 
-    The answer names the object by your label. Reasons, pictures and JSON use torc's own numbers, in which the target is
-    0 and labels 1..63 stay as they are; both stand in the table that is printed, and in JSON under "objects".
+    The answer names objects by your labels, and JSON holds the grasps of the chosen one, the best first. Where there is
+    nothing to pick it tells why, per object, and the exit code is 3.
     """
 
     frame: tyro.conf.Positional[Path]
@@ -54,7 +57,7 @@ class DecideCommand:
     vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
-        """Print the decision; exit code 0 also when there is nothing to pick."""
+        """Print the decision; the exit code is 3 if there is nothing to pick."""
         import json
         import sys
 
@@ -88,4 +91,4 @@ class DecideCommand:
                     f"Cannot write to '{self.out}': {error.strerror}. Choose another --out."
                 ) from error
         print(json.dumps(answer.to_dict(), indent=2) if self.json else answer_text(answer))
-        return 0
+        return 0 if answer.decision.object_id is not None else NO_CHOICE

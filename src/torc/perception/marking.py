@@ -1,5 +1,6 @@
 """The marked image: what a person or a VLM is shown of a segmented scene."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import cv2
@@ -34,7 +35,10 @@ class MarkingConfig:
 
 
 def mark_image(
-    scene: SegmentedScene, highlight: int | None = None, config: MarkingConfig | None = None
+    scene: SegmentedScene,
+    highlight: int | None = None,
+    config: MarkingConfig | None = None,
+    labels: Mapping[int, int] | None = None,
 ) -> UInt8[np.ndarray, "h w 3"]:
     """The colour image with every object tinted and outlined in its own colour and numbered with its id.
 
@@ -45,6 +49,7 @@ def mark_image(
         scene: what perception found.
         highlight: id of an object to bring out: a thick outline within a white one, the others fainter.
         config: looks.
+        labels: numbers to write in place of the ids, not negative; ids that have none keep their own.
 
     Raises InputError if the highlighted object is not in the scene.
     """
@@ -56,9 +61,9 @@ def mark_image(
     image = _tint(scene.observation.rgb, label, highlight, config)
     _outline(image, label, highlight, max(1, round(config.outline_px * scale)))
     digits = (max(5, round(config.digit_px * scale)), max(5, round(config.small_digit_px * scale)))
-    boxes = {
-        i: tuple(_number_box(i, px, round(config.padding_px * scale)) for px in digits) for i in scene.ids
-    }
+    numbers = {i: (labels or {}).get(i, i) for i in scene.ids}
+    padding = round(config.padding_px * scale)
+    boxes = {i: tuple(_number_box(number, px, padding) for px in digits) for i, number in numbers.items()}
     places = place_labels(label, {i: (large.shape, small.shape) for i, (large, small) in boxes.items()})
     _draw_leaders(image, places)
     for i, place in places.items():

@@ -1,5 +1,6 @@
 """From one snapshot to a `PlanningContext` (paper: A Modular Pipeline, steps 1 and 2)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -97,6 +98,7 @@ class Pipeline:
         history: tuple[PickOutcome, ...] = (),
         picks_left: int = 1,
         failed: tuple[FailedGrasp, ...] = (),
+        labels: Mapping[int, int] | None = None,
     ) -> Look:
         """Perceive, update the occlusion volume, plan and check grasps.
 
@@ -108,6 +110,7 @@ class Pipeline:
             history: outcomes of the picks so far, as the robot felt them.
             picks_left: attempts left, this one included.
             failed: grasps that failed in earlier picks.
+            labels: the user's own label per object id, for the planner's reasons; none in simulation.
 
         Raises:
             GraspPlannerError: the grasp planner crashed, or what it returned is no set of grasps.
@@ -133,7 +136,16 @@ class Pipeline:
             report = hold_back_unlikely(report, grasps, self.min_score)
             if self.min_score > 0:
                 report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
-        context = PlanningContext(scene, volume, grasps, report, target_description, history, picks_left)
+        context = PlanningContext(
+            scene,
+            volume,
+            grasps,
+            report,
+            target_description,
+            history,
+            picks_left,
+            tuple((labels or {}).items()),
+        )
         return Look(context, observation, world, clock.seconds)
 
     def _evaluate(

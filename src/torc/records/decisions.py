@@ -23,6 +23,8 @@ class PlanningContext:
         target_description: the target in words, e.g. "the blue tuna can".
         history: outcomes of the picks so far, as the robot felt them.
         picks_left: attempts left, this one included.
+        labels: (object id, the user's own label of it), for a frame from outside; empty where ids are all there is.
+            An unseen target has none.
     """
 
     scene: SegmentedScene
@@ -32,6 +34,17 @@ class PlanningContext:
     target_description: str
     history: tuple[PickOutcome, ...]
     picks_left: int
+    labels: tuple[tuple[int, int], ...] = ()
+
+    def called(self, object_id: int) -> str:
+        """What a reason calls an object: the user's label of it, or its id where there are no labels.
+
+        An id without a label, which only a model makes up, is called a number: it must not pass for somebody's label.
+        """
+        if not self.labels:
+            return str(object_id)
+        label = dict(self.labels).get(object_id)
+        return f"number {object_id}" if label is None else str(label)
 
 
 @dataclass(frozen=True)

@@ -83,17 +83,19 @@ def decide_by_graph(
         reason = "No visible object has a valid grasp."
     elif not graph.node(graph.target).hidden and graph.target in graspable and graph.target in graph.sinks:
         chosen, rule = graph.target, "target"
-        reason = f"Pick {chosen}: it is the target, it has a valid grasp and nothing lies on it."
+        reason = (
+            f"Pick {context.called(chosen)}: it is the target, it has a valid grasp and nothing lies on it."
+        )
     elif likely:
         chosen = min(likely, key=lambda k: (-round(probabilities[k], _TIE_DIGITS), *preference[k]))
-        rule, reason = "most probable sink", explain(graph, chosen, probabilities[chosen])
+        rule, reason = "most probable sink", explain(graph, chosen, probabilities[chosen], context.called)
     else:
         below = {e.source for e in graph.edges if e.kind == EdgeKind.BELOW}
         chosen = min(graspable, key=lambda k: (k in below, *preference[k]))
         rule = "any graspable"
         reason = (
-            f"Pick {chosen}: nothing that the target waits for has a valid grasp; of the {len(graspable)} objects that "
-            "have one, it has the most or is the nearest."
+            f"Pick {context.called(chosen)}: nothing that the target waits for has a valid grasp; of the "
+            f"{len(graspable)} objects that have one, it has the most or is the nearest."
         )
     return Decision(chosen, reason, evidence=_evidence(graph, probabilities, likely, rule))
 

@@ -32,6 +32,9 @@ _LANE_PX = 13.0
 _WEIGHT_PLACES = (0.6, 0.7, 0.5, 0.8, 0.4, 0.3, 0.2, 0.9)
 """Where on its edge a weight may stand, the best place first."""
 
+_DIGITS_IN_DISK = 3
+"""As many digits fit a node's disk at full height; longer numbers are written smaller."""
+
 _Box = tuple[float, float, float, float]
 """Left, top, right, bottom."""
 
@@ -61,6 +64,7 @@ def draw_graph(
     probabilities: Mapping[int, float] | Mapping[str, float] | None = None,
     chosen: int | None = None,
     config: DrawingConfig | None = None,
+    labels: Mapping[int, int] | None = None,
 ) -> UInt8[np.ndarray, "h w 3"]:
     """A picture of the graph: the target on top, what it waits for below it.
 
@@ -69,12 +73,13 @@ def draw_graph(
         probabilities: p(sink) by id (also as JSON has it, by text), written under the sinks.
         chosen: id of the object to pick next; ringed in green.
         config: sizes.
+        labels: numbers to write in place of the ids; where they are given, a hidden target without one is "?".
 
     Nodes have the object's colour in the marked image; graspable ones a solid outline, others a broken one. Edges
     are coloured and dashed by kind and carry their weight, unless they are their node's only one. What the target
     does not wait for is pale.
     """
-    picture = _GraphPicture(lay_out(graph), DrawingConfig() if config is None else config)
+    picture = _GraphPicture(lay_out(graph), DrawingConfig() if config is None else config, labels or {})
     awaited, p = _awaited(graph), by_id(probabilities)
     for edge in sorted(graph.edges, key=lambda e: e.source in awaited):
         picture.edge(edge, edge.target == chosen, pale=edge.source not in awaited)
@@ -88,18 +93,20 @@ def draw_graph(
     return picture.canvas.finish()
 
 
-def draw_decision(decision: Decision) -> UInt8[np.ndarray, "h w 3"] | None:
+def draw_decision(
+    decision: Decision, labels: Mapping[int, int] | None = None
+) -> UInt8[np.ndarray, "h w 3"] | None:
     """The dependency graph that a decision rests on, its choice ringed.
 
     It is looked for in `evidence["graph"]` as DependencyGraph.to_dict makes it, and the probabilities in
-    `evidence["probabilities"]`; None where the planner has left no such graph.
+    `evidence["probabilities"]`; None where the planner has left no such graph. `labels`: as of `draw_graph`.
     """
     try:
         graph = DependencyGraph.from_dict(decision.evidence["graph"])
         probabilities = by_id(decision.evidence.get("probabilities"))
     except (KeyError, InputError):
         return None
-    return draw_graph(graph, probabilities, decision.object_id)
+    return draw_graph(graph, probabilities, decision.object_id, labels=labels)
 
 
 def by_id(probabilities: Mapping[int, float] | Mapping[str, float] | None) -> dict[int, float]:
@@ -113,8 +120,8 @@ def by_id(probabilities: Mapping[int, float] | Mapping[str, float] | None) -> di
 class _GraphPicture:
     """The parts of a graph on a canvas, each at its place in the layout."""
 
-    def __init__(self, layout: Layout, config: DrawingConfig) -> None:
-        self.layout, self.config, c = layout, config, config
+    def __init__(self, layout: Layout, config: DrawingConfig, labels: Mapping[int, int]) -> None:
+        self.layout, self.config, self.labels, c = layout, config, labels, config
         inner = (layout.columns - 1) * c.column_px
         width = max(int(inner) + 2 * (c.margin_px + c.radius_px), c.min_width_px)
         height = (layout.rows - 1) * c.row_px + 2 * (c.margin_px + c.radius_px) + 2 * c.text_px
@@ -186,8 +193,10 @@ class _GraphPicture:
         if not node.graspable:
             canvas.broken_ring(x, y, radius - 1)
         dark = not node.hidden and np.dot((red, green, blue), (0.299, 0.587, 0.114)) < 140
-        label = f"{node.id}?" if node.hidden else str(node.id)
-        canvas.text((x, y), label, round(1.4 * self.config.text_px), PAPER if dark else INK)
+        number = str(self.labels.get(node.id, "" if self.labels and node.hidden else node.id))
+        label = f"{number}?" if node.hidden else number
+        px = round(1.4 * self.config.text_px * min(1.0, _DIGITS_IN_DISK / len(label)))
+        canvas.text((x, y), label, px, PAPER if dark else INK)
 
     def _curve(self, edge: DependencyEdge) -> Float[np.ndarray, "n 2"]:
         """Points of the edge from rim to rim; of two that run both ways, each keeps to one side."""

@@ -2,20 +2,24 @@
 
 import heapq
 import math
+from collections.abc import Callable
 
 from torc.task_planning.graph import DependencyEdge, DependencyGraph, EdgeKind
 
 
-def explain(graph: DependencyGraph, chosen: int, probability: float) -> str:
+def explain(
+    graph: DependencyGraph, chosen: int, probability: float, called: Callable[[int], str] = str
+) -> str:
     """A sentence that follows the most probable path back from the chosen object to the target.
 
     E.g. "Pick 3 (p = 0.62): it blocks 5 of 7 blocked grasps of 2, which stands in front of the target 0."
+    `called` names an object by its id.
     """
     path = most_probable_path(graph, chosen)
     if not path:
-        return f"Pick {chosen}: it is the target."
-    links = [_phrase(graph, edge) for edge in reversed(path)]
-    return f"Pick {chosen} (p = {probability:.2f}): it {', which '.join(links)}."
+        return f"Pick {called(chosen)}: it is the target."
+    links = [_phrase(graph, edge, called) for edge in reversed(path)]
+    return f"Pick {called(chosen)} (p = {probability:.2f}): it {', which '.join(links)}."
 
 
 def most_probable_path(graph: DependencyGraph, node_id: int) -> tuple[DependencyEdge, ...]:
@@ -40,9 +44,11 @@ def most_probable_path(graph: DependencyGraph, node_id: int) -> tuple[Dependency
     return tuple(reversed(path))
 
 
-def _phrase(graph: DependencyGraph, edge: DependencyEdge) -> str:
+def _phrase(graph: DependencyGraph, edge: DependencyEdge, called: Callable[[int], str]) -> str:
     """What the edge's target does to its source."""
-    source = f"the target {edge.source}" if edge.source == graph.target else str(edge.source)
+    source = called(edge.source)
+    if edge.source == graph.target:
+        source = f"the target {source}"
     if edge.kind == EdgeKind.HIDDEN_BY:
         if not edge.evidence.get("hidden_volume_m3", 0.0) > 0:
             return "may hide the target as much as any other object"

@@ -22,10 +22,12 @@ class RandomPlanner:
             return Decision(None, "No visible object has a valid grasp.", evidence=evidence)
         if target in graspable:
             return Decision(
-                target, f"Pick {target}: it is the target, and it has a valid grasp.", evidence=evidence
+                target,
+                f"Pick {context.called(target)}: it is the target, and it has a valid grasp.",
+                evidence=evidence,
             )
         chosen = int(rng.choice(graspable))
-        reason = f"Pick {chosen}: drawn at random from the {len(graspable)} objects with a valid grasp."
+        reason = f"Pick {context.called(chosen)}: drawn at random from the {len(graspable)} objects with a valid grasp."
         return Decision(chosen, reason, evidence=evidence)
 
 

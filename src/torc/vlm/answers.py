@@ -5,7 +5,7 @@ Whatever a reply holds (a misled model, a line of text on an object in the pictu
 
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -16,6 +16,8 @@ from torc.vlm.protocol import Finish, Reply
 ACTIONS = ("remove", "pick")
 _NUMERAL = re.compile(r"\s*(?:object|id)?\s*#?([0-9]{1,3})\s*", re.IGNORECASE)
 _MAX_QUOTED = 40
+_Words = Callable[[Relation], str]
+"""Says a relation."""
 
 
 def _schema(name: str, entry: dict[str, Any]) -> dict[str, Any]:
@@ -79,17 +81,24 @@ def read_first_pick(reply: Reply, offered: Collection[int]) -> int | Useless:
     if chosen is None:
         return Useless(f"It names {_quoted(first['input'])}, which is no object's number.")
     if chosen not in offered:
-        return Useless(f"It names object {chosen}, which is not in sight.")
+        return Useless(f"It names number {chosen}, which is not in sight.")
     return chosen
 
 
-def read_corrections(reply: Reply, candidates: Sequence[Relation]) -> Corrected | Useless:
+def read_corrections(
+    reply: Reply, candidates: Sequence[Relation], called: Callable[[int], str] = str
+) -> Corrected | Useless:
     """Candidate 'behind' pairs with a model's corrections, as far as the rules allow them (paper: Approach 3).
 
     It may leave a pair out, or turn "behind" into "below", in either direction. It may add no pair, and turn none
     round that stays "behind". An entry that does not keep to this is refused, and the pair it speaks of, if no
-    other entry does, stays as it was. The first of several entries on a pair counts.
+    other entry does, stays as it was. The first of several entries on a pair counts. `called` names an object by its id
+    in what is said of the changes.
     """
+
+    def words(relation: Relation) -> str:
+        return f"{called(relation.source)} {relation.kind.value} {called(relation.target)}"
+
     items = _items(reply, "relations")
     if isinstance(items, Useless):
         return items
@@ -103,18 +112,18 @@ def read_corrections(reply: Reply, candidates: Sequence[Relation]) -> Corrected 
             refused.append(relation.reason)
             continue
         pair = frozenset((relation.source, relation.target))
-        fault = _fault(relation, pairs.get(pair), stated.get(pair))
+        fault = _fault(relation, pairs.get(pair), stated.get(pair), words)
         if fault:
-            refused.append(f"{_in_words(relation)}: {fault}")
+            refused.append(f"{words(relation)}: {fault}")
             disputed.add(pair)
         else:
-            stated.setdefault(pair, _corrected(pairs[pair], relation))
+            stated.setdefault(pair, _corrected(pairs[pair], relation, words))
     if items and not stated and not disputed & pairs.keys():
         return Useless(
             f"None of its entries speaks of a pair that was asked about: {'; '.join(refused[:3])}."
         )
     left = tuple(stated.get(p, r) for p, r in pairs.items() if p in stated or p in disputed)
-    return Corrected(left, tuple(_changes(pairs, stated, disputed)), tuple(refused))
+    return Corrected(left, tuple(_changes(pairs, stated, disputed, words)), tuple(refused))
 
 
 def read_id(value: Any) -> int | None:
@@ -149,23 +158,23 @@ def _relation(item: Any) -> Relation | Useless:
     return Relation(source, target, RelationKind(kind))
 
 
-def _fault(relation: Relation, candidate: Relation | None, earlier: Relation | None) -> str:
+def _fault(relation: Relation, candidate: Relation | None, earlier: Relation | None, words: _Words) -> str:
     """Why an entry is refused; empty if it is not."""
     if candidate is None:
         return "not a pair that was asked about"
     if earlier is not None:
         same = _direction(earlier) == _direction(relation)
-        return "" if same else f"it said before that {_in_words(earlier)}"
+        return "" if same else f"it said before that {words(earlier)}"
     if relation.kind is RelationKind.BEHIND and relation.source != candidate.source:
         return "a pair may be turned round only when it becomes 'below'"
     return ""
 
 
-def _corrected(candidate: Relation, relation: Relation) -> Relation:
+def _corrected(candidate: Relation, relation: Relation, words: _Words) -> Relation:
     """The candidate itself, if nothing was changed; else the relation, the depths having nothing to say on it."""
     if _direction(candidate) == _direction(relation):
         return candidate
-    return replace(relation, evidence=MappingProxyType({"corrected_from": _in_words(candidate)}))
+    return replace(relation, evidence=MappingProxyType({"corrected_from": words(candidate)}))
 
 
 def _direction(relation: Relation) -> tuple[int, int, RelationKind]:
@@ -176,19 +185,16 @@ def _changes(
     pairs: dict[frozenset[int], Relation],
     stated: dict[frozenset[int], Relation],
     disputed: set[frozenset[int]],
+    words: _Words,
 ) -> list[str]:
     changes = []
     for pair, before in pairs.items():
         after = stated.get(pair)
         if after is None and pair not in disputed:
-            changes.append(f"dropped: {_in_words(before)}")
+            changes.append(f"dropped: {words(before)}")
         elif after is not None and _direction(after) != _direction(before):
-            changes.append(f"{_in_words(before)} became {_in_words(after)}")
+            changes.append(f"{words(before)} became {words(after)}")
     return changes
-
-
-def _in_words(relation: Relation) -> str:
-    return f"{relation.source} {relation.kind.value} {relation.target}"
 
 
 def _quoted(value: Any) -> str:

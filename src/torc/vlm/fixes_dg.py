@@ -46,7 +46,7 @@ class VlmFixesDgPlanner:
             self.prompt,
             {"relations": _as_json(candidates)},
             RELATIONS_SCHEMA,
-            lambda reply: read_corrections(reply, candidates),
+            lambda reply: read_corrections(reply, candidates, context.called),
             rng,
         )
         tries, answer = len(asked.exchanges), asked.answer

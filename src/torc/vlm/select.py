@@ -36,7 +36,7 @@ class VlmSelectPlanner:
         def read(reply: Reply) -> int | Useless:
             chosen = read_first_pick(reply, context.scene.ids)
             if isinstance(chosen, int) and chosen not in graspable:
-                return Useless(f"It names object {chosen}, which has no valid grasp.")
+                return Useless(f"It names object {context.called(chosen)}, which has no valid grasp.")
             return chosen
 
         asked = consult(self._client, context, self.prompt, self.facts(context), PLAN_SCHEMA, read, rng)
@@ -45,7 +45,10 @@ class VlmSelectPlanner:
             chosen, reason = None, useless_reason(asked, asked.answer)
         else:
             chosen = asked.answer
-            reason = f"Pick {chosen}: the plan of the VLM {asked.model} begins with it (answer {tries} of at most 3)."
+            number = f"answer {tries} of at most 3"
+            reason = (
+                f"Pick {context.called(chosen)}: the plan of the VLM {asked.model} begins with it ({number})."
+            )
         return Decision(chosen, reason, tries, exchanges=asked.exchanges, evidence=asked.evidence)
 
     def facts(self, context: PlanningContext) -> Mapping[str, str]:

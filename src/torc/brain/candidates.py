@@ -1,0 +1,78 @@
+"""What became of an object's grasps: those that can be tried now, best first, and why the others cannot."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.records import GraspStatus, PlanningContext
+
+GRASP_FRAME = (
+    "T_world_tcp takes points of the grasp's frame to the world's, metres. Its origin is the tool centre point, midway "
+    "between the tips of the pads when they touch the object; x is the closing direction, z the approach, out of the "
+    "gripper."
+)
+"""In which frame grasps are given."""
+FATES: Mapping[GraspStatus, str] = MappingProxyType(
+    {
+        GraspStatus.VALID: "valid",
+        GraspStatus.BLOCKED: "blocked",
+        GraspStatus.UNREACHABLE: "out of reach",
+        GraspStatus.HITS_STATIC: "into something fixed or never seen",
+        GraspStatus.SEVERAL_OBJECTS: "not around exactly one object",
+        GraspStatus.FINGERS_IN_OBJECT: "with a finger inside the object",
+        GraspStatus.UNLIKELY: "unlikely to hold",
+        GraspStatus.NO_MOTION: "without a motion to them",
+    }
+)
+"""In words, in the order in which they are told."""
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """A grasp that can be tried now; its frame is GRASP_FRAME's.
+
+    Attributes:
+        T_world_tcp: pose of the grasp in the frame's world, metres.
+        width_m: distance between the pads when they touch the object.
+        p: probability that the object is held after the lift.
+    """
+
+    T_world_tcp: Float[np.ndarray, "4 4"]
+    width_m: float
+    p: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-compatible, lengths to a hundredth of a millimetre."""
+        return {
+            "T_world_tcp": self.T_world_tcp.round(6).tolist(),
+            "width_m": round(self.width_m, 5),
+            "p": round(self.p, 4),
+        }
+
+
+def valid_grasps(context: PlanningContext, object_id: int) -> tuple[Grasp, ...]:
+    """The object's valid grasps, the most probable first."""
+    grasps, status = context.grasps, context.report.status
+    return tuple(
+        Grasp(grasps.Ts_world_tcp[i], float(grasps.widths_m[i]), float(grasps.scores[i]))
+        for i in grasps.of(object_id)
+        if status[i] == GraspStatus.VALID
+    )
+
+
+def grasp_fates(context: PlanningContext, object_id: int) -> dict[GraspStatus, int]:
+    """How many of the object's grasps came to each end, in the order of FATES; those that none came to are left out."""
+    status = context.report.status[context.grasps.object_ids == object_id]
+    counts = {fate: int(np.count_nonzero(status == fate)) for fate in FATES}
+    return {fate: n for fate, n in counts.items() if n}
+
+
+def blockers_of(context: PlanningContext, object_id: int) -> dict[int, int]:
+    """How many of the object's grasps each other object blocks, by its id; a grasp may count for several."""
+    report = context.report
+    row = report.blocking[report.object_ids.index(object_id)]
+    return {other: int(n) for other, n in zip(report.object_ids, row) if n}
