@@ -19,6 +19,21 @@ def test_a_model_is_named_in_one_word(text, parts):
     assert VlmConfig(*parts).text == text
 
 
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("openai:m@localhost:8000", "Write openai:m@http://localhost:8000,"),
+        ("gemini:m@", "Write gemini:m@http://localhost:8000/v1,"),
+        ("my_module:Mine:m@host/v1", "Write my_module:Mine:m@http://host/v1,"),
+        ("simulated@host", "Write simulated@http://host,"),
+    ],
+)
+def test_an_address_without_its_scheme_is_never_a_vendors_model(text, remedy):
+    with pytest.raises(InputError, match="http:// or https://") as refused:
+        parse_vlm(text)
+    assert remedy in str(refused.value)
+
+
 @pytest.mark.parametrize("text", ["", "gemini", "gemini:", ":model"])
 def test_half_a_name_says_how_to_write_one(text):
     with pytest.raises(InputError, match=r"gemini:MODEL|Unknown VLM provider"):

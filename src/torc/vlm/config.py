@@ -120,15 +120,18 @@ def parse_vlm(text: str) -> tuple[str, str, str | None]:
     """Provider, model and base URL of "provider:MODEL" or "provider:MODEL@URL".
 
     "simulated" alone stands for its default profile. What is no provider's name is taken as "module:Class", with a
-    model and a URL behind it as behind any provider's name. Raises InputError.
+    model and a URL behind it as behind any provider's name. Raises InputError, also for an "@" without a URL.
     """
-    # Model names may hold "@" (a version), so the URL is what follows the last one before a scheme.
+    # A model's name before a URL may hold "@" (a version). Without a URL nothing tells a version from an address that lacks
+    # its scheme, and pictures meant for a server of one's own would go to the vendor.
     base_url = None
     for scheme in ("@http://", "@https://"):
         rest, at, address = text.partition(scheme)
         if at:
             text, base_url = rest, scheme[1:] + address
             break
+    if base_url is None and "@" in text:
+        raise InputError(_no_scheme(text))
     provider, colon, model = text.partition(":")
     if provider == SIMULATED and not colon:
         return SIMULATED, DEFAULT_PROFILE, base_url
@@ -144,6 +147,14 @@ def parse_vlm(text: str) -> tuple[str, str, str | None]:
         f"'{text}' names no VLM. Write gemini:MODEL, anthropic:MODEL, openai:MODEL, or, for a server of your own, "
         "openai:MODEL@URL, e.g. openai:qwen2.5-vl@http://localhost:8000/v1; simulated, or simulated:PROFILE, in "
         "simulated trials; module:Class for a client of your own." + own_spelling(text)
+    )
+
+
+def _no_scheme(text: str) -> str:
+    model, _, address = text.partition("@")
+    return (
+        f"'{text}': what follows an @ must be the address of a server, with http:// or https://. "
+        f"Write {model}@http://{address or 'localhost:8000/v1'}, or leave out the @."
     )
 
 
