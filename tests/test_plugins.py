@@ -1,9 +1,12 @@
 """From names to parts that anybody may have written."""
 
+import sys
+
 import pytest
 
 from torc.errors import InputError, TorcError, UnknownNameError
-from torc.plugins import PartKind, blamed, make_part, part_paths, takes
+from torc.fingerprints import file_fingerprint, part_source
+from torc.plugins import PartKind, blamed, load_part, make_part, part_paths, short_part_name, takes
 
 KIND = PartKind("sort of part", "torc.tests", "act(thing)", {"ours": f"{__name__}:Ours"})
 
@@ -59,16 +62,29 @@ def test_what_cannot_be_made_is_said_in_a_sentence(name, told):
     assert "sort of part" in str(caught.value).lower()
 
 
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A working directory with files of somebody's; one of them uses another one beside it."""
+    (tmp_path / "deep down").mkdir()
+    (tmp_path / "mine.py").write_text("class Mine:\n    def act(self, thing): return 'mine'\n")
+    (tmp_path / "deep down" / "mine.py").write_text(
+        "from beside import WORD\nclass Mine:\n    def act(self, thing): return WORD\n"
+    )
+    (tmp_path / "deep down" / "beside.py").write_text("WORD = 'deep'\n")
+    (tmp_path / "needs_more.py").write_text("import no_such_library")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [*sys.path, str(tmp_path)])
+    return tmp_path
+
+
 @pytest.mark.parametrize(
     ("name", "told"),
     [
-        ("mine", "Write mine:CLASS."),
-        ("mine.py", "Write mine:CLASS."),
-        ("deep down/mine.py", "Write mine:CLASS, after cd 'deep down'."),
-        ("deep down/mine", "Write mine:CLASS, after cd 'deep down'."),
-        ("deep down/mine.py:Mine", "Write mine:Mine, after cd 'deep down'."),
-        ("mine.py:Mine", "Write mine:Mine."),
-        ("no_such_module.py:Mine", "Write no_such_module:Mine."),
+        ("mine", "Write mine.py:CLASS."),
+        ("mine.py", "Write mine.py:CLASS."),
+        ("deep down/mine.py", "Write 'deep down/mine.py:CLASS'."),
+        ("deep down/mine", "Write 'deep down/mine.py:CLASS'."),
+        ("deep down/mine:Mine", "Write 'deep down/mine.py:Mine'."),
         ("package.mine.Mine", "Write package.mine:Mine."),
         ("package.mine", "Write package.mine:CLASS."),
         ("vendor/model-2.5", None),
@@ -77,19 +93,46 @@ def test_what_cannot_be_made_is_said_in_a_sentence(name, told):
         ("needs_more:Mine", None),
     ],
 )
-def test_a_part_that_is_named_by_its_file_or_by_dots_is_spelt_out(name, told, tmp_path, monkeypatch):
-    (tmp_path / "deep down").mkdir()
-    for file in ("mine.py", "deep down/mine.py"):
-        (tmp_path / file).write_text("class Mine: pass")
-    (tmp_path / "needs_more.py").write_text("import no_such_library")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(tmp_path)
+def test_a_part_that_is_named_by_its_file_or_by_dots_is_spelt_out(name, told, here):
     with pytest.raises(InputError) as caught:
         make_part(KIND, name, {})
     assert str(caught.value).endswith(told or ".")
     assert ("Write" in str(caught.value)) == (told is not None)
     if ":" not in name:
-        assert "Known: ours, or your own as module:Class (a .py file in the working" in str(caught.value)
+        assert "Known: ours, or your own as module:Class or path/to/file.py:Class." in str(caught.value)
+
+
+def test_a_part_is_loaded_from_its_file_wherever_that_lies(here):
+    for name in ("deep down/mine.py:Mine", f"{here}/deep down/mine.py:Mine"):
+        part = make_part(KIND, name, {})
+        assert part.act(None) == "deep"
+        assert part_source(type(part)) == file_fingerprint(here / "deep down" / "mine.py")
+    assert make_part(KIND, "mine.py:Mine", {}).act(None) == "mine"
+    assert load_part(KIND, "mine.py:Mine") is load_part(KIND, "mine.py:Mine")
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("no/such.py:Mine", "there is no file 'no/such.py'. Looked for in the working directory"),
+        ("needs_more.py:Mine", "No module named 'no_such_library'"),
+        ("mine.py:Nobody", "has no 'Nobody'"),
+        ("mine.py:", "must be written module:Class"),
+    ],
+)
+def test_a_file_without_the_part_is_said_to_be_so(name, told, here):
+    for _ in range(2):  # what failed once is not taken for loaded
+        with pytest.raises(InputError, match=told):
+            make_part(KIND, name, {})
+
+
+def test_names_for_files_hold_no_directory():
+    assert [short_part_name(n) for n in ("ours", "a.b:C", "x y/../b.py:C", "b:C")] == [
+        "ours",
+        "a.b.C",
+        "b.C",
+        "b.C",
+    ]
 
 
 def test_where_modules_are_looked_for_is_said(tmp_path, monkeypatch):

@@ -1,8 +1,9 @@
 """Parts that anybody can bring, task planners, VLM clients and grasp planners: from a name to the part.
 
-A name is one that torc ships, one that an installed package registered as an entry point, or "module:Class". Shipped
-names are lazy ("module:Class"), so that asking for one part never imports another's dependencies. A stranger's code may
-fail in any way: what comes out is an InputError where the part is made, and the part's own error where it is used.
+A name is one that torc ships, one that an installed package registered as an entry point, "module:Class", or
+"path/to/file.py:Class". Shipped names are lazy ("module:Class"), so that asking for one part never imports another's
+dependencies. A stranger's code may fail in any way: what comes out is an InputError where the part is made, and the
+part's own error where it is used.
 """
 
 import inspect
@@ -13,9 +14,12 @@ import traceback
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from hashlib import sha256
 from importlib import import_module
 from importlib.metadata import entry_points
-from pathlib import PurePath
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path, PurePath
+from types import ModuleType
 from typing import Any
 
 from torc.errors import InputError, TorcError, UnknownNameError
@@ -50,7 +54,7 @@ class PartKind:
 
 def unknown_part(kind: PartKind, name: str, known: Iterable[str]) -> UnknownNameError:
     """The error for a name that nobody registered; says how a part of one's own is named."""
-    more = f", or your own as module:Class (a .py file in the working directory).{own_spelling(name)}"
+    more = f", or your own as module:Class or path/to/file.py:Class.{own_spelling(name)}"
     return UnknownNameError(kind.what, name, list(known), more.removesuffix("."))
 
 
@@ -60,16 +64,29 @@ def own_spelling(name: str) -> str:
     It begins with a space, to stand behind others.
     """
     text, _, attribute = name.partition(":")
-    file = PurePath(text.removesuffix(".py") + ".py")
+    file = text.removesuffix(".py") + ".py"
     *module, last = text.split(".")
+    if attribute and text.isidentifier():
+        return ""
     if text.endswith(".py") or os.path.isfile(file):
-        where = "" if file.parent == PurePath() else f", after cd {shlex.quote(str(file.parent))}"
-        own = f"{file.stem}:{attribute or 'CLASS'}{where}"
+        own = f"{file}:{attribute or 'CLASS'}"
     elif not attribute and module and all(part.isidentifier() for part in (*module, last)):
         own = f"{'.'.join(module)}:{last}" if last[0].isupper() else f"{text}:CLASS"
     else:
         return ""
-    return "" if own == name else f" Write {own}."
+    return "" if own == name else f" Write {shlex.quote(own)}."
+
+
+def file_of_part(name: str) -> str:
+    """The file in "path/to/file.py:Class"; "" for any other name."""
+    path, colon, _ = name.partition(":")
+    return path if colon and path.endswith(".py") else ""
+
+
+def short_part_name(name: str) -> str:
+    """A name that can stand in a file's name: "path/to/file.py:Class" becomes "file.Class", as "file:Class" does."""
+    module, colon, attribute = name.partition(":")
+    return f"{PurePath(module).name.removesuffix('.py')}.{attribute}" if colon else name
 
 
 def part_paths(kind: PartKind) -> dict[str, str]:
@@ -146,8 +163,9 @@ def _load(kind: PartKind, name: str, path: str) -> Any:
     module_name, _, attribute = path.partition(":")
     if not module_name or not attribute:
         raise InputError(f"{what} must be written module:Class, e.g. my_package.my_module:MyClass.")
+    file = _found_file(what, name, module_name) if file_of_part(path) else None
     try:
-        found: Any = import_module(module_name)
+        found: Any = import_module(module_name) if file is None else _module_of_file(file)
         for part in attribute.split("."):
             found = getattr(found, part)
     except TorcError:
@@ -165,6 +183,35 @@ def _load(kind: PartKind, name: str, path: str) -> Any:
     if not callable(found):
         raise InputError(f"{what}: {path} is a {type(found).__name__}, not a class.")
     return found
+
+
+def _found_file(what: str, name: str, file: str) -> Path:
+    """The file, in the working directory or, like a module, on the search path. Raises InputError if there is none."""
+    for place in ("", *sys.path):
+        path = Path(place, file)
+        if path.is_file():
+            return path.resolve()
+    raise InputError(f"{what}: there is no file '{file}'. {_searched()}")
+
+
+def _module_of_file(path: Path) -> ModuleType:
+    """The module that a file holds, imported once; it finds the modules beside it, as a script does."""
+    name = f"torc_own_{path.stem}_{sha256(str(path).encode()).hexdigest()[:8]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"'{path}' cannot be imported")
+    module = module_from_spec(spec)
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
 
 
 def _searched() -> str:

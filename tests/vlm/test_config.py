@@ -24,8 +24,7 @@ def test_a_model_is_named_in_one_word(text, parts):
     [
         ("openai:m@localhost:8000", "Write openai:m@http://localhost:8000,"),
         ("gemini:m@", "Write gemini:m@http://localhost:8000/v1,"),
-        ("my_module:Mine:m@host/v1", "Write my_module:Mine:m@http://host/v1,"),
-        ("simulated@host", "Write simulated@http://host,"),
+        ("anthropic:m@host/v1", "Write anthropic:m@http://host/v1,"),
     ],
 )
 def test_an_address_without_its_scheme_is_never_a_vendors_model(text, remedy):

@@ -58,7 +58,7 @@ class BenchCommand:
     """Task planners, comma-separated, as for `torc run --planner`. One that asks a model may name its own behind it
     (vlm-select:gemini:MODEL, vlm-fixes-dg:simulated:0.9), so that several models meet; else --vlm is asked."""
     grasps: str = DEFAULT_GRASPS
-    """Grasp planner of all trials: geometric, or your own as module:Class."""
+    """Grasp planner of all trials: geometric, or your own as module:Class or path/to/file.py:Class."""
     robot: str = DEFAULT_ROBOT
     """Robot of all trials: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     repeats: int = 10

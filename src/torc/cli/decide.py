@@ -41,9 +41,9 @@ class DecideCommand:
     """The frame: .npz file or directory."""
     planner: str = "dg-select"
     """Task planner: dg-select, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your
-    own as module:Class."""
+    own as module:Class or path/to/file.py:Class."""
     grasps: str = DEFAULT_GRASPS
-    """Grasp planner: geometric, or your own as module:Class."""
+    """Grasp planner: geometric, or your own as module:Class or path/to/file.py:Class."""
     robot: str = "none"
     """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, or a robot description file. With a
     robot the world is its base frame."""

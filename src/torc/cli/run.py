@@ -23,9 +23,9 @@ class RunCommand:
     """Name of a shipped problem (`torc problems list`) or a problem file."""
     planner: str = "dg-select"
     """Task planner: dg-select, random, oracle (tries picks out in the simulation), vlm-select, vlm-grasps,
-    vlm-fixes-dg (these three ask the model --vlm), or your own as module:Class."""
+    vlm-fixes-dg (these three ask the model --vlm), or your own as module:Class or path/to/file.py:Class."""
     grasps: str = DEFAULT_GRASPS
-    """Grasp planner: geometric, or your own as module:Class."""
+    """Grasp planner: geometric, or your own as module:Class or path/to/file.py:Class."""
     robot: str = DEFAULT_ROBOT
     """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     seed: int = 0

@@ -28,6 +28,7 @@ from torc.motion.planner import OmplMotionPlanner
 from torc.pipeline.defaults import default_pipeline
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.pipeline.warm_up import announced_compilation
+from torc.plugins import short_part_name
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.made_for import robot_hint
@@ -80,8 +81,8 @@ class TrialSpec:
         """A directory name for the trial."""
         model = "-" + re.sub(r"[^\w.]+", "-", self.vlm.short_name) if self.vlm is not None else ""
         expert = f"-{self.expert}" if self.expert else ""
-        grasps = "" if self.grasps == DEFAULT_GRASPS else "-" + self.grasps.replace(":", ".")
-        planner = self.planner.replace(":", ".")
+        grasps = "" if self.grasps == DEFAULT_GRASPS else "-" + short_part_name(self.grasps)
+        planner = short_part_name(self.planner)
         robot = "" if self.robot == DEFAULT_ROBOT else f"-{Path(self.robot).stem}"
         outside = "-outside" if self.outside_view else ""
         return f"{Path(self.problem).stem}-{planner}{model}{expert}{grasps}{robot}{outside}-{self.seed}"

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from urllib.parse import urlsplit
 
 from torc.errors import InputError
-from torc.plugins import PartKind, own_spelling, part_paths, unknown_part
+from torc.plugins import PartKind, own_spelling, part_paths, short_part_name, unknown_part
 
 PROVIDERS = {
     "gemini": "https://generativelanguage.googleapis.com",
@@ -113,26 +113,27 @@ class VlmConfig:
         """For names of directories: a vendor's model alone; else the provider, too."""
         if self.provider in PROVIDERS:
             return self.model
-        return "-".join(part for part in (self.provider.replace(":", "."), self.model) if part)
+        return "-".join(part for part in (short_part_name(self.provider), self.model) if part)
 
 
 def parse_vlm(text: str) -> tuple[str, str, str | None]:
     """Provider, model and base URL of "provider:MODEL" or "provider:MODEL@URL".
 
     "simulated" alone stands for its default profile. What is no provider's name is taken as "module:Class", with a
-    model and a URL behind it as behind any provider's name. Raises InputError, also for an "@" without a URL.
+    model and a URL behind it as behind any provider's name. Raises InputError, also for a vendor's model
+    with an "@" that no URL follows.
     """
-    # A model's name before a URL may hold "@" (a version). Without a URL nothing tells a version from an address that lacks
-    # its scheme, and pictures meant for a server of one's own would go to the vendor.
+    # Model names may hold "@" (a version), so the URL is what follows the last one before a scheme.
     base_url = None
     for scheme in ("@http://", "@https://"):
         rest, at, address = text.partition(scheme)
         if at:
             text, base_url = rest, scheme[1:] + address
             break
-    if base_url is None and "@" in text:
-        raise InputError(_no_scheme(text))
     provider, colon, model = text.partition(":")
+    if provider in PROVIDERS and base_url is None and "@" in model:
+        # Maybe an address that lacks its scheme: pictures meant for one's own server would go to the vendor.
+        raise InputError(_no_scheme(text))
     if provider == SIMULATED and not colon:
         return SIMULATED, DEFAULT_PROFILE, base_url
     if provider in part_paths(CLIENTS):
@@ -146,7 +147,8 @@ def parse_vlm(text: str) -> tuple[str, str, str | None]:
     raise InputError(
         f"'{text}' names no VLM. Write gemini:MODEL, anthropic:MODEL, openai:MODEL, or, for a server of your own, "
         "openai:MODEL@URL, e.g. openai:qwen2.5-vl@http://localhost:8000/v1; simulated, or simulated:PROFILE, in "
-        "simulated trials; module:Class for a client of your own." + own_spelling(text)
+        "simulated trials; module:Class or path/to/file.py:Class for a client of your own."
+        + own_spelling(text)
     )
 
 

@@ -21,6 +21,7 @@ from torc.benchmark.spec import BenchPlanner
 from torc.benchmark.store import MAX_SAID
 from torc.errors import InputError
 from torc.grasping.names import DEFAULT_GRASPS
+from torc.plugins import file_of_part
 from torc.records.files import write_json
 from torc.scenes.object_store import find_stored
 from torc.scenes.problem import Problem
@@ -54,8 +55,7 @@ def pack_luggage(
         InputError: there are too many Python files.
     """
     named = [grasps, *(name for p in planners for name in (p.name, p.vlm.provider if p.vlm else ""))]
-    modules = {_module(name) for name in named} - {""}
-    code = _code(directory) if any(_lies_in(directory, m) for m in modules) else Parcel()
+    code = _code(directory) if any(_lies_in(directory, name) for name in named) else Parcel()
     models = sorted({o.model for problem in problems for o in problem.objects})
     return Luggage(limits, code, _objects(models), probe)
 
@@ -104,16 +104,22 @@ def _module(name: str) -> str:
     return module.partition(".")[0] if colon else ""
 
 
-def _lies_in(directory: Path, module: str) -> bool:
-    try:
-        spec = find_spec(module)
-    except (ImportError, ValueError):
-        return False
-    if spec is None:
-        return False
-    places = [*(spec.submodule_search_locations or ()), *([spec.origin] if spec.origin else [])]
+def _lies_in(directory: Path, name: str) -> bool:
+    """Whether the code of a part is below the directory, and has to be sent."""
+    places = [str(directory / file_of_part(name))] if file_of_part(name) else _places(_module(name))
     root = directory.resolve()
     return any(Path(p).resolve().is_relative_to(root) and "site-packages" not in p for p in places)
+
+
+def _places(module: str) -> list[str]:
+    """Where a module lies; empty if it is not found."""
+    try:
+        spec = find_spec(module) if module else None
+    except (ImportError, ValueError):
+        return []
+    if spec is None:
+        return []
+    return [*(spec.submodule_search_locations or ()), *([spec.origin] if spec.origin else [])]
 
 
 def _code(directory: Path) -> Parcel:
