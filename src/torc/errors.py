@@ -27,7 +27,8 @@ class UnknownNameError(InputError):
         """
         import difflib
 
-        near = difflib.get_close_matches(name, valid, n=6, cutoff=0.5)
+        same = [v for v in valid if _plain_numbers(v) == _plain_numbers(name)]
+        near = same or difflib.get_close_matches(name, valid, n=6, cutoff=0.5)
         hinted = bool(near and difflib.get_close_matches(name, near[:1]))
         hint = f" Did you mean '{near[0]}'?" if hinted else ""
         if lister:
@@ -40,6 +41,13 @@ class UnknownNameError(InputError):
             known = f"There are {len(valid)}, {others}"
         super().__init__(f"Unknown {what} '{name}'.{hint} {known}{more}.")
         self.name = name
+
+
+def _plain_numbers(name: str) -> str:
+    """With the numbers in it as one would say them: "structured-01" is "structured-1"."""
+    import re
+
+    return re.sub(r"0+(?=\d)", "", name)
 
 
 class MissingDependencyError(TorcError):

@@ -41,9 +41,9 @@ class BenchCommand:
 
     The same on many machines, with the same results in the same directory (needs the extra `ray`):
 
-      ray start --head --port 6379                 on this machine
-      ray start --address HEAD:6379                on every other, with the same torc installed
-      torc bench --ray auto --out runs/mine        on this machine again
+      ray start --head --port 6379             # on this machine
+      ray start --address HEAD:6379            # on every other, with the same torc
+      torc bench --ray auto --out runs/mine    # on this machine again
 
     A machine that is lost costs nothing but time. docs/benchmarking.md says what is sent along, and what is not.
 

@@ -21,10 +21,10 @@ class DecideCommand:
     PATH is a .npz file or a directory. The file holds
 
       rgb             height x width x 3, uint8
-      depth_m         metres along the optical axis, 0 or NaN for no reading; 0.1 to 10 m are used
-                      (or depth, integers, with depth_scale: metres per unit)
+      depth_m         metres along the optical axis, 0.1 to 10 m; 0 or NaN for no
+                      reading (or depth, integers, with depth_scale: metres a unit)
       K               3x3 intrinsics
-      T_world_camera  4x4 camera pose: OpenCV camera axes, z of the world upwards, metres
+      T_world_camera  4x4 camera pose: OpenCV camera axes, z of the world up, metres
       labels          a whole number per object, 0 for the background
       target          the target's label, or "hidden"
 

@@ -13,18 +13,22 @@ class ExportCommand:
 
     The format says for what:
 
-      sft      a Hugging Face imagefolder for supervised fine-tuning: the marked image that a VLM would see, the prompt
-               of vlm-select, and the answer that brought success, in the form that vlm-select reads
-      pairs    the same with a chosen and a rejected answer: where oracle or a person chose otherwise than another
-               planner at the same look of the same problem and seed
-      lerobot  a LeRobotDataset v3 of the robot's motions and its camera, of trials played with --trajectory
+      sft      a Hugging Face imagefolder for supervised fine-tuning: the marked
+               image that a VLM would see, the prompt of vlm-select, and the
+               answer that brought success, in the form that vlm-select reads
+      pairs    the same with a chosen and a rejected answer: where oracle or a
+               person chose otherwise than another planner at the same look of
+               the same problem and seed
+      lerobot  a LeRobotDataset v3 of the robot's motions and its camera, of
+               trials played with --trajectory
 
     A split by problem: no problem is in both train and test, and further trials move none from one to the other.
     For example:
 
       torc run structured-03 --planner oracle --out runs/a
       torc export runs --format sft --out data
-      python -c 'from datasets import load_dataset; print(load_dataset("imagefolder", data_dir="data"))'
+      python -c 'from datasets import load_dataset
+      print(load_dataset("imagefolder", data_dir="data"))'
     """
 
     directory: tyro.conf.Positional[Path]

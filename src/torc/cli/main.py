@@ -6,52 +6,41 @@ Imports of the working parts stay inside the commands, so that `torc --help` ans
 import io
 import os
 import sys
-from typing import Annotated
-
-import tyro
+from collections.abc import Sequence
 
 import torc
 from torc.cli.bench import BenchCommand
+from torc.cli.commands import Group, Runnable, parse_command
 from torc.cli.decide import DecideCommand
 from torc.cli.doctor import DoctorCommand
 from torc.cli.export import ExportCommand
 from torc.cli.human import HumanCommand
-from torc.cli.objects import ObjectsCommand
+from torc.cli.objects import OBJECTS
 from torc.cli.printing import printable
-from torc.cli.problems import ProblemsCommand
+from torc.cli.problems import PROBLEMS
 from torc.cli.report import ReportCommand
 from torc.cli.run import RunCommand
 from torc.cli.view import ViewCommand
 from torc.errors import InputError, TorcError
 
-Command = (
-    Annotated[RunCommand, tyro.conf.subcommand("run")]
-    | Annotated[BenchCommand, tyro.conf.subcommand("bench")]
-    | Annotated[ReportCommand, tyro.conf.subcommand("report")]
-    | Annotated[HumanCommand, tyro.conf.subcommand("human")]
-    | Annotated[ViewCommand, tyro.conf.subcommand("view")]
-    | Annotated[ExportCommand, tyro.conf.subcommand("export")]
-    | Annotated[DecideCommand, tyro.conf.subcommand("decide")]
-    | Annotated[ProblemsCommand, tyro.conf.subcommand("problems")]
-    | Annotated[ObjectsCommand, tyro.conf.subcommand("objects")]
-    | Annotated[DoctorCommand, tyro.conf.subcommand("doctor")]
+TORC = Group(
+    "Find and retrieve one object from clutter, one pick after another.",
+    {
+        "run": ("one retrieval in simulation, with pictures", RunCommand),
+        "bench": ("task planners against each other on many problems", BenchCommand),
+        "report": ("which of them is best: a page, figures, tables", ReportCommand),
+        "human": ("choose the objects yourself, in a browser", HumanCommand),
+        "view": ("look at recorded trials, pick by pick, in a browser", ViewCommand),
+        "export": ("recorded trials as data to train on", ExportCommand),
+        "decide": ("only the decision, for your own camera's frame", DecideCommand),
+        "problems": ("problems to play: list, make, check, solve them", PROBLEMS),
+        "objects": ("what can lie on the table; import adds your meshes", OBJECTS),
+        "doctor": ("what is missing on this machine, and how to get it", DoctorCommand),
+    },
+    "Begin with `torc run`. `torc --version` says which version this is.",
 )
-
-DESCRIPTION = """Find and retrieve one object from clutter, one pick after another.
-
-First steps:
-  torc run                      one retrieval in simulation, with pictures
-  torc bench --out DIR          task planners against each other on many problems; goes on where it was
-  torc report DIR               which of them is best, with intervals, as a page and a table
-  torc view DIR                 look at recorded trials, pick by pick, in a browser
-  torc human structured-03      choose the objects yourself, in a browser
-  torc export DIR               recorded trials as data to train on
-  torc problems list            the problems that come with torc
-  torc objects list             what can lie on the table; `import` adds your own meshes
-  torc decide FRAME             only the decision, for a saved RGB-D frame
-  torc doctor                   what is missing on this machine, and how to get it
-  torc --version                which version this is
-"""
+_READER_GONE = 141
+"""128 + SIGPIPE, as shells give it for tools that the signal ends."""
 _NO_CACHE = (
     "Compiled kernels can be kept neither beside the program nor in your home directory. "
     "Set NUMBA_CACHE_DIR to a directory that you can write to."
@@ -66,21 +55,35 @@ def main(arguments: list[str] | None = None) -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    sys.exit(_run(arguments))
+    try:
+        code = _exit_code(arguments)
+        sys.stdout.flush()  # here, where a reader that went away can be told
+    except BrokenPipeError:
+        # `torc ... | head`: no message, and none from Python's own flush at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = _READER_GONE
+    sys.exit(code)
 
 
-def parse(arguments: list[str] | None) -> Command:
+def parse(arguments: Sequence[str]) -> Runnable:
     """The command that a command line means. Exits the process with a message where it means none."""
-    config = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
-    return tyro.cli(Command, prog="torc", description=DESCRIPTION, args=arguments, config=config)  # type: ignore[call-overload]
+    return parse_command(TORC, "torc", arguments)
+
+
+def _exit_code(arguments: list[str] | None) -> str | int | None:
+    try:
+        return _run(arguments)
+    except SystemExit as ended:  # --help, or a wrong option
+        return ended.code
 
 
 def _run(arguments: list[str] | None) -> int:
-    if (sys.argv[1:] if arguments is None else arguments) == ["--version"]:
+    given = sys.argv[1:] if arguments is None else arguments
+    if given == ["--version"]:
         print(f"torc {torc.__version__}")
         return 0
     try:
-        return parse(arguments).run()
+        return parse(given).run()
     except InputError as error:
         return _fail(error, 2)
     except TorcError as error:
@@ -91,9 +94,7 @@ def _run(arguments: list[str] | None) -> int:
             raise
         return _fail(InputError(_NO_CACHE), 2)
     except BrokenPipeError:
-        # The reader went away (`torc ... | head`): no message, and none from Python's own flush at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        raise
     except OSError as error:
         return _fail(*_system_fault(error))
     except KeyboardInterrupt:

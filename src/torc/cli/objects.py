@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import tyro
 
+from torc.cli.commands import Group
 from torc.cli.known_objects import known_objects
 from torc.cli.object_import import ImportCommand
 from torc.cli.object_sheet import SheetCommand, check_picture_name
@@ -96,27 +97,20 @@ class ShowCommand:
         return 0
 
 
-@dataclass(frozen=True)
-class ObjectsCommand:
-    """Objects to put on the table: those that come with torc, and your own.
-
-    Try:
-      torc objects list --kind mug
-      torc objects show mug_red --picture mug.png
-      torc objects sheet mug bowl --out dishes.png
-      torc objects import mug.glb            # from then on `mug` can be used like any other
-    """
-
-    action: (
-        Annotated[ListCommand, tyro.conf.subcommand("list")]
-        | Annotated[ShowCommand, tyro.conf.subcommand("show")]
-        | Annotated[SheetCommand, tyro.conf.subcommand("sheet")]
-        | Annotated[ImportCommand, tyro.conf.subcommand("import")]
-    )
-
-    def run(self) -> int:
-        """Run the chosen action."""
-        return self.action.run()
+OBJECTS = Group(
+    "Objects to put on the table: those that come with torc, and your own.",
+    {
+        "list": ("what there is", ListCommand),
+        "show": ("one object: size, mass, shape, and what it looks like", ShowCommand),
+        "sheet": ("a picture of many", SheetCommand),
+        "import": ("make objects of your own out of meshes", ImportCommand),
+    },
+    "Try:\n"
+    "  torc objects list --kind mug\n"
+    "  torc objects show mug_red --picture mug.png\n"
+    "  torc objects sheet mug bowl --out dishes.png\n"
+    "  torc objects import mug.glb            # from then on `mug` is an object",
+)
 
 
 def _facts(name: str) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import tyro
 
+from torc.cli.commands import Group
 from torc.cli.problems_gallery import GalleryCommand
 from torc.cli.problems_generate import GenerateCommand
 from torc.cli.problems_import import ImportCommand
@@ -81,29 +82,20 @@ class ShowCommand:
         return 0
 
 
-@dataclass(frozen=True)
-class ProblemsCommand:
-    """Problems to play: those that come with torc, new ones from a seed, and those of GraspClutter6D.
-
-    Try:
-      torc problems list
-      torc problems show structured-03
-      torc problems generate --count 10 --out mine
-      torc problems validate mine
-      torc problems gallery mine --out gallery
-      torc problems solve structured-03      # the fewest picks that any planner could do with
-    """
-
-    action: (
-        Annotated[ListCommand, tyro.conf.subcommand("list")]
-        | Annotated[ShowCommand, tyro.conf.subcommand("show")]
-        | Annotated[GalleryCommand, tyro.conf.subcommand("gallery")]
-        | Annotated[GenerateCommand, tyro.conf.subcommand("generate")]
-        | Annotated[ValidateCommand, tyro.conf.subcommand("validate")]
-        | Annotated[ImportCommand, tyro.conf.subcommand("import")]
-        | Annotated[SolveCommand, tyro.conf.subcommand("solve")]
-    )
-
-    def run(self) -> int:
-        """Run the chosen action."""
-        return self.action.run()
+PROBLEMS = Group(
+    "Problems to play: those that come with torc, new ones from a seed, and those of GraspClutter6D.",
+    {
+        "list": ("what there is", ListCommand),
+        "show": ("one problem: its objects and its target", ShowCommand),
+        "gallery": ("pictures of problems, as pages", GalleryCommand),
+        "generate": ("make new ones from a seed", GenerateCommand),
+        "validate": ("do they hold up, and why not", ValidateCommand),
+        "import": ("scenes of GraspClutter6D as problems", ImportCommand),
+        "solve": ("the fewest picks that any planner could do with", SolveCommand),
+    },
+    "Try:\n"
+    "  torc problems show structured-03\n"
+    "  torc problems generate --count 10 --out mine\n"
+    "  torc problems validate mine\n"
+    "  torc problems gallery mine --out gallery",
+)

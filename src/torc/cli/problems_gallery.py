@@ -18,15 +18,16 @@ class GalleryCommand:
     order of picks that the oracle found, with its numbers in the views. A few seconds a problem.
 
     In DIR are then
-      index.html     cards to filter by category and by how much of the target is in sight; opens without a network
+      index.html     cards to filter by category and by how much of the target is
+                     in sight; opens without a network
       gallery.md     the same as one long page, for code hosts
       cards/*.jpg    at most 70 kB each
 
     Try:
       torc problems gallery --out gallery
-      torc problems gallery mine --out mine-gallery          # a directory of problem files
+      torc problems gallery mine --out mine-gallery          # a directory of files
       torc problems solve structured-04 --json > answers/structured-04.json
-      torc problems gallery structured-04 --answers answers  # with the oracle's order
+      torc problems gallery structured-04 --answers answers  # with oracle's order
     """
 
     problems: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[SELECTION]")] = "torc40"

@@ -35,7 +35,7 @@ class GenerateCommand:
 
     Try:
       torc problems generate --count 10 --out mine
-      torc problems generate --unstructured --objects 12 --hidden hidden --seed 100 --out piles
+      torc problems generate --unstructured --objects 12 --hidden hidden --out piles
       torc run mine/structured-s0000.yaml
 
     Exit code 0 when all were made, 1 when some were not, 2 on bad arguments.

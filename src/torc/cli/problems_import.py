@@ -25,7 +25,7 @@ class ImportCommand:
     simulation; what fell off is left out and named. Meshes are converted once and kept with your objects
     (`torc objects list`).
 
-      torc problems import ~/GraspClutter6D --paper                the paper's 40 problems
+      torc problems import ~/GraspClutter6D --paper        # the paper's 40 problems
       torc problems import ~/GraspClutter6D --scene 249 --target 17_0
 
     What is in DIR already is not made again: the same command goes on after Ctrl-C.

@@ -25,8 +25,8 @@ class ValidateCommand:
 
     Try:
       torc problems validate mine/structured-s0000.yaml
-      torc problems validate mine --json          # every problem file in a directory
-      torc problems validate torc40 --no-oracle   # a shipped set, some seconds a problem
+      torc problems validate mine --json          # every problem file in there
+      torc problems validate torc40 --no-oracle   # a set, some seconds a problem
 
     Exit code 0 when all are valid, 1 when one is not, 2 on bad input.
     """

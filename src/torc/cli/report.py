@@ -16,7 +16,7 @@ class ReportCommand:
     the table as rows of their own.
 
       torc report runs/mine
-      torc report results/torc40 runs/mine --out runs/both     # your planner beside the published trials
+      torc report results/torc40 runs/mine --out runs/both   # beside published ones
 
     Exit code 0 when the report was written, 2 when there is nothing to report on.
     """
