@@ -96,6 +96,7 @@ def test_a_reader_that_went_away_is_no_fault(words):
     reader, writer = os.pipe()
     os.close(reader)
     torc = [sys.executable, "-m", "torc.cli.main", *words]
-    ended = subprocess.run(torc, stdout=writer, stderr=subprocess.PIPE, check=False)
+    buffered = {k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"}
+    ended = subprocess.run(torc, stdout=writer, stderr=subprocess.PIPE, env=buffered, check=False)
     os.close(writer)
     assert (ended.returncode, ended.stderr) == (141, b"")
