@@ -43,11 +43,11 @@ _STANDING = (
 )
 
 
-def ranking_table(standings: Sequence[Standing], table: Table) -> TextTable:
-    """The first table: one row per planner that competes, best first."""
+def ranking_table(standings: Sequence[Standing], table: Table, comparable: bool = True) -> TextTable:
+    """The first table: a row per planner that competes, best first; without ranks where they are not comparable."""
     ranked = [s for s in standings if not s.reference]
     rows = tuple(
-        (f"{place}" if s.completed else "-", *_standing_cells(s, table))
+        (f"{place}" if s.completed and comparable else "-", *_standing_cells(s, table))
         for place, s in enumerate(ranked, start=1)
     )
     note = (

@@ -8,17 +8,16 @@ from typing import Any
 from torc.benchmark import intervals
 from torc.benchmark.measures import MEASURES
 from torc.benchmark.paper import CITATION
-from torc.benchmark.ranking import Standing, rank
 from torc.benchmark.reading import read_tables
 from torc.benchmark.report import content
 from torc.benchmark.report.board import trial_board
 from torc.benchmark.report.bounding import beaten_table, bound_summary, bounds_table
+from torc.benchmark.report.common_ground import Ranking, rank_on_common_ground
 from torc.benchmark.report.figures import draw_all
 from torc.benchmark.report.gallery import failures
 from torc.benchmark.report.links import address_of
 from torc.benchmark.report.markdown import markdown_page
 from torc.benchmark.report.page import Content, html_page
-from torc.benchmark.report.verdict import verdict
 from torc.benchmark.rows import Table
 from torc.benchmark.store import Store
 from torc.benchmark.table_files import write_tables
@@ -71,8 +70,8 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
         MissingDependencyError: matplotlib is not installed.
     """
     table = read_tables(roots)
-    standings = rank(table)
-    made = _content(table, standings, gallery)
+    ranking = rank_on_common_ground(table)
+    made = _content(table, ranking, gallery)
     try:
         (out / _FIGURES).mkdir(parents=True, exist_ok=True)
         for picture in (*made.paper_figures, *made.figures):
@@ -82,11 +81,11 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
         (out / "report.md").write_text(markdown_page(made, _FIGURES), encoding="utf-8")
     except OSError as error:
         raise InputError(f"Cannot write to '{out}': {error.strerror}. Choose another --out.") from error
-    return Report(out, out / "index.html", made.view_command, _summary(table, standings, made))
+    return Report(out, out / "index.html", made.view_command, _summary(ranking, made))
 
 
-def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
-    planners = [s.planner for s in standings]
+def _content(table: Table, ranking: Ranking, gallery: int) -> Content:
+    planners = [s.planner for s in ranking.standings]
     pictures = draw_all(table, planners)
     shown, failed = failures(table, planners, gallery)
     trials = sum(r.completed for r in table.rows)
@@ -95,9 +94,9 @@ def _content(table: Table, standings: list[Standing], gallery: int) -> Content:
     conditions = f", with {table.conditions}" if table.conditions else ""
     return Content(
         title=f"{table.root.resolve().name}: {counts}{conditions}",
-        verdict=verdict(table, standings),
-        ranking=content.ranking_table(standings, table),
-        references=content.references_table(standings, table),
+        verdict=ranking.verdict,
+        ranking=content.ranking_table(ranking.standings, ranking.table, ranking.comparable),
+        references=content.references_table(ranking.standings, ranking.table),
         paper_figures=pictures[:_PAPER_FIGURES],
         figures=pictures[_PAPER_FIGURES:],
         tables=[
@@ -142,10 +141,10 @@ def _provenance(table: Table) -> list[str]:
     return told
 
 
-def _summary(table: Table, standings: list[Standing], made: Content) -> dict[str, Any]:
+def _summary(ranking: Ranking, made: Content) -> dict[str, Any]:
     planners = []
-    for s in standings:
-        done = table.completed(s.planner)
+    for s in ranking.standings:
+        done = ranking.table.completed(s.planner)
         measures = {m.name: _plain(m.of(done)) for m in MEASURES}
         counts = {"planned": s.planned, "played": s.played, "completed": s.completed}
         facts = {"planner": s.planner, "reference": s.reference, "tie_with_the_best": s.ties}
@@ -156,7 +155,7 @@ def _summary(table: Table, standings: list[Standing], made: Content) -> dict[str
         "planner": made.verdict.planner,
         "warnings": list(made.verdict.warnings),
         "ranking": planners,
-        "oracle_bound": bound_summary(table),
+        "oracle_bound": bound_summary(ranking.table),
     }
 
 
