@@ -278,6 +278,68 @@ def test_a_replay_pick_by_pick(recorded, open_page):
         page.locator("#scene-box canvas").wait_for()
 
 
+def _trials(recorded, count):
+    """Copies of the recorded trial, by the names trial-0, trial-1, ..."""
+    for i in range(count):
+        shutil.copytree(recorded / "boxes", recorded / f"trial-{i}")
+
+
+def test_a_phone_opens_a_trial_at_its_top(recorded, open_page):
+    with served(recorded) as client:
+        page = open_page(client.url)
+        page.set_viewport_size({"width": 390, "height": 844})
+        key = client.get("/api/trials").json["trials"][0]["key"]
+        page.goto(f"{client.url}/#{key}/1")
+        page.reload()
+        page.locator("#strip [aria-current]", has_text="2. object 0").wait_for()
+        page.wait_for_load_state("networkidle")
+        assert page.evaluate("scrollY") == 0
+        assert page.evaluate("document.documentElement.scrollHeight") > 900  # there is something to scroll to
+
+
+def test_the_list_of_trials_is_filtered(recorded, open_page):
+    _trials(recorded, 12)
+    with served(recorded) as client:
+        page = open_page(client.url)
+        page.locator("#says", has_text="Pick 1").wait_for()
+        page.click("#show-trials")
+        page.locator("#trials [role=status]", has_text="13 trials").wait_for()
+        assert page.locator("#trials li:visible").count() == 13
+        page.fill("#filter", "RETRIEVED trial-1")
+        assert page.locator("#trials li:visible").count() == 3  # 1, 10, 11
+        page.locator("#trials [role=status]", has_text="3 of 13 trials").wait_for()
+        page.fill("#filter", "no such trial")
+        assert page.locator("#trials li:visible").count() == 0
+        page.fill("#filter", "trial-11")
+        page.locator("#trials li:visible button").click()
+        page.locator("#says", has_text="Pick 1").wait_for()
+        assert page.locator("#trials").is_hidden()
+
+
+def test_an_expert_is_told_the_task_and_led_to_the_replay(game, open_page):
+    with game.served() as client:
+        page = open_page(client.url)
+        page.locator("#explained", has_text="as few picks as possible").wait_for()
+        page.click("#start")
+        _ready_to_pick(page, 1)
+        assert page.locator("#explained").is_hidden()
+        page.keyboard.press("0")
+        for number in ("1", "0"):
+            page.keyboard.press(number)
+            page.locator("#pick", has_text=f"Pick {number}").wait_for()
+            page.click("#pick")
+            if number == "1":
+                _ready_to_pick(page, 2)
+        page.locator("#ended", has_text="retrieved in 2 picks").wait_for()
+        with page.expect_popup() as opened:
+            page.click("#ended a")
+        replay = opened.value
+        replay.locator("#says", has_text="Pick 1: object 1, removed").wait_for()
+        replay.keyboard.press("ArrowRight")
+        replay.locator("#says", has_text="Pick 2: object 0, retrieved").wait_for()
+        assert replay.locator("#show-trials").is_hidden()
+
+
 def test_a_report_leads_to_the_picks_of_its_trials_and_back(recorded, open_page):
     pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
     from torc.benchmark.report.writing import write_report

@@ -83,7 +83,12 @@ class HumanQueue:
     def lines(self) -> list[dict[str, Any]]:
         """A line per trial."""
         to_play = self._to_play()
-        return [{**_line(t), "video": _problem(t.spec) not in to_play and _has_video(t)} for t in self.trials]
+        lines = []
+        for t in self.trials:
+            open_to_all = _problem(t.spec) not in to_play
+            shown = {"video": open_to_all and _has_video(t), "replay": open_to_all and t.status == "completed"}
+            lines.append({**_line(t), **shown})
+        return lines
 
     def withholds(self, trial: RecordedTrial) -> bool:
         """Whether a trial has ended, and so tells all, while its problem is still to be played by anybody."""

@@ -1,7 +1,7 @@
 // Help, the question before giving up, the list of trials.
 
 import { trialPath } from "./api.js";
-import { $, el, replace } from "./dom.js";
+import { $, el, plural, replace } from "./dom.js";
 import { verdict } from "./panels.js";
 
 const KEYS = {
@@ -33,11 +33,28 @@ export function confirmGiveUp(yes) {
       el("button", { type: "button", onclick: () => { $("confirm").close(); yes(); } }, "Give up")));
 }
 
+// The words of the filter may stand anywhere in a trial's name or in what became of it.
 export function showTrials(trials, open) {
-  const one = (t) => el("li", {}, el("button", { type: "button", onclick: () => { $("trials").close(); open(t.key); } },
-    el("span", {}, t.name), el("span", { class: "faint" }, t.status === "completed" ? verdict(t) : t.status)));
-  fill("trials", el("h2", { id: "trials-title" }, "Recorded trials"), el("ul", { class: "plain" }, trials.map(one)),
-    el("div", { class: "row" }, closing("Close", false)));
+  const lines = trials.map((t) => {
+    const end = t.status === "completed" ? verdict(t) : t.status;
+    return { text: `${t.name} ${end}`.toLowerCase(), node: el("li", {},
+      el("button", { type: "button", onclick: () => { $("trials").close(); open(t.key); } },
+        el("span", {}, t.name), el("span", { class: "faint" }, end))) };
+  });
+  const count = el("p", { class: "faint", role: "status" });
+  const narrow = (wanted) => {
+    const words = wanted.toLowerCase().split(/\s+/).filter(Boolean);
+    for (const { text, node } of lines) node.hidden = !words.every((word) => text.includes(word));
+    const left = lines.filter(({ node }) => !node.hidden).length;
+    count.textContent = words.length ? `${left} of ${plural(trials.length, "trial")}` : plural(trials.length, "trial");
+  };
+  const box = el("input", {
+    type: "search", id: "filter", "aria-label": "Filter the trials", placeholder: "Filter, e.g. dg-select not retrieved",
+    oninput: (event) => narrow(event.target.value),
+  });
+  narrow("");
+  fill("trials", el("h2", { id: "trials-title" }, "Recorded trials"), box, count,
+    el("ul", { class: "plain" }, lines.map(({ node }) => node)), el("div", { class: "row" }, closing("Close", false)));
 }
 
 // What stands in the way of the next trial: the queue, and how the last one ended.
@@ -49,15 +66,27 @@ export function queueCard(state, trials, start) {
   return el("div", {},
     last && ["completed", "errored"].includes(last.status) ? ended(last, state.message) : null,
     el("h2", {}, title),
+    next && !last ? task() : null,
     next ? el("div", {}, el("button", { type: "button", class: "main", id: "start", onclick: () => start(next.key) }, `Start: ${person}${next.problem}`))
       : el("p", {}, "Everything is recorded. The page can be closed."),
     trials.length > 1 ? el("ul", { class: "plain" }, trials.map((t) => queued(t, state, start))) : null);
 }
 
+// Before the first pick: what is wanted, and of what it is judged.
+function task() {
+  return el("div", { id: "explained" },
+    el("p", {}, "The robot must get one object, the target, out of the clutter: in as few picks as possible, and without dropping anything else. Before each pick you choose the object that it removes: the target as soon as it can be grasped, else what stands in its way or may hide it."),
+    el("p", {}, "You see what every task planner sees: the numbered objects, which of them can be grasped, what blocks what, and the space that nobody has looked into. Click on an object, or type its number, then press Pick. A pick that fails counts, too."));
+}
+
+// Recorded trials open in a page of their own: this one goes on with the queue.
+const replay = (t, text) => el("a", { href: `/?replay#${t.key}/0`, target: "_blank" }, text);
+
 function ended(last, message) {
   const good = last.status === "completed" && last.retrieved;
   const text = last.status === "errored" ? `The trial broke: ${message || last.error}. It can be played again.` : `${verdict(last)}.`;
-  return el("div", {}, el("p", { class: good ? "good" : "bad", id: "ended" }, `${last.name}: ${text}`),
+  return el("div", {}, el("p", { class: good ? "good" : "bad", id: "ended" }, `${last.name}: ${text} `,
+    last.replay ? replay(last, "Replay, pick by pick") : null),
     last.video ? el("video", { id: "outside", src: `${trialPath(last.key)}/video.mp4`, controls: true, preload: "metadata", "aria-label": "The trial from outside" }) : null);
 }
 

@@ -230,7 +230,7 @@ listen({
 }, { mode: () => app.mode, ids: () => (app.page?.objects || []).map((o) => o.id) });
 
 async function listTrials() {
-  if (app.mode !== "view") return;
+  if ($("show-trials").hidden) return;
   app.trials = (await get("/api/trials")).trials;
   showTrials(app.trials, (key) => { history.replaceState(null, "", `#${key}/0`); attempt(open(key, 0)); });
 }
@@ -243,11 +243,14 @@ async function openAddressed() {
 
 async function begin() {
   const found = await get("/api/trials");
-  Object.assign(app, { mode: found.mode, trials: found.trials, outside: found.outside });
+  // An expert's page replays what is complete, too: /?replay#KEY.
+  const replay = new URLSearchParams(location.search).has("replay");
+  const trials = replay ? found.trials.filter((t) => t.replay) : found.trials;
+  Object.assign(app, { mode: replay ? "view" : found.mode, trials, outside: found.outside });
   $("reference").hidden = !app.outside;
   if (app.mode === "view") {
     app.tab = "Decision";
-    $("show-trials").hidden = found.trials.length < 2;
+    $("show-trials").hidden = replay || trials.length < 2;
     $("show-report").hidden = !found.report;
     addEventListener("hashchange", openAddressed);
     await openAddressed();

@@ -26,7 +26,15 @@ export function drawStrip(key, picks, current, go, slider) {
   const focused = strip.contains(document.activeElement) && document.activeElement.type;
   replace(strip, slider && picks.length > 1 ? slide(picks.length, current, go) : null, picks.map(one));
   if (focused === "range") strip.querySelector("input").focus();
-  strip.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  const shown = strip.querySelector("[aria-current]");
+  if (shown) bringIn(strip, shown);
+}
+
+// Sideways only: on a narrow screen the strip is below the page's end, and the page must not follow it there.
+function bringIn(strip, node) {
+  const [whole, part] = [strip.getBoundingClientRect(), node.getBoundingClientRect()];
+  if (part.left < whole.left) strip.scrollLeft += part.left - whole.left;
+  else if (part.right > whole.right) strip.scrollLeft += part.right - whole.right;
 }
 
 function slide(count, current, go) {
