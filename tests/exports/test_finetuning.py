@@ -15,6 +15,9 @@ from torc.vlm.json_text import find_json
 from torc.vlm.prompt_files import fill_prompt
 from torc.vlm.protocol import Finish, Reply, Tokens
 
+ALL = ("oracle", "random", "dg-select")
+"""Planners that retrieved a target."""
+
 
 def rows_of(out):
     return [
@@ -29,7 +32,7 @@ def read(text, offered=range(64)):
 
 
 def test_the_parser_reads_the_choice_and_the_plan_ends_with_the_target(trials, tmp_path):
-    facts = export_trials(trials, tmp_path / "out", ExportSpec("sft"))
+    facts = export_trials(trials, tmp_path / "out", ExportSpec("sft", planners=ALL))
     rows = rows_of(tmp_path / "out")
     assert sum(facts["examples"].values()) == len(rows) == 10
     assert all(read(row["answer"]) == row["object_id"] for row in rows)
@@ -45,7 +48,7 @@ def test_the_parser_reads_the_choice_and_the_plan_ends_with_the_target(trials, t
 
 
 def test_the_prompt_and_the_picture_are_those_that_a_vlm_would_get(trials, tmp_path):
-    export_trials(trials, tmp_path / "out", ExportSpec("sft"))
+    export_trials(trials, tmp_path / "out", ExportSpec("sft", planners=ALL))
     for row in rows_of(tmp_path / "out"):
         hidden = row["pick"] == 0 or (row["planner"], row["pick"]) in (("random", 1), ("dg-select", 2))
         state = (
@@ -57,6 +60,23 @@ def test_the_prompt_and_the_picture_are_those_that_a_vlm_would_get(trials, tmp_p
         picture = tmp_path / "out" / row["split"] / row["file_name"]
         recorded = trials / row["problem"] / row["planner"] / "picks" / f"{row['pick']:02d}_seen.png"
         assert picture.read_bytes() == recorded.read_bytes()
+
+
+def test_experts_teach_if_there_are_any_else_all_that_succeeded(trials, tmp_path):
+    facts = export_trials(trials, tmp_path / "experts", ExportSpec("sft"))
+    assert facts["trials"] == {"oracle": 2}
+    assert {r["planner"] for r in rows_of(tmp_path / "experts")} == {"oracle"}
+    facts = export_trials(trials / "mugs", tmp_path / "none", ExportSpec("sft"))
+    assert facts["trials"] == {"dg-select": 1}
+
+
+def test_whose_trials_are_taken_can_be_said(trials, tmp_path):
+    export_trials(trials, tmp_path / "out", ExportSpec("sft", planners=("random", "dg-select")))
+    assert {r["planner"] for r in rows_of(tmp_path / "out")} == {"random", "dg-select"}
+    with pytest.raises(InputError, match="Did you mean 'random'"):
+        export_trials(trials, tmp_path / "other", ExportSpec("sft", planners=("randm",)))
+    with pytest.raises(InputError, match="leave out --planner"):
+        ExportSpec("pairs", planners=("random",))
 
 
 def test_every_takes_failures_too_but_nothing_that_no_answer_can_say(trials, tmp_path):

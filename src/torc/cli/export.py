@@ -15,7 +15,8 @@ class ExportCommand:
 
       sft      a Hugging Face imagefolder for supervised fine-tuning: the marked
                image that a VLM would see, the prompt of vlm-select, and the
-               answer that brought success, in the form that vlm-select reads
+               answer that brought success, in the form that vlm-select reads;
+               of oracle's and people's trials, if there are any
       pairs    the same with a chosen and a rejected answer: where oracle or a
                person chose otherwise than another planner at the same look of
                the same problem and seed
@@ -39,6 +40,9 @@ class ExportCommand:
     """What to make of the trials; see above."""
     every: bool = False
     """Also trials that did not retrieve the target, and picks that brought nothing out."""
+    planner: Annotated[str, tyro.conf.arg(metavar="A,B,...")] = ""
+    """Only the trials of these task planners, comma-separated. If not given: for sft those of oracle and people, if
+    there are any; else all."""
     test_share: float = 0.2
     """Part of the problems that go to the test split."""
     overwrite: bool = False
@@ -49,14 +53,19 @@ class ExportCommand:
         """Export; exit code 2 if there is nothing to export."""
         import json
 
+        from torc.cli.printing import printable
         from torc.exports.exporting import ExportSpec, export_trials
 
-        spec = ExportSpec(self.format, self.every, self.test_share)
+        spec = ExportSpec(
+            self.format, self.every, self.test_share, tuple(filter(None, self.planner.split(",")))
+        )
         facts = export_trials(self.directory, self.out, spec, self.overwrite)
         if self.json:
             print(json.dumps(facts, indent=2))
             return 0
         for split, count in facts["examples"].items():
             print(f"{split:5}  {count} examples")
+        teachers = ", ".join(f"{n} of {printable(name)}" for name, n in facts["trials"].items())
+        print(f"From trials: {teachers}.")
         print(f"Written to {self.out}")
         return 0

@@ -1,5 +1,6 @@
 """From a directory of trials to a directory of data."""
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from torc.errors import InputError
 from torc.exports.finetuning import finetuning_rows
 from torc.exports.folders import new_directory, write_rows
 from torc.exports.preferences import preference_rows
-from torc.exports.selection import Source, select_trials
+from torc.exports.selection import Source, of_experts, of_planners, select_trials
 from torc.records.files import write_json
 
 Format = Literal["sft", "pairs", "lerobot"]
@@ -25,37 +26,53 @@ class ExportSpec:
         format: "sft", "pairs" or "lerobot".
         every: also trials that did not retrieve the target, and picks that brought nothing out.
         test_share: part of the problems that go to the test split, 0 to 1.
+        planners: whose trials; if none are named, all planners', but for sft only experts', if there are any and not
+            `every`: a bad teacher retrieves the target, too, with more picks.
 
-    Raises InputError for a share that is none.
+    Raises InputError for a share that is none, and for planners with pairs, which need experts and others.
     """
 
     format: Format
     every: bool = False
     test_share: float = 0.2
+    planners: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.test_share <= 1.0:
             raise InputError(f"The test share is {self.test_share}; it is a share, from 0 to 1.")
+        if self.planners and self.format == "pairs":
+            raise InputError("Pairs are made of experts' choices and others': leave out --planner.")
 
 
 def export_trials(root: Path, out: Path, spec: ExportSpec, overwrite: bool = False) -> dict[str, Any]:
     """Write the trials below `root` to `out` as data.
 
     Returns:
-        What was done, as it stands in export.json: the spec, the number of examples per split.
+        What was done, as it stands in export.json: the spec, the number of examples per split, and of trials per
+        planner.
 
     Raises:
         InputError: nothing is there to be exported, a trial cannot be read, or `out` cannot be written.
     """
     with new_directory(out, overwrite, FACTS) as directory:
         # A rejected choice mostly stands in a trial that failed, so pairs look at all of them.
-        sources = select_trials(root, spec.every or spec.format == "pairs")
+        sources = _whose(select_trials(root, spec.every or spec.format == "pairs"), spec)
         counts = _write(directory, sources, spec)
         if not sum(counts.values()):
             raise InputError(f"Nothing in '{root}' can be exported. {_NOTHING[spec.format]}")
-        facts = {"torc": torc.__version__, **asdict(spec), "examples": counts}
+        facts = {"torc": torc.__version__, **asdict(spec), "examples": counts, "trials": _by_planner(sources)}
         write_json(directory / FACTS, facts)
     return facts
+
+
+def _whose(sources: Iterable[Source], spec: ExportSpec) -> list[Source]:
+    if spec.planners:
+        return of_planners(sources, spec.planners)
+    return of_experts(sources) if spec.format == "sft" and not spec.every else list(sources)
+
+
+def _by_planner(sources: Iterable[Source]) -> dict[str, int]:
+    return dict(sorted(Counter(source.planner for source in sources).items()))
 
 
 def _write(directory: Path, sources: Iterable[Source], spec: ExportSpec) -> dict[str, int]:

@@ -4,9 +4,8 @@ from collections.abc import Iterable, Iterator
 
 from torc.exports.answers import PROMPT, answer_text, chosen_object, prompt_text
 from torc.exports.folders import Row
-from torc.exports.selection import Source, split_of, succeeded
+from torc.exports.selection import EXPERTS, Source, split_of, succeeded
 
-EXPERTS = ("oracle", "human")
 _State = tuple[str, int, str, tuple[int, ...]]
 _Choices = dict[int, tuple[Source, int]]
 """Chosen object -> the first trial and pick that chose it."""
@@ -22,7 +21,7 @@ def preference_rows(sources: Iterable[Source], test_share: float) -> Iterator[Ro
     experts: dict[_State, _Choices] = {}
     others: dict[_State, _Choices] = {}
     for source in sources:
-        expert = source.trial.spec.planner in EXPERTS
+        expert = source.planner in EXPERTS
         for number, pick in enumerate(source.trial.picks):
             chosen = chosen_object(source.trial, number)
             if chosen is None or not pick.looked.digest:

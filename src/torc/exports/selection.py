@@ -1,15 +1,17 @@
 """Which recorded trials and picks are exported, and to which split each problem belongs."""
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from torc.episode.recorded import RecordedPick, RecordedTrial, check_directory, find_trials, read_trial
-from torc.errors import InputError
+from torc.errors import InputError, UnknownNameError
 from torc.records import PickResult
 
 SPLITS = ("train", "test")
+EXPERTS = ("oracle", "human")
+"""Planners whose choices are worth learning: the upper bound, and people."""
 TAKEN_AWAY = (PickResult.REMOVED, PickResult.RETRIEVED)
 """Picks that brought an object out."""
 
@@ -31,6 +33,11 @@ class Source:
         """The problem's own name, whatever its file is called."""
         started = self.trial.started
         return started.problem if started is not None else Path(self.trial.spec.problem).stem
+
+    @property
+    def planner(self) -> str:
+        """Name of the task planner."""
+        return self.trial.spec.planner
 
     @property
     def retrieved(self) -> bool:
@@ -56,6 +63,22 @@ def select_trials(root: Path, every: bool) -> Iterator[Source]:
         source = Source(trial, hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:8])
         if every or source.retrieved:
             yield source
+
+
+def of_planners(sources: Iterable[Source], planners: Collection[str]) -> list[Source]:
+    """The trials of these planners. Raises InputError where one of them has none."""
+    found = list(sources)
+    known = {source.planner for source in found}
+    for name in planners:
+        if name not in known:
+            raise UnknownNameError("planner of the trials to export", name, sorted(known))
+    return [source for source in found if source.planner in planners]
+
+
+def of_experts(sources: Iterable[Source]) -> list[Source]:
+    """The experts' trials; all of them where no expert played."""
+    found = list(sources)
+    return [source for source in found if source.planner in EXPERTS] or found
 
 
 def split_of(problem: str, test_share: float) -> str:
