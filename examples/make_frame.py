@@ -1,11 +1,11 @@
-"""Makes frame.npz, a frame for `torc decide`: what the simulated robot sees first in a shipped problem.
+"""Makes a frame for `torc decide`, as frame.npz is: what the simulated robot sees first in a shipped problem.
 
-cd examples
-python make_frame.py
-torc decide frame.npz
+python examples/make_frame.py --out my_frame.npz
+torc decide my_frame.npz
 """
 
-import sys
+import argparse
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +18,10 @@ from torc.sim.world import build_world
 
 DEPTH_SCALE_M = 0.0001
 """Metres per unit of the stored depth."""
-DEFAULT_OUT = Path(__file__).with_name("frame.npz")
+DEFAULT_OUT = Path(tempfile.gettempdir()) / "torc_frame.npz"
 
 
-def main(out: Path = DEFAULT_OUT, problem_name: str = "validation-structured-02") -> None:
+def main(out: Path, problem_name: str = "validation-structured-02") -> None:
     """Looks once and writes the file. A camera of your own has to deliver the same arrays."""
     problem = load_problem(problem_name)
     workspace = Workspace()
@@ -45,4 +45,9 @@ def main(out: Path = DEFAULT_OUT, problem_name: str = "validation-structured-02"
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:2]))
+    parser = argparse.ArgumentParser(description="Makes a frame for `torc decide`.")
+    parser.add_argument("--out", type=Path, default=DEFAULT_OUT, help="the file (default: %(default)s)")
+    parser.add_argument("--problem", default="validation-structured-02", help="which problem is seen")
+    asked = parser.parse_args()
+    main(asked.out, asked.problem)
+    print(f"torc decide {asked.out}")

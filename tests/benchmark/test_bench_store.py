@@ -204,3 +204,16 @@ def test_planners_that_misbehave_cost_only_their_own_trials(tmp_path):
         "eats-memory": {"memory"},
         "raises": {"raised"},
     }
+
+
+def test_a_benchmark_that_is_removed_under_way_says_so(tmp_path):
+    root, spec = tmp_path / "bench", fake_spec()
+    store = Store(root)
+
+    def remove(played):
+        shutil.rmtree(root)
+
+    with pytest.raises(InputError, match="was removed while its trials were played"):
+        _play(root, spec, listener=remove)
+    with pytest.raises(ZeroDivisionError), store.locked():
+        _ = 1 / 0

@@ -102,6 +102,12 @@ class Store:
             shutil.rmtree(self.root / WORK, ignore_errors=True)
             try:
                 yield
+            except Exception as error:
+                if (self.root / LOCK).exists():
+                    raise
+                raise InputError(
+                    f"'{self.root}' was removed while its trials were played. The same command begins it anew."
+                ) from error
             finally:
                 shutil.rmtree(self.root / WORK, ignore_errors=True)
 

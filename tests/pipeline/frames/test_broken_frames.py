@@ -1,5 +1,6 @@
 """Every way a frame can be broken is refused, with the file, the key and a remedy."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -160,3 +161,13 @@ def test_truncated_images_are_refused(tmp_path: Path) -> None:
     (folder / "depth.png").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(InputError, match=r"depth\.png"):
         load_frame(folder)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+@pytest.mark.parametrize("name", ["frame.npz", "form/frame.json", "form/depth.png"])
+def test_a_pipe_is_refused_rather_than_waited_for(name, tmp_path):
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    os.mkfifo(path)
+    with pytest.raises(InputError, match=f"{path.name} is no regular file"):
+        load_frame(tmp_path / name.split("/")[0])

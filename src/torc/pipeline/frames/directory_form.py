@@ -13,7 +13,15 @@ from PIL import Image, UnidentifiedImageError
 from torc.errors import InputError
 from torc.geometry.transforms import make_pose, rotation_from_wxyz
 from torc.pipeline.frames.record import HIDDEN, SETTINGS, Frame, RawFrame
-from torc.pipeline.frames.values import as_color, as_labels, as_matrix, as_number, check_size, scaled_depth
+from torc.pipeline.frames.values import (
+    as_color,
+    as_labels,
+    as_matrix,
+    as_number,
+    check_regular,
+    check_size,
+    scaled_depth,
+)
 from torc.records import ROBOT
 
 _JSON_KEYS = frozenset(
@@ -37,6 +45,8 @@ _DEPTH_UNIT_M = 0.0001
 
 def read_directory(path: Path) -> RawFrame:
     """The frame in a directory. Raises InputError, naming file and key, where there is none."""
+    for name in ("frame.json", "rgb.png", "depth.png", "labels.png"):
+        check_regular(path / name)
     data, where = _read_json(path / "frame.json"), str(path / "frame.json")
     unknown = sorted(set(data) - _JSON_KEYS)
     if unknown:

@@ -12,7 +12,7 @@ from torc.pipeline.frames.npz_form import read_npz, write_npz
 from torc.pipeline.frames.plausibility import check_camera, check_range, clean_depth, support_height
 from torc.pipeline.frames.record import Frame, RawFrame
 from torc.pipeline.frames.support_plane import grid_around, object_points
-from torc.pipeline.frames.values import as_grid, as_names, as_text
+from torc.pipeline.frames.values import as_grid, as_names, as_text, check_regular
 from torc.records import TARGET_ID, Observation
 
 
@@ -76,6 +76,7 @@ def _read_raw(path: Path) -> RawFrame:
     elif not path.exists():
         raise InputError(f"There is no frame '{path}'. Give a .npz file, or a directory with frame.json.")
     elif path.suffix == ".npz":
+        check_regular(path)
         raw = read_npz(path)
     else:
         raise InputError(

@@ -3,6 +3,7 @@
 `where` names file and key in its text.
 """
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,12 @@ from torc.records import VoxelGrid
 MAX_SIDE_PX, MIN_SIDE_PX = 8192, 16
 MAX_PIXELS = 20_000_000
 _MAX_TEXT = 500
+
+
+def check_regular(path: Path) -> None:
+    """Refuses what is there and no regular file: reading a pipe would wait for ever."""
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path} is no regular file. Store the frame in one, and give that.")
 
 
 def check_size(where: str, shape: tuple[int, ...]) -> None:
