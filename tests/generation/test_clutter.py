@@ -7,10 +7,12 @@ import pytest
 
 from torc.generation import clutter
 from torc.generation.clutter import (
+    LARGE_PILE,
     ClutterConfig,
     ObjectRange,
     again_at_rest,
     astray,
+    clutter_config,
     make_clutter,
     without,
     worst_mover,
@@ -51,6 +53,26 @@ def test_clutter_is_reproducible_calm_and_within_reach(category):
         points = transform_points(placement.T_world_object, vertices.astype(float))
         assert (points[:, :2] > corner).all()
         assert points[:, 2].min() > WORKSPACE.support_z_m - 0.004
+
+
+@pytest.mark.slow
+def test_large_piles_come_to_rest_within_reach():
+    made = []
+    for seed in range(3):
+        names = sample_models(45, np.random.default_rng(seed))
+        made.append(
+            _make("unstructured", seed, ObjectRange(30, 40), names, clutter_config("unstructured", 32))
+        )
+    scenes = [scene for scene in made if isinstance(scene, Problem)]
+    assert len(scenes) >= 2
+    for scene in scenes:
+        assert 30 <= len(scene.objects) <= 40
+        assert astray(scene, WORKSPACE, LARGE_PILE) == ()
+
+
+def test_only_large_piles_are_made_otherwise():
+    assert clutter_config("unstructured", 21) == LARGE_PILE
+    assert clutter_config("unstructured", 20) == clutter_config("structured", 40) == ClutterConfig()
 
 
 def test_more_than_wanted_are_taken_away_again():

@@ -11,7 +11,13 @@ from torc.errors import InputError
 from torc.generation import generator as generator_module
 from torc.generation.batch import Job, generate_batch
 from torc.generation.clutter import ClutterConfig
-from torc.generation.config import GENERATOR_VERSION, GenerationConfig, Hiddenness
+from torc.generation.config import (
+    GENERATOR_VERSION,
+    LARGE_PILE_VERSION,
+    GenerationConfig,
+    Hiddenness,
+    generator_version,
+)
 from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem, is_made_from
 from torc.generation.inspection import SceneView
 from torc.generation.rejections import Reason
@@ -62,6 +68,13 @@ def test_origin_says_how_to_make_it_again_and_how_hard_it_is(generated):
     assert origin["visible_fraction"] == round(generated.difficulty.visible_fraction, 4)
     assert origin["hiddenness"] == generated.difficulty.hiddenness.value
     assert "8 objects" in generated.difficulty.words()
+
+
+def test_the_version_is_another_one_for_large_piles_alone():
+    small = GenerationConfig("unstructured", (8, 20))
+    assert generator_version(small) == GENERATOR_VERSION
+    assert generator_version(replace(small, objects=(8, 21))) == LARGE_PILE_VERSION
+    assert generator_version(replace(small, category="structured", objects=(8, 40))) == GENERATOR_VERSION
 
 
 class _Rejecting:

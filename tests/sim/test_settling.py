@@ -7,10 +7,20 @@ from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
 from torc.errors import PhysicsError
 from torc.scenes.problem import ObjectPlacement, load_problem
 from torc.scenes.workspace import Workspace
-from torc.sim.settling import COARSE, UNSEEN, SettleConfig, dump, run, settle, settle_problem
+from torc.sim.settling import (
+    COARSE,
+    UNSEEN,
+    DumpConfig,
+    SettleConfig,
+    _pose_above,
+    dump,
+    run,
+    settle,
+    settle_problem,
+)
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.watchdog import Watchdog
-from torc.sim.world import build_world
+from torc.sim.world import Presence, build_world
 
 KINDS = ("soup_can_red", "mug_red", "apple_red", "bowl_blue", "cracker_box_red", "tuna_can_blue")
 
@@ -92,6 +102,20 @@ def test_a_pile_stays_on_the_table_and_repeats(rng):
     assert len(report.left) <= 1
     assert first == second
     assert first != other
+
+
+def test_with_a_choice_of_places_an_object_is_let_go_above_the_lowest(rng):
+    """Clear of what is there (as spheres), and never above a place that another choice would have undercut."""
+    world = world_of(standing("carton", "carton", 0.62, -0.1), standing("apple", "apple_red", 0.75, 0.02))
+    world.park(1, Presence.DROPPED)
+    radius_m = 0.5 * np.linalg.norm(world.models[1].size_m)
+    carton_m = 0.5 * np.linalg.norm(world.models[0].size_m)
+    above = {n: [_pose_above(world, 1, rng, DumpConfig(places=n))[0] for _ in range(40)] for n in (1, 16)}
+    for place in above[16]:
+        apart = np.linalg.norm(place[:2] - world.positions[0, :2])
+        clear = apart >= radius_m + carton_m or place[2] - radius_m > world.positions[0, 2] + carton_m
+        assert clear
+    assert np.mean([p[2] for p in above[16]]) < np.mean([p[2] for p in above[1]]) - 0.05
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from torc.errors import InputError, PhysicsError
+from torc.generation.config import MANY
 from torc.generation.rejections import Reason
 from torc.scenes.arrangements import StructuredConfig, structured_arrangement
 from torc.scenes.drops import drop_arrangement
@@ -38,6 +39,7 @@ class ClutterConfig:
             or a block that stands alone.
         edge_m: distance that every part of an object keeps from the table's edge.
         drop_s: simulated time between two objects of a pile.
+        places: how many places are tried for each of them; see DumpConfig.
         rough: when a pile counts as settled for now.
         calm: when a settled scene is calm enough to look for a target in it; what is chosen is watched for longer.
         calm_rounds: how often a scene that is not calm may lose what moves most, or move on ...
@@ -57,6 +59,7 @@ class ClutterConfig:
     reach_xy: tuple[tuple[float, float], tuple[float, float]] = ((0.45, 0.90), (-0.50, 0.20))
     edge_m: float = 0.005
     drop_s: float = 0.2
+    places: int = 1
     rough: SettleConfig = field(
         default_factory=lambda: SettleConfig(speed_m_s=0.02, quiet_s=0.2, limit_s=2.0)
     )
@@ -68,6 +71,24 @@ class ClutterConfig:
     calm_rounds: int = 12
     idle_rounds: int = 2
     spare: float = 0.15
+
+
+LARGE_PILE = ClutterConfig(
+    center_xy=(0.66, -0.13),
+    walls_m=(0.44, 0.60),
+    drop_s=0.3,
+    places=8,
+    calm_rounds=40,
+    idle_rounds=4,
+    spare=0.4,
+)
+"""For more objects than MANY. Made like small piles, they would fall half a metre, into each other, and in a heap that
+high too much creeps: here they are poured in layers, as wide as the arm reaches, and with more of them to spare."""
+
+
+def clutter_config(category: Category, count: int) -> ClutterConfig:
+    """How a scene with so many objects is made."""
+    return LARGE_PILE if category == "unstructured" and count > MANY else ClutterConfig()
 
 
 @dataclass(frozen=True)
@@ -146,7 +167,7 @@ def _arrange(
     if category == "unstructured":
         scene = _scene(category, drop_arrangement(models, rng))
         walls = _shrunk(config.walls_m, sum(map(_mean_shadow_m2, loaded)) / config.heap)
-        dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s)
+        dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s, places=config.places)
         return dump(scene, workspace, rng, dumping, config.rough, COARSE)[0]
     footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in loaded)
     for fill in config.fill:

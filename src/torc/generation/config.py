@@ -11,6 +11,10 @@ from torc.scenes.problem_file import Category
 
 GENERATOR_VERSION = 2
 """Raised whenever the same configuration and seed give another problem than before."""
+LARGE_PILE_VERSION = 3
+"""The same for piles that may get more than MANY objects: they are poured otherwise."""
+MANY = 20
+"""Piles of more objects than this are poured in layers, over more room."""
 
 
 class Hiddenness(StrEnum):
@@ -70,6 +74,12 @@ class GenerationConfig:
                 raise UnknownNameError(name, value, list(valid))
         if self.attempts < 1 or self.first_looks < 1:
             raise InputError("A problem needs at least one attempt and one first look.")
+
+
+def generator_version(config: GenerationConfig) -> int:
+    """Of the generator that makes problems of a configuration."""
+    large = config.category == "unstructured" and config.objects[1] > MANY
+    return LARGE_PILE_VERSION if large else GENERATOR_VERSION
 
 
 def hiddenness_of(fraction: float, pixels: int) -> Hiddenness:

@@ -10,8 +10,15 @@ import torc
 from torc.errors import PhysicsError
 from torc.fingerprints import fingerprint
 from torc.generation.choice import allowed_models
-from torc.generation.clutter import ClutterConfig, ObjectRange, again_at_rest, make_clutter, worst_mover
-from torc.generation.config import GENERATOR_VERSION, GenerationConfig, Hiddenness
+from torc.generation.clutter import (
+    ClutterConfig,
+    ObjectRange,
+    again_at_rest,
+    clutter_config,
+    make_clutter,
+    worst_mover,
+)
+from torc.generation.config import GenerationConfig, Hiddenness, generator_version
 from torc.generation.difficulty import Difficulty, measure_difficulty
 from torc.generation.inspection import Inspector, SceneView, robot_facts
 from torc.generation.rejections import Reason
@@ -130,7 +137,7 @@ def _attempt(
     clutter: ClutterConfig | None,
 ) -> tuple[Problem, Difficulty] | Reason:
     """One scene, and a target in it."""
-    clutter = _for_gripper(clutter or ClutterConfig(), inspector.robot.gripper)
+    clutter = _for_gripper(clutter or clutter_config(config.category, count), inspector.robot.gripper)
     spare = max(2, round(clutter.spare * count)) if config.category == "unstructured" else 0
     # As far as there are enough models none occurs twice: the target's description must be unique.
     dumped = min(count + spare, MAX_OBJECTS, len(models))
@@ -229,7 +236,7 @@ def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict
     }
     return {
         "source": "torc problems generate",
-        "generator": GENERATOR_VERSION,
+        "generator": generator_version(config),
         "torc": torc.__version__,
         "seed": seed,
         "wanted_objects": "-".join(map(str, config.objects)),

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
+from jaxtyping import Float
 
 from torc.scenes.problem import Problem
 from torc.scenes.workspace import Box, Workspace
@@ -63,6 +64,8 @@ class DumpConfig:
         walls_height_m: their height above the table.
         clearance_m: how far above everything else the next object is let go. More makes them bounce over the walls.
         interval_s: simulated time between two objects.
+        places: how many places are tried for each object; it is let go above the one where it comes lowest, so that
+            it falls least and the pile grows in layers. With one it is let go above all others, wherever they lie.
     """
 
     center_xy: tuple[float, float] = (0.65, -0.12)
@@ -70,6 +73,7 @@ class DumpConfig:
     walls_height_m: float = 0.6
     clearance_m: float = 0.04
     interval_s: float = 0.3
+    places: int = 1
 
 
 def settle(world: World, config: SettleConfig | None = None) -> SettleReport:
@@ -179,14 +183,27 @@ def run(world: World, seconds: float, check_s: float = 0.05) -> None:
 def _pose_above(
     world: World, object_id: int, rng: np.random.Generator, config: DumpConfig
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A random orientation, and a random place between the walls above everything else in the scene."""
+    """A random orientation, and a random place between the walls above what else is in the scene."""
     radii = np.array([0.5 * float(np.linalg.norm(model.size_m)) for model in world.models])
-    tops = (world.positions[:, 2] + radii)[world.present]
-    top = tops.max(initial=world.workspace.support_z_m)
     half = np.maximum(0.5 * np.array(config.walls_size_m) - radii[object_id], 0.0)
-    xy = config.center_xy + rng.uniform(-1, 1, 2) * half
+    places = config.center_xy + rng.uniform(-1, 1, (config.places, 2)) * half
+    below = _tops(world, radii, places, radii[object_id] if config.places > 1 else np.inf)
+    lowest = int(np.argmin(below))
     q = rng.standard_normal(4)
-    return np.array([*xy, top + radii[object_id] + config.clearance_m]), q / np.linalg.norm(q)
+    z = below[lowest] + radii[object_id] + config.clearance_m
+    return np.array([*places[lowest], z]), q / np.linalg.norm(q)
+
+
+def _tops(
+    world: World, radii: Float[np.ndarray, "n"], places: Float[np.ndarray, "m 2"], radius_m: float
+) -> Float[np.ndarray, "m"]:
+    """How high the highest thing reaches within a radius of each place, objects taken as spheres."""
+    present = world.present
+    centers, reach = world.positions[present], radii[present]
+    apart = np.linalg.norm(places[:, None] - centers[None, :, :2], axis=2)
+    near = apart < reach + radius_m
+    tops = np.where(near, centers[:, 2] + reach, -np.inf)
+    return np.maximum(tops.max(axis=1, initial=-np.inf), world.workspace.support_z_m)
 
 
 def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:

@@ -59,6 +59,19 @@ def test_the_papers_problems_of_a_scene_have_its_targets_and_one_layout(root, tm
     assert all(a.in_sight == 0.5 for a in attempts)
 
 
+def test_a_missing_mesh_is_told_before_any_mesh_is_converted(root, tmp_path):
+    shutil.rmtree(root / "models_obj_m" / "obj_000044", ignore_errors=True)
+    for mesh in (root / "models_obj_m").glob("obj_000044.*"):
+        mesh.unlink()
+    said = []
+    request = ImportRequest(root, config=QUICK, paper=True, scenes=(249, 110))
+    attempts = run_import(request, _Inspector(), tmp_path / "out", say=said.append)
+    assert said[0].startswith("scene 110 will be left out: ")
+    assert "has no mesh of obj_000044" in said[0]
+    assert sum("will be left out" in text for text in said) == 1
+    assert {a.scene for a in attempts if a.file} == {249}
+
+
 def test_all_of_the_paper_is_tried_and_missing_scenes_are_told(root, tmp_path):
     attempts = _run(root, tmp_path / "out", paper=True)
     assert len(attempts) == 40

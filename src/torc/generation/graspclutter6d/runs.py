@@ -1,6 +1,6 @@
 """Importing many scenes: which problems are asked for, one attempt at each, and what came of it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,6 +18,7 @@ from torc.generation.graspclutter6d.targets import choose_target, find_target
 from torc.generation.inspection import Inspector, SceneView, robot_facts
 from torc.scenes.importing.graspclutter6d.annotations import AnnotatedScene, read_scene, same_annotation
 from torc.scenes.importing.graspclutter6d.layout import check_root, image_id, object_stem
+from torc.scenes.importing.graspclutter6d.objects import check_meshes
 from torc.scenes.importing.graspclutter6d.placement import placement_rule
 from torc.scenes.importing.graspclutter6d.published import PaperProblem, paper_problems, parse_object_name
 from torc.scenes.made_for import ROBOT_KEYS
@@ -103,6 +104,7 @@ def run_import(
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"Cannot make {out}: {error.strerror}. Choose another --out.") from None
+    _tell_missing_meshes(request, wanted, say)
     attempts: list[Attempt] = []
     imported: list[AnnotatedScene] = []
     for scene, problems in wanted.items():
@@ -122,6 +124,17 @@ def run_import(
 
 _Wanted = dict[int, list[PaperProblem | None]]
 """By scene: the paper's problems in it, or None for one problem as the request says."""
+
+
+def _tell_missing_meshes(request: ImportRequest, scenes: Iterable[int], say: Say) -> None:
+    """Says which scenes lack meshes before any mesh is converted, which takes up to a minute each."""
+    for scene in scenes:
+        with suppress(InputError):  # a scene that cannot be read is told when its turn comes
+            annotated = _read(request, scene)
+            try:
+                check_meshes(request.root, dict.fromkeys(o.object_id for o in annotated.view.objects))
+            except InputError as error:
+                say(f"scene {scene} will be left out: {error}")
 
 
 def _wanted(request: ImportRequest) -> _Wanted:

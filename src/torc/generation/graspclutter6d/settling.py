@@ -10,7 +10,7 @@ from torc.errors import PhysicsError
 from torc.scenes.importing.graspclutter6d.alignment import TableScene, align_to_table
 from torc.scenes.importing.graspclutter6d.annotations import ANNOTATION, CAMERA, AnnotatedScene
 from torc.scenes.importing.graspclutter6d.masks import mask_notes
-from torc.scenes.importing.graspclutter6d.objects import ConvertedObject, convert_object
+from torc.scenes.importing.graspclutter6d.objects import ConvertedObject, check_meshes, convert_object
 from torc.scenes.importing.graspclutter6d.placement import place_objects, placement_rule
 from torc.scenes.importing.graspclutter6d.published import object_words
 from torc.scenes.problem import ObjectPlacement, Problem
@@ -144,6 +144,7 @@ def _twin_note(scene: int) -> tuple[str, ...]:
 
 def _convert(root: Path, table: TableScene, say: Say) -> dict[int, ConvertedObject]:
     ids = list(dict.fromkeys(o.object_id for o in table.objects))
+    check_meshes(root, ids)
     return {i: convert_object(root, i, object_words(i), say) for i in ids}
 
 

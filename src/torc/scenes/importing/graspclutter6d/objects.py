@@ -1,6 +1,6 @@
 """The objects of GraspClutter6D in the user's object store: each mesh is converted once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -44,6 +44,13 @@ class ConvertedObject:
 def model_name(object_id: int) -> str:
     """Name of an object in the store: gc6d_000017."""
     return f"gc6d_{object_id:06d}"
+
+
+def check_meshes(root: Path, object_ids: Iterable[int]) -> None:
+    """Raises InputError for an object that is neither in the store nor has a mesh; converts nothing."""
+    for object_id in object_ids:
+        if find_stored(model_name(object_id)) is None:
+            find_mesh(root, object_id)
 
 
 def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], None]) -> ConvertedObject:
