@@ -1,12 +1,20 @@
 """Convex things stay exact, hollow ones stay hollow."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from mesh_files import MUG, box, revolved
 from scipy.spatial import ConvexHull
 
-from torc.scenes.importing.decomposing import convex_pieces
-from torc.scenes.importing.hulls import reduced_hull, solid_enough
+from torc.scenes.importing.decomposing import (
+    MAX_HULL_VERTICES,
+    NET_FILE,
+    convex_pieces,
+    decompose,
+    read_hulls,
+)
+from torc.scenes.importing.hulls import reduced_hull, solid_enough, thinned
 
 SIZE = (0.06, 0.16, 0.21)
 
@@ -76,6 +84,22 @@ def test_reduced_hulls_lie_within_and_keep_the_bounding_box(count: int, rng: np.
     np.testing.assert_allclose(corners.max(axis=0), points.max(axis=0))
     share = ConvexHull(corners).volume / ConvexHull(points).volume
     assert {8: 0.3, 16: 0.55, 64: 0.85}[count] < share <= 1.0
+
+
+def test_a_piece_that_is_too_fine_is_thinned_not_refused(tmp_path: Path) -> None:
+    """A ball of 20,000 corners goes through the child's file, and stays a ball."""
+    vertices, faces = revolved(
+        [(0.05 * np.sin(a), -0.05 * np.cos(a)) for a in np.linspace(0, np.pi, 100)], 200
+    )
+    assert len(vertices) > 4 * MAX_HULL_VERTICES
+    np.savez(tmp_path / NET_FILE, contact_vertices=vertices, contact_faces=faces.astype(np.int32))
+    answer = decompose({"concavity": 0.05, "max_pieces": 24}, tmp_path)
+    (hull,) = read_hulls(answer["hulls"], tmp_path)
+    assert 1000 < len(hull) <= MAX_HULL_VERTICES
+    np.testing.assert_allclose(hull.min(axis=0), vertices.min(axis=0), atol=1e-9)
+    np.testing.assert_allclose(hull.max(axis=0), vertices.max(axis=0), atol=1e-9)
+    assert ConvexHull(hull).volume > 0.99 * ConvexHull(vertices).volume
+    assert thinned(hull, MAX_HULL_VERTICES) is hull
 
 
 def test_slivers_are_no_pieces() -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from glb_files import GlbBuilder
 from mesh_files import L_OUTLINE, box, glb_box, prism, revolved, two_tone, write_obj, write_ply, write_stl
 
 from torc.errors import InputError, MissingDependencyError
@@ -97,6 +98,24 @@ def test_options_are_taken(tmp_path: Path) -> None:
     model = import_mesh(path, options)
     assert (model.name, model.kind, model.description) == ("n", "k", "the thing")
     assert (model.mass_kg, model.friction, model.rolls) == (0.3, 0.5, True)
+
+
+@pytest.mark.parametrize(
+    ("offset", "options", "told"),
+    [
+        ((0.0, 0.0, 0.105), MeshOptions(), True),  # stands on z = 0
+        ((0.0, 0.105, 0.0), MeshOptions(), False),  # on y = 0, as it should
+        ((0.0, 0.0, 0.0), MeshOptions(), False),  # about 0: nobody can tell
+        ((0.0, 0.0, 0.105), MeshOptions(up="z"), False),
+        ((0.0, 0.0, 0.105), MeshOptions(up="y"), False),
+    ],
+)
+def test_a_glb_that_stands_on_z_is_told_of(
+    offset: tuple[float, float, float], options: MeshOptions, told: bool, tmp_path: Path
+) -> None:
+    path = GlbBuilder().shape(box((0.06, 0.21, 0.21))[0] + offset, box(SIZE)[1]).write(tmp_path / "tower.glb")
+    notes = read_mesh(path, options).notes
+    assert any("--up z" in note for note in notes) == told
 
 
 def test_large_coloured_meshes_are_simplified(tmp_path: Path) -> None:

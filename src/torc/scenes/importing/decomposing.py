@@ -8,11 +8,13 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from torc.scenes.importing.closing import is_closed, parts, signed_volume
+from torc.scenes.importing.hulls import thinned
 from torc.scenes.importing.preparing import CONTACT_SPECS
 from torc.scenes.strict_files import ArraySpec, read_arrays
 
 NET_FILE, HULLS_FILE = "net.npz", "hulls.npz"
 MAX_HULL_VERTICES = 4096
+"""Of a piece as it is handed over; a finer one is thinned."""
 _MAX_NET_BYTES = 16 * 2**20
 _CONVEX_SHARE = 0.985
 """A closed part that fills this much of its convex hull is convex: 3D printers and scanners round no less."""
@@ -41,6 +43,7 @@ def decompose(request: Mapping[str, Any], directory: Path) -> dict[str, Any]:
     arrays = read_arrays(directory / NET_FILE, CONTACT_SPECS, _MAX_NET_BYTES, "the net")
     vertices, faces = arrays["contact_vertices"], arrays["contact_faces"].astype(np.int64)
     hulls = convex_pieces(vertices, faces, float(request["concavity"]), int(request["max_pieces"]))
+    hulls = [thinned(hull, MAX_HULL_VERTICES) for hull in hulls]
     np.savez(directory / HULLS_FILE, **{f"hull_{i}": h for i, h in enumerate(hulls)})  # type: ignore[arg-type]
     return {"hulls": len(hulls)}
 

@@ -25,6 +25,22 @@ def reduced_hull(points: Float[np.ndarray, "n 3"], max_vertices: int) -> Float[n
     return np.asarray(corners[chosen])
 
 
+def thinned(points: Float[np.ndarray, "n 3"], max_points: int) -> Float[np.ndarray, "k 3"]:
+    """Points that stick out farthest in max_points directions, spread evenly, the axes among them; all if they are few.
+
+    For the corners of a hull that `reduced_hull` would take too long for: the bounding box stays.
+    """
+    if len(points) <= max_points:
+        return points
+    k = np.arange(max_points - 6) + 0.5
+    z, turn = 1.0 - 2.0 * k / len(k), k * np.pi * (3.0 - np.sqrt(5.0))  # a Fibonacci lattice
+    r = np.sqrt(1.0 - z**2)
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    directions = np.concatenate([axes, np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)])
+    blocks = np.array_split(directions, 16)  # all at once would take a gigabyte
+    return points[np.unique(np.concatenate([np.argmax(points @ block.T, axis=0) for block in blocks]))]
+
+
 def _extremes(corners: np.ndarray) -> list[int]:
     """The extreme corners along the axes: the bounding box stays."""
     found = dict.fromkeys(

@@ -24,6 +24,12 @@ from torc.scenes.object_files import ObjectSource
 from torc.scenes.object_schema import MAX_MASS_KG, MIN_MASS_KG, MIN_SIZE_M
 
 Say = Callable[[str], None]
+_LIES_MAYBE = (
+    "It stands on z = 0 in the file, not on y = 0: if it lies on its side now, its z points up; give --up z (GLB's "
+    "standard is y)."
+)
+_ON_ZERO, _OFF_ZERO = 0.02, 0.1
+"""Share of a length by which a bounding box may miss 0 to stand on it, or must miss it not to."""
 _LIBRARIES = ("mapbox_earcut", "coacd", "fast_simplification")
 
 
@@ -74,6 +80,7 @@ def read_mesh(path: Path | str, options: MeshOptions | None = None, say: Say | N
         mesh = _read(path, options, Path(folder))
         say("contact pieces")
         hulls, notes = _hulls(mesh, options, Path(folder), path)
+    notes += [_LIES_MAYBE] if _lies_maybe(path, options, mesh.vertices) else []
     return _assemble(path, options, mesh, hulls, [*mesh.notes, *notes])
 
 
@@ -182,6 +189,14 @@ def _assemble(
 
 def _is_y_up(path: Path, options: MeshOptions) -> bool:
     return options.up == "y" or (options.up == "auto" and path.suffix.lower() == ".glb")
+
+
+def _lies_maybe(path: Path, options: MeshOptions, vertices: Float[np.ndarray, "n 3"]) -> bool:
+    """Whether a file that is read with y up looks as if z pointed up in it: it stands on z = 0, and not on y = 0."""
+    if options.up != "auto" or not _is_y_up(path, options):
+        return False
+    _, y, z = (vertices @ Y_UP).T  # in the file's own axes
+    return bool(abs(z.min()) < _ON_ZERO * np.ptp(z) and abs(y.min()) > _OFF_ZERO * np.ptp(y))
 
 
 def _mass_kg(path: Path, options: MeshOptions, pieces: Sequence[CollisionPiece]) -> float:
