@@ -11,7 +11,7 @@ HARD, EASY = [[12, 13]] * 6, [[2, 3]] * 6
 
 
 def test_one_set_of_problems_is_ranked_as_it_is(made_up):
-    table = made_up(mine=HARD, theirs=EASY, oracle=EASY[:2])
+    table = made_up(references=("oracle",), mine=HARD, theirs=EASY, oracle=EASY[:2])
     found = rank_on_common_ground(table)
     assert found.table is table
     assert [s.planner for s in found.standings] == ["theirs", "mine", "oracle"]

@@ -106,7 +106,7 @@ def test_privileged_planners_are_known_to_trials_alone():
     with pytest.raises(UnknownNameError, match="Did you mean 'oracle'"):
         make_trial_planner("oracel")
     with pytest.raises(
-        UnknownNameError, match=r"oracle.*or your own as module:Class.* Write mine:CLASS, after cd x"
+        UnknownNameError, match=r"oracle.*or your own as module:Class.* Write x/mine.py:CLASS"
     ):
         make_trial_planner("x/mine.py")
     with pytest.raises(UnknownNameError):

@@ -24,7 +24,8 @@ FATES: Mapping[GraspStatus, str] = MappingProxyType(
         GraspStatus.HITS_STATIC: "into something fixed or never seen",
         GraspStatus.SEVERAL_OBJECTS: "not around exactly one object",
         GraspStatus.FINGERS_IN_OBJECT: "with a finger inside the object",
-        GraspStatus.UNLIKELY: "unlikely to hold",
+        GraspStatus.UNLIKELY: "too unlikely to succeed now",
+        GraspStatus.NO_LINE: "without a straight way to them and up again",
         GraspStatus.NO_MOTION: "without a motion to them",
     }
 )

@@ -86,7 +86,10 @@ class HumanQueue:
         lines = []
         for t in self.trials:
             open_to_all = _problem(t.spec) not in to_play
-            shown = {"video": open_to_all and _has_video(t), "replay": open_to_all and t.status == "completed"}
+            shown = {
+                "video": open_to_all and _has_video(t),
+                "replay": open_to_all and t.status == "completed",
+            }
             lines.append({**_line(t), **shown})
         return lines
 
