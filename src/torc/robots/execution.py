@@ -25,7 +25,7 @@ class ExecutionConfig:
         grip_force_n: force of each pad on the object.
         free_guard, approach_guard, transfer_guard: when these motions stop on contact; None: never.
         close_within_rad: an approach stopped by contact this close to the grasp, in every joint, still closes the
-            gripper; about a centimetre.
+            gripper: about two centimetres, as in the trials that the grasp score learns from.
         goal_slack_rad: a motion that ends this close to its goal, in every joint, counts as arrived.
         start_slack_rad: a motion whose start is further than this from where the arm is, is bent to start there.
         retreat_slowdown: the way back is slower than the way there by this factor.
@@ -38,7 +38,7 @@ class ExecutionConfig:
     free_guard: ContactGuard | None = field(default_factory=ContactGuard)
     approach_guard: ContactGuard | None = field(default_factory=ContactGuard)
     transfer_guard: ContactGuard | None = None
-    close_within_rad: float = 0.02
+    close_within_rad: float = 0.04
     goal_slack_rad: float = 0.05
     start_slack_rad: float = 0.01
     retreat_slowdown: float = 1.5
