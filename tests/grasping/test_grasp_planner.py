@@ -7,10 +7,11 @@ import pytest
 from grasping_scenes import TABLE_Z, standing_box
 
 from torc.errors import InputError
-from torc.grasping.config import GraspConfig, SelectionConfig
+from torc.grasping.config import CandidateConfig, GraspConfig, SelectionConfig
 from torc.grasping.features import FEATURE_NAMES
 from torc.grasping.planner import GeometricGraspPlanner, candidates_with_features
 from torc.grasping.scoring import HandScore
+from torc.records import TARGET_ID
 from torc.robots.loading import load_robot
 from torc.testing.grippers import write_slides
 from torc.testing.synthetic import SyntheticCylinder, SyntheticSphere
@@ -105,6 +106,17 @@ def test_what_is_drawn_for_one_object_does_not_depend_on_the_others(planner, pil
     single = planner.candidates(alone, pile.volume, np.random.default_rng(4))
     mine = everything.grasps.object_ids == 3
     assert np.array_equal(single.grasps.Ts_world_tcp, everything.grasps.Ts_world_tcp[mine])
+
+
+def test_the_target_is_searched_for_grasps_harder_than_anything_else(gripper):
+    for object_id, factor in ((TARGET_ID, 3), (TARGET_ID + 1, 1)):
+        view = view_of(standing_box(object_id, 0.65, -0.12, (0.05, 0.07, 0.12)))
+        proposed = []
+        for effort in (1, 8):
+            config = GraspConfig(candidates=CandidateConfig(target_effort=effort))
+            planner = GeometricGraspPlanner(gripper, TABLE_Z, config, HandScore())
+            proposed.append(planner.candidates(view.scene, view.volume, np.random.default_rng(0)).proposed)
+        assert proposed[1] == proposed[0] if factor == 1 else proposed[1] > factor * proposed[0]
 
 
 def test_wedged_objects_keep_blocked_grasps_that_name_the_neighbours(planner):

@@ -61,13 +61,21 @@ def test_expected_picks_are_the_mean_of_many_tries(p, lost_share):
 def test_a_doubtful_target_waits_for_the_one_thing_in_the_way_of_a_better_grasp():
     rows = (0, 0.5, VALID, ()), (0, 0.95, BLOCKED, (3,)), (3, 0.97, VALID, ())
     assert waiting(*rows) == {0}
-    # Not where it can hardly be lost, nor where clearing gains too little, nor where two are in the way.
+    # Not where it can hardly be lost, nor where clearing gains too little, nor where what is in the way cannot go.
     assert waiting(*rows, lost_share=0.0) == set()
     assert waiting(*rows, picks_left=2) == set()
     assert waiting((0, 0.8, VALID, ()), *rows[1:]) == set()
-    assert waiting(rows[0], (0, 0.95, BLOCKED, (3, 4)), rows[2], (4, 0.97, VALID, ())) == set()
     assert waiting(rows[0], rows[1], (3, 0.3, VALID, ())) == set()
     assert waiting(rows[0], rows[1], (3, 0.97, BLOCKED, (5,))) == set()
+    assert waiting(rows[0], (0, 0.95, BLOCKED, ()), rows[2]) == set()
+
+
+def test_two_in_the_way_are_waited_for_where_both_can_go_and_it_is_worth_both():
+    behind_two = (0, 0.95, BLOCKED, (3, 4)), (3, 0.97, VALID, ()), (4, 0.97, VALID, ())
+    assert waiting((0, 0.5, VALID, ()), *behind_two) == {0}
+    assert waiting((0, 0.6, VALID, ()), *behind_two) == set()
+    assert waiting((0, 0.5, VALID, ()), *behind_two[:2]) == set()
+    assert waiting((0, 0.5, VALID, ()), *behind_two[:2], (4, 0.97, BLOCKED, (3,))) == set()
 
 
 def test_others_wait_only_where_tries_alone_cost_more():

@@ -39,7 +39,7 @@ class Grasp:
     Attributes:
         T_world_tcp: pose of the grasp in the frame's world, metres.
         width_m: distance between the pads when they touch the object.
-        p: probability that the object is held after the lift.
+        p: probability that the object is delivered to the bin.
     """
 
     T_world_tcp: Float[np.ndarray, "4 4"]

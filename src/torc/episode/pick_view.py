@@ -38,7 +38,7 @@ class ObjectView:
         pixels: of its mask.
         statuses: GraspStatus name (lower case) -> how many of its grasps ended so; absent where none did.
         blockers: object id (as text) -> how many of this object's grasps it blocks.
-        best_score: probability of the best valid grasp to hold, None without a valid one.
+        best_score: probability of the best valid grasp that it delivers, None without a valid one.
         hidden_volume_m3: unseen volume that it hides.
     """
 
@@ -89,7 +89,7 @@ class GraspView:
     Attributes:
         Ts_world_tcp: grasp poses.
         widths_m: distance between the pads.
-        scores: probability that the object is held.
+        scores: probability that the object is delivered.
         object_ids: whose grasp it is.
         status: its GraspStatus.
     """

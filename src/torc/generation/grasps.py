@@ -44,7 +44,7 @@ class Graspability:
         candidates: grasps that it proposes.
         reachable: of them, with an inverse-kinematics solution.
         valid: of those, free of collisions with table, bin, robot and the object itself.
-        best_score: probability to hold of the best valid one; 0 without any.
+        best_score: probability of the best valid one that it delivers; 0 without any.
     """
 
     candidates: int

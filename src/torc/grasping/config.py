@@ -1,8 +1,10 @@
 """Settings of grasp planning. Lengths in metres, angles in radians."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+
+from torc.records import TARGET_ID
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,8 @@ class CandidateConfig:
         slices_per_frame: slices per such pair, spread over the object.
         max_raw: candidates per object and generator that are examined; of more, a choice is drawn at random.
         max_blocked: candidates per object that touch other objects and are examined further, drawn at random.
+        target_effort: how many times max_raw is examined, and max_frames is sliced, for the target: a single grasp that
+            is found ends the trial, and it often has only one or two.
     """
 
     tilts_rad: tuple[float, ...] = tuple(np.deg2rad([25.0, 50.0, 70.0, 85.0]).tolist())
@@ -65,6 +69,12 @@ class CandidateConfig:
     slices_per_frame: int = 4
     max_raw: int = 120
     max_blocked: int = 80
+    target_effort: int = 8
+
+    def for_object(self, object_id: int) -> "CandidateConfig":
+        """The settings for one object: more effort for the target."""
+        effort = self.target_effort if object_id == TARGET_ID else 1
+        return replace(self, max_raw=effort * self.max_raw, max_frames=effort * self.max_frames)
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,7 @@ class GeometricGraspPlanner:
             self.support_z_m,
             checks.tip_margin_m,
             checks.min_points_between,
-            self.config.candidates,
+            self.config.candidates.for_object(cloud.id),
         )
         proposals = [propose(given, rng) for propose in GENERATORS.values()]
         generator = np.repeat(np.arange(len(proposals), dtype=np.uint8), [len(p) for p in proposals])

@@ -1,4 +1,4 @@
-"""Scores of candidates: probability that the object is held after the lift."""
+"""Scores of candidates: probability that the object is delivered to the bin."""
 
 from functools import cache
 from pathlib import Path

@@ -1,12 +1,13 @@
-"""A doubtful grasp waits while clearing one more neighbour first is the better bet.
+"""A doubtful grasp waits while clearing neighbours first is the better bet.
 
 A try that fails costs a pick; one that fails with the target may lose it, and with it all picks that are left. So the
 expected number of picks to get an object out by a grasp that succeeds with probability p is
 
     cost(p) = tries + lost * picks_left,  tries = 1 / (p + q (1 - p)),  lost = q (1 - p) * tries
 
-where q is the share of failed tries that lose the object: 0 for all but the target. An object waits if a neighbour is
-all that blocks a better grasp of it, and 1 / p(neighbour) + cost(better) is less than the cost now.
+where q is the share of failed tries that lose the object: 0 for all but the target. An object waits if neighbours that
+can be grasped are all that blocks a better grasp of it, and clearing them, at 1 / p(neighbour) each, with cost(better)
+after it takes less than the cost now.
 
 No circle of objects wait for each other: an object other than the target waits only for one that is likelier to
 come, and nothing waits for the target.
@@ -76,15 +77,16 @@ def _waits(
     picks_left: int,
     config: BetConfig,
 ) -> bool:
-    """Whether clearing some neighbour first takes fewer picks, as expected."""
+    """Whether clearing what blocks a better grasp first takes fewer picks, as expected."""
     lost_share = config.lost_share if object_id == TARGET_ID else 0.0
     now = expected_picks(best[object_id], lost_share, picks_left)
-    blocked = (grasps.object_ids == object_id) & (report.status == GraspStatus.BLOCKED)
-    for neighbour, p in best.items():
-        alone = blocked & (report.blockers == np.uint64(1) << np.uint64(neighbour))
-        if neighbour in (object_id, TARGET_ID) or not alone.any():
+    for grasp in np.flatnonzero((grasps.object_ids == object_id) & (report.status == GraspStatus.BLOCKED)):
+        bits = int(report.blockers[grasp])
+        in_the_way = [k for k in best if k != object_id and bits >> k & 1]
+        if TARGET_ID in in_the_way or sum(1 << k for k in in_the_way) != bits or bits == 0:
             continue
-        then = expected_picks(float(grasps.scores[alone].max()), lost_share, picks_left - 1)
-        if expected_picks(p, 0.0, picks_left) + then < now:
+        clearing = sum(expected_picks(best[k], 0.0, picks_left) for k in in_the_way)
+        left = max(picks_left - len(in_the_way), 0)
+        if clearing + expected_picks(float(grasps.scores[grasp]), lost_share, left) < now:
             return True
     return False

@@ -40,7 +40,7 @@ class GraspSet:
     Attributes:
         Ts_world_tcp: grasp poses.
         widths_m: distance between the pads when they touch the object.
-        scores: probability that the object is held after the lift, 0..1.
+        scores: probability that the object is delivered to the bin, 0..1.
         object_ids: the object that each grasp is for.
         contacts: estimated contact point of each finger, world frame, at -x and +x.
         generators: index into generator_names, which generator proposed it.

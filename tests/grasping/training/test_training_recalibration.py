@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.special import expit, logit
 
 from torc.errors import InputError
 from torc.grasping.features import FEATURE_NAMES
@@ -13,14 +12,15 @@ from torc.grasping.trees import load_trees
 HEADER = "planner,problem,seed,pick,result,object_id,p\n"
 
 
-@pytest.mark.parametrize(("shift", "slope"), [(0.0, 1.0), (-0.6, 0.8), (0.4, 1.5)])
-def test_the_numbers_that_made_the_outcomes_are_found(shift, slope):
+@pytest.mark.parametrize("made", [Promise(0.0, 1.0, 1.0), Promise(-0.6, 0.8, 1.8), Promise(0.4, 1.5, 0.7)])
+def test_the_numbers_that_made_the_outcomes_are_found(made):
     rng = np.random.default_rng(0)
-    p = rng.beta(4, 1, 20_000)
-    delivered = rng.random(len(p)) < expit(shift + slope * logit(p))
+    p = rng.beta(4, 1, 40_000)
+    delivered = rng.random(len(p)) < made.kept(p)
     found = fit_promise(p, delivered)
-    assert found.shift == pytest.approx(shift, abs=0.08)
-    assert found.slope == pytest.approx(slope, abs=0.06)
+    assert found.shift == pytest.approx(made.shift, abs=0.08)
+    assert found.slope == pytest.approx(made.slope, abs=0.08)
+    assert found.slope_above == pytest.approx(made.slope_above, rel=0.15)
     for low, high in ((0.3, 0.6), (0.6, 0.9), (0.9, 1.0)):
         some = (p >= low) & (p < high)
         assert found.kept(p[some]).mean() == pytest.approx(delivered[some].mean(), abs=0.03)
@@ -51,7 +51,7 @@ def test_only_first_tries_with_an_object_count(tmp_path):
 
 
 def test_the_model_ranks_as_before_and_promises_what_is_kept():
-    model, promise = load_trees(MODEL_PATH, FEATURE_NAMES), Promise(-0.5, 0.9)
+    model, promise = load_trees(MODEL_PATH, FEATURE_NAMES), Promise(-0.5, 0.9, 1.4)
     changed = recalibrated(model, promise, "test")
     x = np.random.default_rng(1).normal(0, 1, (500, len(FEATURE_NAMES))).astype(np.float32)
     before, after = model.probability(x), changed.probability(x)

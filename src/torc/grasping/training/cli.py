@@ -99,7 +99,8 @@ class Recalibrate:
         tries = read_tries(self.picks)
         promise = fit_promise(tries.p, tries.delivered)
         told = (
-            f"log-odds {promise.shift:+.3f} + {promise.slope:.3f} x by {len(tries)} first tries with the arm"
+            f"log-odds {promise.shift:+.3f} + {promise.slope:.3f} x, {promise.slope_above:.3f} above .9, by "
+            f"{len(tries)} first tries with the arm"
         )
         for name, p in (("promised", tries.p), ("now", promise.kept(tries.p))):
             error, loss = calibration_error(p, tries.delivered), log_loss(p, tries.delivered)

@@ -1,9 +1,11 @@
 """From what the score promised in whole trials, with the arm, to what came of it.
 
 Trials of the floating gripper teach which grasps are better than others. How often a grasp of some probability is
-delivered by the arm, chosen as the best of an object, is measured in trials: two numbers bring the promise in line,
+delivered by the arm, chosen as the best of an object, is measured in trials. Three numbers bring the promise in line:
 
-    log-odds of delivered = shift + slope * log-odds promised.
+    log-odds of delivered = shift + slope * log-odds promised, up to a promise of .9; from there on with another slope.
+
+Two slopes, since the best of many doubtful candidates is promised too much, and a sure one too little.
 """
 
 import csv
@@ -24,6 +26,7 @@ _LEAST = 1e-4
 """Promises are taken to be at least this far from 0 and 1."""
 _PRIOR = 1.0
 """Weight of "the promise holds as it is", in tries: few tries change it little."""
+_BEND = float(logit(0.9))
 
 
 @dataclass(frozen=True)
@@ -46,14 +49,18 @@ class Tries:
 
 @dataclass(frozen=True)
 class Promise:
-    """The two numbers of the module's docstring."""
+    """The three numbers of the module's docstring."""
 
     shift: float
     slope: float
+    slope_above: float
 
     def kept(self, p: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """How probable delivery is where p was promised."""
-        return expit(self.shift + self.slope * logit(np.clip(p, _LEAST, 1 - _LEAST)))
+        x = logit(np.clip(p, _LEAST, 1 - _LEAST))
+        return expit(
+            self.shift + self.slope * np.minimum(x, _BEND) + self.slope_above * np.maximum(x - _BEND, 0)
+        )
 
 
 def read_tries(paths: Sequence[Path]) -> Tries:
@@ -84,22 +91,27 @@ def read_tries(paths: Sequence[Path]) -> Tries:
 
 
 def fit_promise(p: Float[np.ndarray, "n"], delivered: Bool[np.ndarray, "n"]) -> Promise:
-    """The likeliest two numbers. Raises InputError without tries."""
+    """The likeliest three numbers. Raises InputError without tries."""
     if len(p) == 0:
         raise InputError(
             "There are no tries to learn from. Play trials with `torc bench`, then `torc report` them."
         )
-    x = logit(np.clip(p, _LEAST, 1 - _LEAST))
 
-    def loss(numbers: Float[np.ndarray, "2"]) -> float:
-        q = np.clip(expit(numbers[0] + np.exp(numbers[1]) * x), 1e-12, 1 - 1e-12)
+    def loss(numbers: Float[np.ndarray, "3"]) -> float:
+        q = np.clip(_promise(numbers).kept(p), 1e-12, 1 - 1e-12)
         miss = -np.sum(np.where(delivered, np.log(q), np.log1p(-q)))
         return float(miss + _PRIOR * np.sum(numbers**2))
 
-    shift, log_slope = minimize(
-        loss, np.zeros(2), method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-9}
-    ).x
-    return Promise(float(shift), float(np.exp(log_slope)))
+    return _promise(
+        minimize(
+            loss, np.zeros(3), method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-9, "maxiter": 4000}
+        ).x
+    )
+
+
+def _promise(numbers: Float[np.ndarray, "3"]) -> Promise:
+    """From numbers without bounds: slopes are positive."""
+    return Promise(float(numbers[0]), float(np.exp(numbers[1])), float(np.exp(numbers[2])))
 
 
 def recalibrated(model: TreeModel, promise: Promise, notes: str) -> TreeModel:

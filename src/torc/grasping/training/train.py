@@ -65,7 +65,7 @@ class Fit:
         return raw_probability(self.model, features)
 
     def predict(self, features: np.ndarray) -> Float[np.ndarray, "n"]:
-        """Calibrated probability that the object is held."""
+        """Calibrated probability that the object is delivered."""
         return np.interp(self.predict_raw(features), self.knots_p, self.knots_held)
 
 
