@@ -25,7 +25,8 @@ from torc.records import TARGET_ID, GraspReport, GraspSet, GraspStatus
 @dataclass(frozen=True)
 class BetConfig:
     """Attributes:
-    lost_share: share of the failed tries with the target that lose it. 64 of 417 in the trials of results/torc40.
+    lost_share: share of the failed tries with the target that lose it. 64 of 417 in the trials of
+        results/torc40-simulated-vlm.
     """
 
     lost_share: float = 0.15

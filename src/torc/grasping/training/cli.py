@@ -137,6 +137,8 @@ class Report:
     """Directories of training shards."""
     held_out: tuple[Path, ...] = ()
     """Directories that `evaluate` wrote."""
+    model: Path = DEFAULT_MODEL
+    """The model, trained with these data; how it was recalibrated is told."""
     out: Path = Path("docs/grasp_model.md")
     """The text."""
     picture: Path = Path("docs/img/grasp_calibration.png")
@@ -144,9 +146,11 @@ class Report:
 
     def run(self) -> None:
         """Report."""
+        from torc.grasping.features import FEATURE_NAMES
         from torc.grasping.training.dataset import load_trials
         from torc.grasping.training.report import write_report
         from torc.grasping.training.train import TrainConfig
+        from torc.grasping.trees import load_trees
 
         train = load_trials(self.data)
         held_out = load_trials(self.held_out) if self.held_out else None
@@ -154,7 +158,8 @@ class Report:
             raise InputError(
                 "The held-out scenes share a seed with the training data. Evaluate with another --seed."
             )
-        write_report(train, held_out, self.out, self.picture, TrainConfig())
+        notes = load_trees(self.model, FEATURE_NAMES).notes
+        write_report(train, held_out, self.out, self.picture, TrainConfig(), notes)
         print(f"Wrote {self.out} and {self.picture}.")
 
 

@@ -206,14 +206,29 @@ def draw_calibration(path: Path, trials: Trials, curves: Sequence[tuple[str, np.
 
 
 def write_report(
-    train: Trials, held_out: Trials | None, out: Path, picture: Path, config: TrainConfig, seed: int = 0
+    train: Trials,
+    held_out: Trials | None,
+    out: Path,
+    picture: Path,
+    config: TrainConfig,
+    notes: str = "",
+    seed: int = 0,
 ) -> Fit:
-    """Fit with cross-validation, and write the markdown and the picture. `held_out` come from `evaluate`."""
+    """Fit with cross-validation, and write the markdown and the picture.
+
+    Args:
+        train: the trials that the model was trained with.
+        held_out: what `evaluate` tried with it.
+        out, picture: files.
+        config: settings of the fit.
+        notes: the model's own, as stored with it.
+        seed: of the bootstrap.
+    """
     rng = np.random.default_rng(seed)
     fitted = fit(train, config)
     curves = [("hand-written", train.p_hand.astype(float)), ("raw", fitted.p_raw), ("calibrated", fitted.p)]
     draw_calibration(picture, train, curves)
-    parts = [_opening(train), "## How trials ended\n", causes_section(train)]
+    parts = [_opening(train, notes), "## How trials ended\n", causes_section(train)]
     parts += ["## Quality on unseen scenes (cross-validated by scene)\n", scores_section(train, fitted)]
     parts += [
         "### Calibration\n",
@@ -250,12 +265,13 @@ def _choice_parts(held_out: Trials, p: np.ndarray, rng: np.random.Generator) -> 
 _LIMITS = """## What this does not cover
 
 - The arm: a real pick also needs a reachable, collision-free arm, and its approach may differ by a few millimetres.
-- Reality: rigid objects, friction coefficients near 1 on the pads, exact masks, depth noise of about a millimetre.
+- Reality: rigid objects, friction coefficients near 1 on the pads; half of the snapshots with exact masks and depth,
+  half with those of `--noise`.
 - One snapshot: the occlusion volume in training knows one view of the scene; later in an episode it knows more.
 """
 
 
-def _opening(train: Trials) -> str:
+def _opening(train: Trials, notes: str) -> str:
     scenes = len(np.unique(train.scene_key))
     seeds = ", ".join(str(s) for s in np.unique(train.seed))
     return (
@@ -264,5 +280,9 @@ def _opening(train: Trials) -> str:
         f"simulated trials in {scenes} scenes ({100 * train.delivered.mean():.0f} % delivered), then calibrated. A "
         "trial: a floating, force-limited 2F-85 approaches, closes, lifts 15 cm, and carries the object to the bin in "
         "1.8 s while it turns to point down; delivered = between both fingers there. No arm. Made by\n"
-        f"`python -m torc.grasping.training collect`, `train`, `evaluate` and `report`; seeds of the scenes: {seeds}.\n"
+        f"`python -m torc.grasping.training collect`, `train`, `evaluate` and `report`; seeds of the scenes: "
+        f"{seeds}.\n\n"
+        "All tables here are of these trials. The best of many candidates is promised too much, and no arm floats: so "
+        "the promise is at last brought in line with whole trials (`recalibrate`), which leaves the order as it is. "
+        f"The model says of itself: {notes or 'nothing'}.\n"
     )
