@@ -7,6 +7,7 @@ import pytest
 
 from torc.errors import InputError
 from torc.records import TARGET_ID, PlanningContext
+from torc.task_planning.dg_select import decide_by_graph
 from torc.task_planning.graph import DependencyGraph
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.relations import Relation, RelationKind
@@ -68,6 +69,35 @@ def test_hidden_target_without_hidden_space_waits_for_all_alike() -> None:
     empty = replace(context.volume, hidden_by=np.zeros_like(context.volume.hidden_by))
     graph = build_dependency_graph(replace(context, volume=empty), relations=[])
     assert edges_of(graph) == {(0, 1): ("hidden by", 0.5), (0, 2): ("hidden by", 0.5)}
+
+
+def peeping(valid: dict[int, int]) -> PlanningContext:
+    """A little of the target 0 is in sight behind 1; 2 stands far away."""
+    return make_context(
+        (
+            box(0, 0.72, -0.1, (0.06, 0.06, 0.20)),
+            box(1, 0.60, -0.1, (0.06, 0.08, 0.12)),
+            box(2, 0.60, 0.3, (0.05, 0.05, 0.10)),
+        ),
+        valid=valid,
+    )
+
+
+def test_a_target_in_sight_that_nothing_is_known_to_hold_waits_for_what_hides_the_rest_of_it() -> None:
+    context = peeping({1: 2, 2: 4})
+    graph = build_dependency_graph(context, relations=[])
+    assert edges_of(graph) == {(0, 1): ("hidden by", 1.0)}
+    assert not graph.node(0).hidden
+    assert (
+        decide_by_graph(graph, context).reason
+        == "Pick 1 (p = 1.00): it hides 100% of the space around the target 0."
+    )
+
+
+def test_no_other_object_does_nor_a_target_that_waits_for_something_or_can_be_picked() -> None:
+    assert build_dependency_graph(peeping({1: 2}), relations=[behind(0, 2)]).sinks == (1, 2)
+    assert build_dependency_graph(peeping({0: 1, 1: 2}), relations=[]).edges == ()
+    assert build_dependency_graph(peeping({0: 1, 2: 1}), relations=[]).edges == ()
 
 
 def test_an_object_that_hides_nothing_gets_no_edge() -> None:

@@ -16,6 +16,17 @@ def hidden_volumes_m3(volume: OcclusionVolume, ids: Iterable[int]) -> Float[np.n
     return counts[list(ids)] * volume.grid.voxel_size_m**3
 
 
+def hidden_near_m3(
+    volume: OcclusionVolume, ids: Iterable[int], points: Float[np.ndarray, "n 3"], reach_m: float
+) -> Float[np.ndarray, "k"]:
+    """The same, of the space in the box around some points (world frame) that is larger by `reach_m` all around."""
+    low = np.maximum(volume.grid.index_of(points.min(axis=0) - reach_m), 0)
+    high = np.maximum(volume.grid.index_of(points.max(axis=0) + reach_m) + 1, 0)
+    box = tuple(slice(a, b) for a, b in zip(low.tolist(), high.tolist()))
+    counts = _count_bits(kernel_array(volume.hidden_by[box], np.uint64).ravel())
+    return counts[list(ids)] * volume.grid.voxel_size_m**3
+
+
 @njit(cache=True)
 def _count_bits(masks: UInt64[np.ndarray, "n"]) -> Int64[np.ndarray, "64"]:
     """How many of the masks have each bit set."""

@@ -52,7 +52,8 @@ def _phrase(graph: DependencyGraph, edge: DependencyEdge, called: Callable[[int]
     if edge.kind == EdgeKind.HIDDEN_BY:
         if not edge.evidence.get("hidden_volume_m3", 0.0) > 0:
             return "may hide the target as much as any other object"
-        return f"hides {edge.weight:.0%} of the space where the target may be"
+        where = "where the target may be" if graph.node(edge.source).hidden else f"around {source}"
+        return f"hides {edge.weight:.0%} of the space {where}"
     if edge.kind == EdgeKind.GRASP_BLOCKING:
         blocks, blocked = edge.evidence.get("blocks"), edge.evidence.get("blocked_grasps")
         if blocks is None or blocked is None:

@@ -6,10 +6,13 @@ from types import MappingProxyType
 import numpy as np
 
 from torc.errors import InputError
-from torc.occlusion.hidden_space import hidden_volumes_m3
+from torc.occlusion.hidden_space import hidden_near_m3, hidden_volumes_m3
 from torc.records import TARGET_ID, PlanningContext
 from torc.task_planning.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 from torc.task_planning.relations import Relation, RelationConfig, RelationKind, find_relations
+
+_REACH_M = 0.05
+"""How far around what is in sight of the target its hidden part is looked for."""
 
 
 def build_dependency_graph(
@@ -23,6 +26,10 @@ def build_dependency_graph(
     that block its grasps, if any are blocked; else its 'behind' edges. An object whose grasps fail only for other
     reasons (out of reach, into the table) has no blocking edges: no removal would help them. Grasps that are held
     back as unlikely (`Pipeline.min_score`) are no valid ones here either.
+
+    A target in sight that has no valid grasp and would get no edge would wait for nothing and still not come. It gets
+    'hidden by' edges instead, by the space around it that others hide: too little of it is in sight. (The paper's graph
+    gives no direction there.)
 
     Args:
         context: scene, occlusion volume and grasp report.
@@ -50,6 +57,8 @@ def build_dependency_graph(
     if hidden:
         nodes.insert(0, DependencyNode(TARGET_ID, hidden=True))
         edges = _hidden_by(context) + edges
+    elif scene.target_id is not None and not _gets_anywhere(scene.target_id, nodes, edges):
+        edges += _hides_more_of(scene.target_id, context)
     target = TARGET_ID if scene.target_id is None else scene.target_id
     return DependencyGraph(tuple(nodes), tuple(sorted(edges, key=lambda e: (e.source, e.target))), target)
 
@@ -60,6 +69,11 @@ def _check(relations: Sequence[Relation], ids: tuple[int, ...]) -> None:
             raise InputError(
                 f"Relation {r.source} {r.kind} {r.target}: both must be different visible objects of {ids}."
             )
+
+
+def _gets_anywhere(target: int, nodes: list[DependencyNode], edges: list[DependencyEdge]) -> bool:
+    """Whether the target can be picked, or waits for something."""
+    return any(n.graspable for n in nodes if n.id == target) or any(e.source == target for e in edges)
 
 
 def _edges_of(
@@ -104,13 +118,31 @@ def _hidden_by(context: PlanningContext) -> list[DependencyEdge]:
     """Edges of the hidden target: by hidden volume; equal ones if no visible object hides anything."""
     ids = context.scene.ids
     volumes = hidden_volumes_m3(context.volume, ids)
-    if volumes.sum() <= 0:
-        volumes = np.ones(len(ids))
-        evidence = [{"hidden_volume_m3": 0.0} for _ in ids]
-    else:
-        evidence = [{"hidden_volume_m3": round(float(v), 9)} for v in volumes]
+    if volumes.sum() > 0:
+        return _by_volume(TARGET_ID, ids, volumes)
+    nothing = MappingProxyType({"hidden_volume_m3": 0.0})
+    return [DependencyEdge(TARGET_ID, k, EdgeKind.HIDDEN_BY, 1 / len(ids), nothing) for k in ids]
+
+
+def _hides_more_of(target: int, context: PlanningContext) -> list[DependencyEdge]:
+    """Edges of a target of which too little is in sight: by the volume around it that others hide."""
+    others = tuple(k for k in context.scene.ids if k != target)
+    points = context.scene.object(target).points
+    if len(points) == 0:
+        return []
+    return _by_volume(target, others, hidden_near_m3(context.volume, others, points, _REACH_M))
+
+
+def _by_volume(target: int, ids: tuple[int, ...], volumes: np.ndarray) -> list[DependencyEdge]:
+    """Edges in proportion to volumes."""
     return [
-        DependencyEdge(TARGET_ID, k, EdgeKind.HIDDEN_BY, float(v / volumes.sum()), MappingProxyType(e))
-        for k, v, e in zip(ids, volumes, evidence)
+        DependencyEdge(
+            target,
+            k,
+            EdgeKind.HIDDEN_BY,
+            float(v / volumes.sum()),
+            MappingProxyType({"hidden_volume_m3": round(float(v), 9)}),
+        )
+        for k, v in zip(ids, volumes)
         if v > 0
     ]
