@@ -131,9 +131,9 @@ def test_a_whole_episode_by_keys(game, open_page):
 def test_an_object_that_cannot_be_grasped_cannot_be_picked(tmp_path, open_page):
     from torc.testing.synthetic import SyntheticBox
 
-    huge = SyntheticBox(3, (0.62, 0.05, 1.15), (0.16, 0.16, 0.20))
+    flat = SyntheticBox(3, (0.62, 0.05, 1.055), (0.16, 0.16, 0.01))
     small = SyntheticBox(2, (0.62, -0.30, 1.10), (0.05, 0.05, 0.10))
-    game = Game(tmp_path / "human", shapes=(huge, small))
+    game = Game(tmp_path / "human", shapes=(flat, small))
     with game.served() as client:
         page = open_page(client.url)
         page.click("#start")

@@ -45,7 +45,7 @@ def decide_frame(
             2F-85) and takes every pose as reachable.
         volume: the occlusion volume after the frame before, None for the first frame.
         seed: decides all random draws.
-        min_score: grasps that are less likely to hold wait until no object has a better one; see `Pipeline`.
+        min_score: grasps that are less likely to deliver wait until no object has a better one; see `Pipeline`.
         grasps: the grasp planner, by name or as "module:Class".
 
     Raises:

@@ -66,7 +66,7 @@ def _best_grasp(answer: Answer) -> str:
     x, y, z = best.T_world_tcp[:3, 3]
     more = f"its pose and {count - 1} more" if count > 1 else "its pose"
     return (
-        f"Best grasp: at ({x:.3f}, {y:.3f}, {z:.3f}) m, {1000 * best.width_m:.0f} mm wide, holds with "
+        f"Best grasp: at ({x:.3f}, {y:.3f}, {z:.3f}) m, {1000 * best.width_m:.0f} mm wide, succeeds with "
         f"p = {best.p:.2f}; {more}: --json."
     )
 

@@ -79,7 +79,7 @@ class BenchCommand:
     noise: bool = False
     """Add the noise of a stereo camera."""
     min_score: float = DEFAULT_MIN_SCORE
-    """Grasps that are less likely to hold wait until no object has a better one; 0 keeps to the paper."""
+    """Grasps that are less likely to deliver wait until no object has a better one; 0 keeps to the paper."""
     dry_run: bool = False
     """Only say what would be played."""
     json: Annotated[bool, tyro.conf.arg(help="Print a JSON summary to stdout.")] = False

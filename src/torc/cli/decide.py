@@ -50,7 +50,7 @@ class DecideCommand:
     seed: int = 0
     """Decides all random draws."""
     min_score: float = DEFAULT_MIN_SCORE
-    """Grasps that are less likely to hold wait until no object has a better one; 0 keeps to the paper."""
+    """Grasps that are less likely to deliver wait until no object has a better one; 0 keeps to the paper."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Directory for decision.json, seen.png and graph.png."""
     json: Annotated[bool, tyro.conf.arg(help="Print decision.json instead of text.")] = False

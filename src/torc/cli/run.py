@@ -37,7 +37,7 @@ class RunCommand:
     noise: bool = False
     """Add the noise of a stereo camera: depth errors that grow with distance, lost edges, eroded masks."""
     min_score: float = DEFAULT_MIN_SCORE
-    """Grasps that are less likely to hold wait until no object has a better one; 0 keeps to the paper."""
+    """Grasps that are less likely to deliver wait until no object has a better one; 0 keeps to the paper."""
     video: bool = False
     """Also write video.mp4 (an outside view, with what the planner saw)."""
     trajectory: bool = False

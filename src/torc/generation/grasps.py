@@ -60,7 +60,7 @@ class ModelGrasping:
     Attributes:
         robot: whose gripper and reach count.
         workspace: table and bin.
-        min_score: a grasp that holds with a lower probability does not count; the pipeline too keeps such grasps for
+        min_score: a grasp that delivers with a lower probability does not count; the pipeline too keeps such grasps for
             when there are no others.
     """
 

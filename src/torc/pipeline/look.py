@@ -66,7 +66,7 @@ class Pipeline:
         noise: sensor noise to add to each snapshot, None for none.
         occlusion: settings of the occlusion volume.
         failures: how failed grasps count.
-        min_score: valid grasps that are less likely to hold become UNLIKELY while any object has a better one. Every
+        min_score: valid grasps that are less likely to deliver become UNLIKELY while any object has a better one. Every
             task planner chooses from what is left: RANDOM draws among fewer objects, and DG-SELECT takes an object
             without a better grasp for one that is not graspable. 0 keeps to the paper: then no grasp waits.
         bets: when a doubtful grasp waits until a neighbour is cleared; see torc.pipeline.better_bet.
