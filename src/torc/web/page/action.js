@@ -41,8 +41,8 @@ function facts(o) {
   if (!o) return el("p", { class: "faint" }, "Select an object: click it in the image, the table, the graph or in 3-D, or type its number.");
   const head = [chip(o.id, o.color), o.id === 0 ? el("b", {}, " the target: ") : " "];
   if (!o.graspable) return el("p", {}, head, el("span", { class: "bad" }, "not graspable"), `: ${o.why_not}`);
-  const holds = o.score === null ? "" : `, the best succeeds with ${percent(o.score)}`;
-  return el("p", {}, head, el("span", { class: "good" }, "graspable"), `: ${plural(o.valid, "valid grasp")}${holds}`, by(o),
+  const chance = o.score === null ? "" : `, the best succeeds with ${percent(o.score)}`;
+  return el("p", {}, head, el("span", { class: "good" }, "graspable"), `: ${plural(o.valid, "valid grasp")}${chance}`, by(o),
     o.hides_l > 0.005 ? `; hides ${o.hides_l.toFixed(1)} litres` : "");
 }
 

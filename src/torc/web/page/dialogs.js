@@ -22,7 +22,7 @@ export function showHelp(mode, outside) {
           : "You see what every task planner sees, and no more: not the robot at work, which would show what is hidden.")
       : "Each pick shows what the task planner saw, what it chose and why, and what came of it."),
     el("table", {}, el("tbody", {}, rows)),
-    el("p", {}, "Graspable: a grasp is in reach, blocked by nothing, and likely enough to hold. In the graph an arrow leads from an object to what has to go before it. In the 3-D view the coloured volume was never seen: a hidden target is in it."),
+    el("p", {}, "Graspable: a grasp is in reach, blocked by nothing, and likely enough to succeed. In the graph an arrow leads from an object to what has to go before it. In the 3-D view the coloured volume was never seen: a hidden target is in it."),
     el("div", { class: "row" }, closing("Close", true)));
 }
 

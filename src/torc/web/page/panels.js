@@ -16,7 +16,7 @@ export function blockers(object) {
 export function describe(object, page, names) {
   const parts = [names[object.id] ? `${object.id} ${names[object.id]}` : `Object ${object.id}`];
   if (object.id === 0) parts[0] += ", the target";
-  if (object.graspable) parts.push(`${plural(object.valid, "valid grasp")}${object.score === null ? "" : `, holds ${percent(object.score)}`}`);
+  if (object.graspable) parts.push(`${plural(object.valid, "valid grasp")}${object.score === null ? "" : `, succeeds with ${percent(object.score)}`}`);
   else parts.push(`not graspable: ${object.why_not}`);
   if (object.graspable && object.blockers.length) parts.push(`others blocked by ${blockers(object)}`);
   if (object.hides_l > 0.005) parts.push(`hides ${object.hides_l.toFixed(1)} l`);
@@ -35,7 +35,7 @@ export function objectsPanel(page, state, names, on) {
   el("td", { class: "number" }, percent(o.score)),
   el("td", { class: "number" }, o.hides_l === null ? "–" : o.hides_l.toFixed(1)),
   el("td", {}, notes(o, names)));
-  const head = ["Object", "Grasps", "Holds", "Hides, l", "Notes"];
+  const head = ["Object", "Grasps", "Succeeds", "Hides, l", "Notes"];
   const group = (text, rows) => (rows.length
     ? [el("tr", {}, el("th", { colspan: head.length, scope: "rowgroup", class: "group" }, text)), rows.map(row)] : []);
   return el("table", { id: "objects", role: "grid", "aria-label": "Objects in sight" },
@@ -73,7 +73,7 @@ function planned(plan) {
   if (!plan) return null;
   if (plan.failure) return el("p", {}, el("span", { class: "bad" }, "No motion: "), `${plan.failure.stage}: ${plan.failure.reason}`);
   const phases = Object.entries(plan.durations_s).map(([name, s]) => `${name} ${s.toFixed(1)} s`).join(", ");
-  const grasp = `Grasp ${plan.grasps_tried} of its list${plan.score === null ? "" : `, holds ${percent(plan.score)}`}`;
+  const grasp = `Grasp ${plan.grasps_tried} of its list${plan.score === null ? "" : `, succeeds with ${percent(plan.score)}`}`;
   return el("p", {}, `${grasp}. Motions: ${phases}.`);
 }
 
