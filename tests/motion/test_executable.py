@@ -8,6 +8,7 @@ import pytest
 from torc.motion.config import CartesianConfig, MotionConfig
 from torc.motion.executable import without_lines
 from torc.motion.failure import NoMotionError
+from torc.motion.lines import LineContext
 from torc.motion.planner import OmplMotionPlanner
 from torc.motion.protocol import PickRequest
 from torc.records import GraspStatus
@@ -49,7 +50,7 @@ def test_it_says_what_the_planner_finds(planner, request_for, robot, workspace, 
 def test_with_longer_lines_fewer_can_be_carried_out(request_for, robot, workspace):
     far = MotionConfig(cartesian=CartesianConfig(back_offs_m=(0.2, 0.16), lifts_m=(0.3, 0.25)))
     short = found = valid = 0
-    for seed in range(4):
+    for seed in range(2):
         request = request_for(seed)[0]
         short += np.count_nonzero(asked(request, robot, workspace, MotionConfig()))
         long = asked(request, robot, workspace, far)
@@ -57,6 +58,52 @@ def test_with_longer_lines_fewer_can_be_carried_out(request_for, robot, workspac
         found += np.count_nonzero(long)
         valid += np.count_nonzero(request.report.status == GraspStatus.VALID)
     assert short < found < valid
+
+
+def some(qpos: np.ndarray, one_in: int) -> np.ndarray:
+    """One configuration in so many, always the same."""
+    return np.floor(1e4 * np.abs(qpos).sum(axis=-1)) % one_in == 0
+
+
+@pytest.mark.parametrize(
+    ("config", "one_in"),
+    [
+        pytest.param(CartesianConfig(limit_margin_rad=0.5), None, id="many-branches-in-vain"),
+        pytest.param(
+            CartesianConfig(limit_margin_rad=0.4, max_rounds=1, max_branches=1), None, id="few-tried"
+        ),
+        pytest.param(CartesianConfig(max_rounds=2, max_branches=5), 3, id="contacts-here-and-there"),
+        pytest.param(CartesianConfig(max_rounds=2, max_branches=5), 9, id="fewer-contacts"),
+    ],
+)
+def test_lines_exist_where_candidates_are_found(request_for, robot, workspace, monkeypatch, config, one_in):
+    """Also of grasps that are not valid, and where lines are hard to find."""
+    planner, found = OmplMotionPlanner(robot, workspace, MotionConfig(cartesian=config)), []
+    unknown = np.full(robot.arm.dof, np.nan)
+    if one_in:
+        contacts = LineContext.contacts
+
+        def more_contacts(self, qpos):
+            told = contacts(self, qpos)
+            return replace(told, static=told.static | ~some(qpos, 3))
+
+        monkeypatch.setattr(LineContext, "contacts", more_contacts)
+        monkeypatch.setattr(LineContext, "hits_fixed", lambda self, q: bool(some(q, 5 * one_in).any()))
+        monkeypatch.setattr(
+            LineContext, "hits_robot_when_held", lambda self, q: bool(some(q, 4 * one_in + 1).any())
+        )
+    for seed in range(3):
+        request = request_for(seed)[0]
+        for grasp in range(0, len(request.grasps), 2):
+            own = replace(request, object_id=int(request.grasps.object_ids[grasp]))
+            context = planner.context(own, grasp, planner.held(own))
+            try:
+                there = len(planner.straight.candidates(context, unknown, own.qpos_start)) > 0
+            except NoMotionError:
+                there = False
+            assert planner.straight.exist(context, unknown) == there
+            found.append(there)
+    assert 0.04 < np.mean(found) < 0.9, np.mean(found)
 
 
 def test_no_valid_grasps_need_no_lines(request_for, robot, workspace):

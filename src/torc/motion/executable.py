@@ -5,6 +5,7 @@ robot itself is in the way of every inverse-kinematics solution. That is known b
 """
 
 from dataclasses import dataclass
+from functools import cache, partial
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -17,7 +18,6 @@ from torc.geometry.arrays import kernel_array
 from torc.geometry.transforms import invert
 from torc.motion.config import CartesianConfig, MotionConfig
 from torc.motion.extent import held_where_it_lies
-from torc.motion.failure import NoMotionError
 from torc.motion.following import follow_lines, waypoints_of
 from torc.motion.holding import Held
 from torc.motion.lines import line_context, line_counts
@@ -38,7 +38,7 @@ def without_lines(
 ) -> Bool[np.ndarray, "n"]:
     """The VALID grasps that have no straight approach from a free pre-grasp, or no straight lift.
 
-    Exactly those for which `StraightMotions.candidates` finds nothing.
+    Exactly those for which `StraightMotions.candidates` finds nothing, whatever the start.
 
     Args:
         grasps, report: as in a PickRequest.
@@ -56,18 +56,19 @@ def without_lines(
     }
     doubtful = valid[~_obvious(grasps, report.qpos, valid, bounds, asked)]
     straight = StraightMotions(robot.arm, config)
-    held: dict[int, Held] = {}
+
+    @cache
+    def held(object_id: int) -> Held:
+        return held_where_it_lies(
+            scene.object(object_id), camera, volume, support_z_m, config.attached_spheres
+        )
+
     for grasp in doubtful.tolist():
         own_id = int(grasps.object_ids[grasp])
-        if own_id not in held:
-            o, most = scene.object(own_id), config.attached_spheres
-            held[own_id] = held_where_it_lies(o, camera, volume, support_z_m, most)
         T, width_m = grasps.Ts_world_tcp[grasp], float(grasps.widths_m[grasp])
-        context = line_context(robot, arrays, world, asked.opening_m, own_id, T, width_m, held[own_id])
-        try:
-            straight.candidates(context, report.qpos[grasp], report.qpos[grasp])
-        except NoMotionError:
-            out[grasp] = True
+        hold = partial(held, own_id)
+        context = line_context(robot, arrays, world, asked.opening_m, own_id, T, width_m, hold)
+        out[grasp] = not straight.exist(context, report.qpos[grasp])
     return out
 
 

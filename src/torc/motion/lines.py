@@ -1,11 +1,11 @@
 """Approach and lift: which inverse-kinematics branch can do both, and from where."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from torc.collision.checks import Contacts, blockers, collides, self_contacts, static_contacts
 from torc.collision.placement import RobotArrays
@@ -29,14 +29,12 @@ class LinePair:
         approach_poses: pose of the flange at each of its waypoints.
         lift: from grasp to the raised position, both included.
         lift_poses: pose of the flange at each of its waypoints.
-        touches: waypoints of both at which something else is touched.
     """
 
     approach: Float[np.ndarray, "m dof"]
     approach_poses: Float[np.ndarray, "m 4 4"]
     lift: Float[np.ndarray, "k dof"]
     lift_poses: Float[np.ndarray, "k 4 4"]
-    touches: int
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,7 @@ class LineContext:
         T_world_tool0: the flange at the grasp.
         approach_axis: direction of the approach, world frame.
         width_m: of the closed gripper.
-        held: the object once it is in the hand, in the tool0 frame.
+        hold: tells of the object once it is in the hand, in the tool0 frame; asked when that matters first.
     """
 
     arm: ArmDescription
@@ -62,7 +60,12 @@ class LineContext:
     T_world_tool0: Float[np.ndarray, "4 4"]
     approach_axis: Float[np.ndarray, "3"]
     width_m: float
-    held: Held
+    hold: Callable[[], Held]
+
+    @cached_property
+    def held(self) -> Held:
+        """The object once it is in the hand, in the tool0 frame."""
+        return self.hold()
 
     def contacts(self, qpos: Float[np.ndarray, "n dof"]) -> Contacts:
         """What is touched, the object to be grasped left out."""
@@ -94,7 +97,7 @@ def line_context(
     own_id: int,
     T_world_tcp: Float[np.ndarray, "4 4"],
     width_m: float,
-    held_in_world: Held,
+    held_in_world: Callable[[], Held],
 ) -> LineContext:
     """The context of a grasp.
 
@@ -105,7 +108,7 @@ def line_context(
         own_id: the object to be grasped.
         T_world_tcp: the grasp, with the pads width_m apart; a width that the gripper has not is clipped.
         width_m: of the closed gripper.
-        held_in_world: the object where it lies, world frame.
+        held_in_world: tells of the object where it lies, world frame.
     """
     width_m = float(np.clip(width_m, 0.0, robot.gripper.max_width_m))
     T_world_tcp = T_world_tcp.astype(float)
@@ -119,7 +122,7 @@ def line_context(
         T_world_tool0=T_world_tool0,
         approach_axis=T_world_tcp[:3, 2],
         width_m=width_m,
-        held=held_in_world.moved(invert(T_world_tool0)),
+        hold=lambda: held_in_world().moved(invert(T_world_tool0)),
     )
 
 
@@ -137,9 +140,9 @@ def line_pairs(
     """
     ranked: list[tuple[tuple[float, ...], LinePair]] = []
     blocked: list[tuple[tuple[float, ...], LinePair]] = []
-    for lines in branch_lines(context, branches, config):
+    for lines in _branch_lines(context, branches, config):
         approach = lines.pair.approach
-        touches = lines.pair.touches
+        touches = _touches(context, approach) + (not lines.clear)
         distance = float(np.max(np.abs(approach[0] - qpos_start) / context.arm.max_speed))
         (ranked if lines.free else blocked).append(((touches, -len(approach), distance), lines.pair))
     ranked.sort(key=lambda item: item[0])
@@ -147,26 +150,38 @@ def line_pairs(
     return [pair for _, pair in ranked], [pair for _, pair in blocked]
 
 
+def has_lines(context: LineContext, branches: Float[np.ndarray, "b dof"], config: CartesianConfig) -> bool:
+    """Whether `line_pairs` finds any with a free pre-grasp."""
+    up = _upward(context, config)
+    # A longer lift begins with the shortest one.
+    up = up[: min(line_counts(config.lifts_m, len(up)))]
+    upward, up_count = _follow(context, branches, up, config)
+    raisable = np.flatnonzero(up_count == len(up))
+    backward, back_count = _follow(context, branches[raisable], _backward(context, config), config)
+    for b, path, count in zip(raisable, backward, back_count):
+        found = _pre_grasp(context, branches[b], path, int(count), config)
+        if found is not None and found[1] and _can_lift(context, np.vstack([branches[b], upward[b]])):
+            return True
+    return False
+
+
 @dataclass(frozen=True)
-class BranchLines:
-    """The lines of one branch, and whether its pre-grasp is free."""
+class _BranchLines:
+    """The lines of one branch, whether its pre-grasp is free, and whether nothing is touched at the end of its lift."""
 
     pair: LinePair
     free: bool
+    clear: bool
 
 
-def branch_lines(
+def _branch_lines(
     context: LineContext, branches: Float[np.ndarray, "b dof"], config: CartesianConfig
-) -> Iterator[BranchLines]:
+) -> Iterator[_BranchLines]:
     """The lines of each branch that has both, in the order of the branches; see `line_pairs`."""
-    margin, T_grasp = config.limit_margin_rad, context.T_world_tool0
-    lower, upper = context.arm.lower + margin, context.arm.upper - margin
-    back = line_poses(T_grasp, -context.approach_axis, max(config.back_offs_m), config.step_m)
-    up = line_poses(T_grasp, _UP, max(config.lifts_m), config.step_m)
-    step = config.max_joint_step_rad
-    upward, up_count = follow_line(context.robot, branches, up, lower, upper, step)
+    T_grasp, back, up = context.T_world_tool0, _backward(context, config), _upward(context, config)
+    upward, up_count = _follow(context, branches, up, config)
     raisable = np.flatnonzero(up_count >= min(line_counts(config.lifts_m, len(up))))
-    backward, back_count = follow_line(context.robot, branches[raisable], back, lower, upper, step)
+    backward, back_count = _follow(context, branches[raisable], back, config)
     for b, path, count in zip(raisable, backward, back_count):
         q = branches[b]
         found = _pre_grasp(context, q, path, int(count), config)
@@ -183,9 +198,30 @@ def branch_lines(
             np.concatenate([back[:n][::-1], T_grasp[None]]),
             np.vstack([q, upward[b, :n_up]]),
             np.concatenate([T_grasp[None], up[:n_up]]),
-            _touches(context, approach) + (not clear),
         )
-        yield BranchLines(pair, free)
+        yield _BranchLines(pair, free, clear)
+
+
+def _backward(context: LineContext, config: CartesianConfig) -> Float[np.ndarray, "m 4 4"]:
+    """The flange on its way from the grasp to the farthest pre-grasp."""
+    return line_poses(context.T_world_tool0, -context.approach_axis, max(config.back_offs_m), config.step_m)
+
+
+def _upward(context: LineContext, config: CartesianConfig) -> Float[np.ndarray, "m 4 4"]:
+    """The flange on the highest lift."""
+    return line_poses(context.T_world_tool0, _UP, max(config.lifts_m), config.step_m)
+
+
+def _follow(
+    context: LineContext,
+    branches: Float[np.ndarray, "b dof"],
+    poses: Float[np.ndarray, "m 4 4"],
+    config: CartesianConfig,
+) -> tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]:
+    """The path of each branch along the poses, and how many of them it reaches."""
+    margin, step = config.limit_margin_rad, config.max_joint_step_rad
+    lower, upper = context.arm.lower + margin, context.arm.upper - margin
+    return follow_line(context.robot, branches, poses, lower, upper, step)
 
 
 def line_error(
@@ -237,10 +273,14 @@ def _lift(
         (c for c, f in zip(counts, free) if not f), reverse=True
     )
     for i, count in enumerate(order):
-        lift = np.vstack([q_grasp, upward[:count]])[::2]
-        if not context.hits_fixed(lift) and not context.hits_robot_when_held(lift):
+        if _can_lift(context, np.vstack([q_grasp, upward[:count]])):
             return count, i < int(np.count_nonzero(free))
     return None
+
+
+def _can_lift(context: LineContext, lift: Float[np.ndarray, "m dof"]) -> bool:
+    """Whether a lift keeps off everything fixed, and the object in the hand off the robot."""
+    return not context.hits_fixed(lift[::2]) and not context.hits_robot_when_held(lift[::2])
 
 
 def line_counts(lengths_m: tuple[float, ...], waypoints: int) -> list[int]:

@@ -99,8 +99,9 @@ class OmplMotionPlanner:
 
     def _context(self, request: PickRequest, T_world_tcp: Pose, width_m: float, held: Held) -> LineContext:
         opening_m = self.config.opening(self.robot.gripper.max_width_m)
+        own_id, world = request.object_id, request.world
         return line_context(
-            self.robot, self._arrays, request.world, opening_m, request.object_id, T_world_tcp, width_m, held
+            self.robot, self._arrays, world, opening_m, own_id, T_world_tcp, width_m, lambda: held
         )
 
 
