@@ -31,7 +31,6 @@ from processes import run_jobs
 from torc.episode.events import Event, Looked, Started
 from torc.episode.loop import run_episode
 from torc.episode.steps import EpisodeConfig, EpisodeParts
-from torc.grasping.validity import evaluate_grasps
 from torc.motion.planner import OmplMotionPlanner
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.defaults import default_pipeline
@@ -153,6 +152,7 @@ class Row:
     holes: str
     full: int
     found: int
+    sound: int
     left: int
     gained: int
     full_choice: int | None
@@ -166,18 +166,19 @@ def compare(frame: Path, path: Path) -> str:
     with np.load(frame) as stored:
         observation = Observation(**stored)
     open_holes = replace(pipeline, occlusion=replace(pipeline.occlusion, hole_rad=0.0))
-    full = look(pipeline, observation)
-    rows = [row(full, look(pipeline, observation, seed=1), pipeline, CHANCE, BRIDGED)]
+    full, frame_name = look(pipeline, observation), f"{frame.parent.name}/{frame.stem}"
+    before = _sound(full, full, pipeline)
+    rows = [row(full, before, look(pipeline, observation, seed=1), pipeline, CHANCE, BRIDGED)]
     for number, (name, damage) in enumerate(DAMAGES.items()):
-        rng = np.random.default_rng([zlib.crc32(str(frame).encode()), number])
+        rng = np.random.default_rng([zlib.crc32(frame_name.encode()), number])
         lost = damage(observation.depth_m, rng)
         damaged = replace(observation, depth_m=np.where(lost, np.float32(0), observation.depth_m))
         rows += [
-            row(full, look(some, damaged), some, name, holes)
+            row(full, before, look(some, damaged), some, name, holes)
             for holes, some in ((BRIDGED, pipeline), (LEFT_OPEN, open_holes))
         ]
     path.write_text(json.dumps([asdict(r) for r in rows]))
-    return f"{frame.parent.name}/{frame.stem}"
+    return frame_name
 
 
 def look(pipeline: Pipeline, observation: Observation, seed: int = 0) -> Look:
@@ -185,23 +186,29 @@ def look(pipeline: Pipeline, observation: Observation, seed: int = 0) -> Look:
     return pipeline.look(observation, empty_volume(pipeline.workspace.grid), target_description="", seed=seed)
 
 
-def row(full: Look, damaged: Look, pipeline: Pipeline, damage: str, holes: str) -> Row:
-    """The damaged look beside the complete one."""
-    candidates = full.context.grasps
-    before = full.context.report.status == GraspStatus.VALID
-    checked = evaluate_grasps(candidates, full.context.scene, damaged.world, pipeline.robot)
-    report = hold_back_unlikely(checked, candidates, pipeline.min_score)
-    after = report.status == GraspStatus.VALID
+def row(
+    full: Look, before: Bool[np.ndarray, "n"], damaged: Look, pipeline: Pipeline, damage: str, holes: str
+) -> Row:
+    """The damaged look beside the complete one, whose sound candidates are `before`."""
+    after = _sound(full, damaged, pipeline)
     return Row(
         damage,
         holes,
-        full=int(np.count_nonzero(before)),
+        full=int(full.context.report.valid_total.sum()),
         found=int(damaged.context.report.valid_total.sum()),
+        sound=int(np.count_nonzero(before)),
         left=int(np.count_nonzero(before & after)),
         gained=int(np.count_nonzero(after & ~before)),
         full_choice=choice(full),
         choice=choice(damaged),
     )
+
+
+def _sound(full: Look, seen: Look, pipeline: Pipeline) -> Bool[np.ndarray, "n"]:
+    """Which candidates of the complete frame can be carried out, by what another look saw."""
+    candidates, scene = full.context.grasps, full.context.scene
+    report = pipeline.evaluate(candidates, scene, seen.context.volume, seen.world)
+    return hold_back_unlikely(report, candidates, pipeline.min_score).status == GraspStatus.VALID
 
 
 def choice(look: Look) -> int | None:
@@ -227,7 +234,11 @@ def _cells(rows: Sequence[Row], damage: str, holes: str) -> list[str]:
     if not some:
         return [""] * 5
     full = sum(r.full for r in some)
-    shares = [sum(getattr(r, name) for r in some) / full for name in ("found", "left", "gained")]
+    sound = sum(r.sound for r in some)
+    shares = [
+        sum(r.found for r in some) / full,
+        *(sum(getattr(r, n) for r in some) / sound for n in ("left", "gained")),
+    ]
     same = sum(r.choice == r.full_choice for r in some) / len(some)
     return [*(f"{s:.2f}" for s in shares), f"{same:.2f}", str(sum(r.choice is None for r in some))]
 

@@ -37,11 +37,12 @@ def test_damages_take_what_they_say(missing_depth, rng):
 def test_the_table_counts_grasps_over_all_frames_and_choices_by_frame(missing_depth):
     m = missing_depth
     damage = next(iter(m.DAMAGES))
-    rows = [m.Row(damage, m.BRIDGED, 30, 27, 24, 3, 5, 5), m.Row(damage, m.BRIDGED, 10, 1, 0, 1, 5, None)]
-    rows += [
-        m.Row(damage, m.LEFT_OPEN, 30, 0, 0, 0, 5, None),
-        m.Row(damage, m.LEFT_OPEN, 10, 0, 0, 0, 5, None),
+    rows = [
+        m.Row(damage, m.BRIDGED, full=30, found=27, sound=40, left=24, gained=3, full_choice=5, choice=5),
+        m.Row(damage, m.BRIDGED, full=10, found=1, sound=10, left=0, gained=1, full_choice=5, choice=None),
+        m.Row(damage, m.LEFT_OPEN, full=30, found=0, sound=40, left=0, gained=0, full_choice=5, choice=None),
+        m.Row(damage, m.LEFT_OPEN, full=10, found=0, sound=10, left=0, gained=0, full_choice=5, choice=None),
     ]
     (line,) = [line for line in m.table(rows).splitlines() if line.startswith(f"| {damage} ")]
     cells = [cell.strip() for cell in line.split("|")[2:-1]]
-    assert cells == ["0.70", "0.60", "0.10", "0.50", "1", "0.00", "0.00", "0.00", "0.00", "2"]
+    assert cells == ["0.70", "0.48", "0.08", "0.50", "1", "0.00", "0.00", "0.00", "0.00", "2"]

@@ -132,7 +132,7 @@ class Pipeline:
             grasps = ask_grasp_planner(self.grasp_planner, felt, volume, rng)
             grasps = lower_scores(grasps, failed, history, self.failures)
         with clock.stage("validity"):
-            report = veto(self._evaluate(grasps, scene, volume, world), grasps, failed, self.failures)
+            report = veto(self.evaluate(grasps, scene, volume, world), grasps, failed, self.failures)
             report = hold_back_unlikely(report, grasps, self.min_score)
             if self.min_score > 0:
                 report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
@@ -148,9 +148,10 @@ class Pipeline:
         )
         return Look(context, observation, world, clock.seconds)
 
-    def _evaluate(
+    def evaluate(
         self, grasps: GraspSet, scene: SegmentedScene, volume: OcclusionVolume, world: CollisionWorld
     ) -> GraspReport:
+        """Which grasps the robot can carry out, and what is in the way of the others; whatever their probability."""
         if not isinstance(self.robot, RobotDescription):
             return evaluate_grasps_without_robot(grasps, scene, world, self.robot)
         report = evaluate_grasps(grasps, scene, world, self.robot)
