@@ -77,7 +77,7 @@ class TerminalProgress:
     def _planned(self, event: Planned) -> None:
         if isinstance(event.plan, PickPlan):
             score = event.look.context.grasps.scores[event.plan.grasp_index]
-            text = f"grasp {event.plan.grasps_tried} of its list, succeeds with p {score:.2f}"
+            text = f"grasp {event.plan.grasps_tried} of its list, succeeds with p = {score:.2f}"
         else:
             text = f"[yellow]none[/]: {event.plan.stage}: {escape(event.plan.reason)}"
         self._line(f"  motion   {text} {_time(event.seconds)}")

@@ -20,7 +20,8 @@ from torc.motion.config import CartesianConfig, MotionConfig
 from torc.motion.extent import held_where_it_lies
 from torc.motion.following import follow_lines, waypoints_of
 from torc.motion.holding import Held
-from torc.motion.lines import line_context, line_counts
+from torc.motion.line_context import line_context
+from torc.motion.lines import line_counts
 from torc.motion.straight_motions import StraightMotions
 from torc.records import GraspReport, GraspSet, GraspStatus, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription

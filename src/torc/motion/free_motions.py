@@ -12,7 +12,8 @@ from torc.geometry.transforms import invert, make_pose
 from torc.motion.config import MotionConfig, even_yaws
 from torc.motion.failure import NoMotionError
 from torc.motion.geometry import rounded_path
-from torc.motion.lines import LineContext, LinePair
+from torc.motion.line_context import LineContext
+from torc.motion.lines import LinePair
 from torc.motion.queries import MotionQuery
 from torc.motion.space import FreeSpace, free_space
 from torc.motion.timed_motions import timed_motion

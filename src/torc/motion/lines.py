@@ -1,20 +1,15 @@
 """Approach and lift: which inverse-kinematics branch can do both, and from where."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
-from torc.collision.checks import Contacts, blockers, collides, self_contacts, static_contacts
-from torc.collision.placement import RobotArrays
-from torc.collision.world import CollisionWorld
-from torc.geometry.transforms import invert
 from torc.motion.config import CartesianConfig
 from torc.motion.following import follow_line, line_poses
-from torc.motion.holding import Held
-from torc.robots.description import ArmDescription, RobotDescription
+from torc.motion.line_context import LineContext
+from torc.robots.description import ArmDescription
 from torc.robots.kinematics import tool0_poses
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -35,95 +30,6 @@ class LinePair:
     approach_poses: Float[np.ndarray, "m 4 4"]
     lift: Float[np.ndarray, "k dof"]
     lift_poses: Float[np.ndarray, "k 4 4"]
-
-
-@dataclass(frozen=True)
-class LineContext:
-    """One grasp and all that its motions depend on.
-
-    Attributes:
-        arm, robot: the arm, and the robot for the compiled checks.
-        world: obstacles.
-        opening_m: of the gripper before it closes.
-        own_id: the object to be grasped.
-        T_world_tool0: the flange at the grasp.
-        approach_axis: direction of the approach, world frame.
-        width_m: of the closed gripper.
-        hold: tells of the object once it is in the hand, in the tool0 frame; asked when that matters first.
-    """
-
-    arm: ArmDescription
-    robot: RobotArrays
-    world: CollisionWorld
-    opening_m: float
-    own_id: int
-    T_world_tool0: Float[np.ndarray, "4 4"]
-    approach_axis: Float[np.ndarray, "3"]
-    width_m: float
-    hold: Callable[[], Held]
-
-    @cached_property
-    def held(self) -> Held:
-        """The object once it is in the hand, in the tool0 frame."""
-        return self.hold()
-
-    def contacts(self, qpos: Float[np.ndarray, "n dof"]) -> Contacts:
-        """What is touched, the object to be grasped left out."""
-        return blockers(self.world, self.robot, qpos, self.opening_m, self.own_id)
-
-    def free_when_lifted(self, qpos: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
-        """Whether nothing is touched with the object in the hand, however far it may reach."""
-        return ~collides(self.without_object, self.robot, qpos, self.width_m, attached=self.held.possible)
-
-    @cached_property
-    def without_object(self) -> CollisionWorld:
-        """The world once the object is in the hand, what it hid taken to be free."""
-        return self.world.without_object(self.own_id)
-
-    def hits_fixed(self, qpos: Float[np.ndarray, "n dof"]) -> bool:
-        """Whether table, bin or the robot itself is touched anywhere."""
-        return bool(np.any(static_contacts(self.world, self.robot, qpos, self.opening_m)))
-
-    def hits_robot_when_held(self, qpos: Float[np.ndarray, "n dof"]) -> bool:
-        """Whether what is seen of the object in the hand touches the robot anywhere."""
-        return bool(np.any(self_contacts(self.world, self.robot, qpos, self.width_m, self.held.seen)))
-
-
-def line_context(
-    robot: RobotDescription,
-    arrays: RobotArrays,
-    world: CollisionWorld,
-    opening_m: float,
-    own_id: int,
-    T_world_tcp: Float[np.ndarray, "4 4"],
-    width_m: float,
-    held_in_world: Callable[[], Held],
-) -> LineContext:
-    """The context of a grasp.
-
-    Args:
-        robot, arrays: the robot, also as `robot_arrays` gives it.
-        world: obstacles.
-        opening_m: of the gripper before it closes.
-        own_id: the object to be grasped.
-        T_world_tcp: the grasp, with the pads width_m apart; a width that the gripper has not is clipped.
-        width_m: of the closed gripper.
-        held_in_world: tells of the object where it lies, world frame.
-    """
-    width_m = float(np.clip(width_m, 0.0, robot.gripper.max_width_m))
-    T_world_tcp = T_world_tcp.astype(float)
-    T_world_tool0 = T_world_tcp @ invert(robot.gripper.T_tool0_tcp(width_m))
-    return LineContext(
-        arm=robot.arm,
-        robot=arrays,
-        world=world,
-        opening_m=opening_m,
-        own_id=own_id,
-        T_world_tool0=T_world_tool0,
-        approach_axis=T_world_tcp[:3, 2],
-        width_m=width_m,
-        hold=lambda: held_in_world().moved(invert(T_world_tool0)),
-    )
 
 
 def line_pairs(

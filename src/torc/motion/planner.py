@@ -12,7 +12,7 @@ from torc.motion.extent import held_where_it_lies
 from torc.motion.failure import NoMotionError
 from torc.motion.free_motions import FreeMotions
 from torc.motion.holding import Held
-from torc.motion.lines import LineContext, line_context
+from torc.motion.line_context import LineContext, line_context
 from torc.motion.protocol import PickRequest
 from torc.motion.straight_motions import StraightMotions
 from torc.motion.warm_up import use_kernels

@@ -9,7 +9,8 @@ from jaxtyping import Float
 from torc.motion.config import MotionConfig
 from torc.motion.failure import NoMotionError
 from torc.motion.following import follow_line
-from torc.motion.lines import LineContext, LinePair, has_lines, line_fault, line_pairs
+from torc.motion.line_context import LineContext
+from torc.motion.lines import LinePair, has_lines, line_fault, line_pairs
 from torc.motion.timing import time_line
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import ArmDescription
@@ -56,7 +57,7 @@ class StraightMotions:
             branches = self._branches(context, qpos_reported)[: config.max_rounds * config.max_branches]
         except NoMotionError:
             return False
-        few = 4
+        few = 4  # Mostly one of the first does.
         return any(has_lines(context, branches[i : i + few], config) for i in range(0, len(branches), few))
 
     def timed(self, context: LineContext, pair: LinePair) -> tuple[Trajectory, Trajectory]:

@@ -8,7 +8,7 @@ from torc.collision.checks import carved
 from torc.motion.config import MotionConfig
 from torc.motion.following import follow_line, line_poses
 from torc.motion.geometry import rounded_path
-from torc.motion.lines import LineContext
+from torc.motion.line_context import LineContext
 from torc.motion.queries import MotionQuery
 from torc.motion.smoothing import corner_blends, shortcut
 from torc.motion.space import free_space
