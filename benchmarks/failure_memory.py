@@ -12,7 +12,7 @@ fit is what is left to correct, about 0. Trials already in --out are not played 
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -50,20 +50,17 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
     """Play a trial and keep its tries, complete or not at all."""
     from torc.episode.events import Event, Executed, Planned, Started
     from torc.episode.loop import run_episode
+    from torc.episode.simulated import pick_parts, simulated_robot
     from torc.episode.steps import EpisodeConfig, EpisodeParts
-    from torc.motion.planner import OmplMotionPlanner
-    from torc.pipeline.defaults import default_pipeline
-    from torc.pipeline.failures import FailureConfig, failed_tries
+    from torc.pipeline.building import build_system
+    from torc.pipeline.failures import failed_tries
     from torc.records import PickOutcome, PickPlan
-    from torc.robots.loading import load_robot
     from torc.scenes.problem import load_problem
-    from torc.scenes.workspace import Workspace
-    from torc.sim.robot import SimulatedRobot
-    from torc.sim.world import build_world
+    from torc.specs.conditions import Conditions
     from torc.task_planning.registry import make_planner
 
-    problem, robot, workspace = load_problem(problem_name), load_robot(), Workspace()
-    pipeline = replace(default_pipeline(robot, workspace), failures=FailureConfig(log_odds=log_odds))
+    problem = load_problem(problem_name)
+    system = build_system(Conditions(settings={"failures.log_odds": log_odds}))
     tries: list[dict] = []
     history: tuple[PickOutcome, ...] = ()
     promised = 0.0
@@ -79,9 +76,9 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
                     tries.append({"p": promised, "failures": before, "delivered": outcome.as_felt.delivered})
                 history = (*history, outcome.as_felt)
 
-    with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
+    with simulated_robot(system, problem) as simulated:
         simulated.take_over()
-        parts = EpisodeParts(simulated, pipeline, make_planner(planner), OmplMotionPlanner(robot, workspace))
+        parts = EpisodeParts(pick_parts(system, simulated), make_planner(planner))
         started = Started(problem.name, planner, seed, problem.description, EpisodeConfig().max_picks)
         run_episode(parts, started, EpisodeConfig(seed=seed), [note])
     aside = path.with_suffix(".partial")

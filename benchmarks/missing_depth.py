@@ -30,19 +30,16 @@ from jaxtyping import Bool, Float32
 from processes import run_jobs
 from torc.episode.events import Event, Looked, Started
 from torc.episode.loop import run_episode
+from torc.episode.simulated import pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, EpisodeParts
-from torc.motion.planner import OmplMotionPlanner
 from torc.occlusion.volume import empty_volume
-from torc.pipeline.defaults import default_pipeline
+from torc.pipeline.building import build_system
 from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.report import hold_back_unlikely
 from torc.records import GraspStatus, Observation
-from torc.robots.loading import load_robot
 from torc.scenes.problem import load_problem
 from torc.scenes.problem_sets import select_problems
-from torc.scenes.workspace import Workspace
-from torc.sim.robot import SimulatedRobot
-from torc.sim.world import build_world
+from torc.specs.conditions import Conditions
 from torc.task_planning.registry import make_planner
 
 Damage = Callable[[Float32[np.ndarray, "h w"], np.random.Generator], Bool[np.ndarray, "h w"]]
@@ -67,17 +64,17 @@ class Args:
 
 def gather(problem_name: str, looks: int, directory: Path) -> str:
     """Play a trial and keep what its first looks saw, a file each; complete or not at all."""
-    problem, robot, workspace = load_problem(problem_name), load_robot(), Workspace()
+    problem, system = load_problem(problem_name), build_system(Conditions())
     seen: list[Observation] = []
 
     def note(event: Event) -> None:
         if isinstance(event, Looked):
             seen.append(event.look.observation)
 
-    with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
+    with simulated_robot(system, problem) as simulated:
         simulated.take_over()
-        pipeline, planner = default_pipeline(robot, workspace), make_planner("dg-select")
-        parts = EpisodeParts(simulated, pipeline, planner, OmplMotionPlanner(robot, workspace))
+        planner = make_planner("dg-select")
+        parts = EpisodeParts(pick_parts(system, simulated), planner)
         started = Started(problem.name, planner.name, 0, problem.description, looks)
         run_episode(parts, started, EpisodeConfig(max_picks=looks), [note])
     aside = directory.with_suffix(".partial")
@@ -161,8 +158,7 @@ class Row:
 
 def compare(frame: Path, path: Path) -> str:
     """Look at a frame, complete and damaged in every way, and keep the rows."""
-    robot, workspace = load_robot(), Workspace()
-    pipeline = default_pipeline(robot, workspace)
+    pipeline = build_system(Conditions()).pipeline
     with np.load(frame) as stored:
         observation = Observation(**stored)
     open_holes = replace(pipeline, occlusion=replace(pipeline.occlusion, hole_rad=0.0))

@@ -20,7 +20,7 @@ from torc.episode.steps import pick_request
 from torc.motion.planner import OmplMotionPlanner
 from torc.motion.protocol import PickRequest
 from torc.occlusion.volume import empty_volume
-from torc.pipeline.defaults import default_pipeline
+from torc.pipeline.building import build_pipeline
 from torc.pipeline.look import Look
 from torc.pipeline.seeding import stage_rng
 from torc.records import PickPlan
@@ -31,6 +31,7 @@ from torc.scenes.problem_sets import problem_names
 from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot
 from torc.sim.world import build_world
+from torc.specs.conditions import Conditions
 from torc.testing.motion_checker import PlanChecker
 
 
@@ -79,7 +80,7 @@ def requests(
 ) -> Iterator[PickRequest]:
     """A request for each graspable object of the scene, then of the scene without one of them, and so on."""
     rng = np.random.default_rng(seed)
-    pipeline = default_pipeline(robot, workspace)
+    pipeline = build_pipeline(Conditions(), robot, workspace)
     while len(problem.objects) > 1:
         with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
             observation = simulated.capture()

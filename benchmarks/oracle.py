@@ -46,14 +46,11 @@ def solve(problem_name: str, seed: int, budget: float, likely: bool) -> dict:
     from torc.episode.oracle.search import search
     from torc.episode.privileged import open_sandbox
     from torc.episode.steps import EpisodeConfig
-    from torc.motion.planner import OmplMotionPlanner
-    from torc.pipeline.defaults import default_pipeline
-    from torc.robots.loading import load_robot
+    from torc.pipeline.building import build_system
     from torc.scenes.problem import load_problem
-    from torc.scenes.workspace import Workspace
+    from torc.specs.conditions import Conditions
 
-    problem, robot, workspace = load_problem(problem_name), load_robot(), Workspace()
-    pipeline, motion = default_pipeline(robot, workspace), OmplMotionPlanner(robot, workspace)
+    problem, system = load_problem(problem_name), build_system(Conditions())
     config = EpisodeConfig(seed=seed)
     start, first = time.process_time(), []
 
@@ -61,7 +58,7 @@ def solve(problem_name: str, seed: int, budget: float, likely: bool) -> dict:
         if found.best is not None and not first:
             first.append(time.process_time() - start)
 
-    with open_sandbox(problem, robot, pipeline, motion, config) as sandbox:
+    with open_sandbox(problem, system, config) as sandbox:
         found = search(
             Branches(sandbox),
             sandbox.begin(),

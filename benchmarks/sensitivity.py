@@ -25,7 +25,6 @@ from torc.robots.execution import ExecutionConfig
 from torc.scenes.library import load_object
 from torc.scenes.models import CollisionPiece, ObjectModel, VisualMesh
 from torc.scenes.problem import Problem
-from torc.scenes.workspace import Workspace
 
 
 @dataclass(frozen=True)
@@ -137,16 +136,17 @@ def play(problem_name: str, planner: str, seed: int, name: str, path: Path) -> s
 def _played(problem_name: str, planner: str, seed: int, condition: Condition) -> dict[str, Any]:
     from torc.episode.events import Started
     from torc.episode.loop import run_episode
+    from torc.episode.simulated import pick_parts
     from torc.episode.steps import EpisodeConfig, EpisodeParts
-    from torc.motion.planner import OmplMotionPlanner
-    from torc.pipeline.defaults import default_pipeline
-    from torc.robots.loading import load_robot
+    from torc.pipeline.building import build_system
     from torc.scenes.problem import load_problem
     from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
     from torc.sim.world import build_world
+    from torc.specs.conditions import Conditions
     from torc.task_planning.registry import make_planner
 
-    robot, workspace, config = load_robot(), Workspace(), EpisodeConfig(seed=seed)
+    system = build_system(Conditions(noise=condition.noise))
+    robot, workspace, config = system.robot, system.workspace, EpisodeConfig(seed=seed)
     problem = scaled_problem(load_problem(problem_name), condition.scale, workspace.support_z_m)
     world = build_world(problem, robot, workspace, load_model=cache(_loader(condition)))
     for side in robot.pad_geom_names:
@@ -157,8 +157,7 @@ def _played(problem_name: str, planner: str, seed: int, condition: Condition) ->
     guards = ExecutionConfig() if condition.guard else ExecutionConfig(free_guard=None, approach_guard=None)
     with SimulatedRobot(world, SimulatedRobotConfig(execution=guards)) as simulated:
         simulated.take_over()
-        pipeline = default_pipeline(robot, workspace, noise=condition.noise)
-        parts = EpisodeParts(simulated, pipeline, make_planner(planner), OmplMotionPlanner(robot, workspace))
+        parts = EpisodeParts(pick_parts(system, simulated), make_planner(planner))
         started = Started(problem.name, planner, seed, problem.description, config.max_picks)
         result = run_episode(parts, started, config)
     tried = [o for o in result.outcomes if o.result.grasp_tried]

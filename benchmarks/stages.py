@@ -15,15 +15,12 @@ import tyro
 
 from torc.episode.events import Decided, Event, Executed, Looked, Planned, Started
 from torc.episode.loop import rehearse, run_episode
+from torc.episode.simulated import pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, EpisodeParts
-from torc.motion.planner import OmplMotionPlanner
-from torc.pipeline.defaults import default_pipeline
-from torc.robots.loading import load_robot
+from torc.pipeline.building import build_system
 from torc.scenes.problem import load_problem
 from torc.scenes.problem_sets import problem_names
-from torc.scenes.workspace import Workspace
-from torc.sim.robot import SimulatedRobot
-from torc.sim.world import build_world
+from torc.specs.conditions import Conditions
 from torc.task_planning.registry import make_planner
 
 
@@ -85,14 +82,13 @@ class Stopwatch:
 def main() -> None:
     """Run and print the table."""
     args = tyro.cli(Args)
-    robot, workspace, planner = load_robot(), Workspace(), make_planner("dg-select")
+    system, planner = build_system(Conditions()), make_planner("dg-select")
     watch, warm = Stopwatch(), False
     for seed in range(args.seeds):
         for problem in map(load_problem, problem_names("torc40")):
-            with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
+            with simulated_robot(system, problem) as simulated:
                 simulated.take_over()
-                motion = OmplMotionPlanner(robot, workspace)
-                parts = EpisodeParts(simulated, default_pipeline(robot, workspace), planner, motion)
+                parts = EpisodeParts(pick_parts(system, simulated), planner)
                 if not warm:
                     rehearse(parts)
                     warm = True

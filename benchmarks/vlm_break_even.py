@@ -234,11 +234,12 @@ def _completed(rows) -> list[dict]:
 
 def play(problem: str, planner: str, seed: int, out: Path, vlm: str | None = None) -> str:
     """Run one trial, with a planner that asks this VLM if one is named; returns a line that says how it went."""
-    from torc.episode.trial import TrialSpec, run_trial
+    from torc.episode.trial import run_trial
+    from torc.specs.trial import TrialSpec
     from torc.vlm.config import VlmConfig, parse_vlm
 
     config = None if vlm is None else VlmConfig(*parse_vlm(vlm))
-    trial = run_trial(TrialSpec(problem, planner, seed, vlm=config), out, say=lambda text: None)
+    trial = run_trial(TrialSpec.of(problem, planner, seed, vlm=config), out, say=lambda text: None)
     result = trial.result
     if result["status"] != "completed":
         return f"{out.name}: {result['status']}: {result.get('error', '')}"

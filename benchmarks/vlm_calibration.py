@@ -52,8 +52,9 @@ class Args:
 def gather(problem: str, seed: int, path: Path) -> str:
     """Play a trial of RANDOM, and keep the situations in which it decides."""
     from torc.episode.privileged import Simulation
-    from torc.episode.trial import TrialSpec, run_trial
+    from torc.episode.trial import run_trial
     from torc.episode.witness import Witness
+    from torc.specs.trial import TrialSpec
     from torc.task_planning.random_choice import RandomPlanner
     from torc.task_planning.relations import find_relations
     from torc.vlm.select import grasp_facts
@@ -75,7 +76,7 @@ def gather(problem: str, seed: int, path: Path) -> str:
             return super().decide(context, rng)
 
     watcher = Watcher()
-    spec = TrialSpec(problem, "random", seed)
+    spec = TrialSpec.of(problem, "random", seed)
     run_trial(spec, path.with_suffix(""), planner=watcher, listeners=[watcher.witness], say=lambda text: None)
     path.write_text(json.dumps(watcher.rows))
     return f"{path.stem}: {len(watcher.rows)} situations"

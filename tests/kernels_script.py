@@ -12,14 +12,16 @@ import numpy as np
 from torc.brain import decide_frame, load_frame, rehearse
 from torc.episode.loop import rehearse as rehearse_episode
 from torc.episode.pick_view import view_of
-from torc.episode.steps import EpisodeParts
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.steps import EpisodeParts, PickParts
+from torc.episode.trial import run_trial
 from torc.motion.config import MotionConfig
 from torc.motion.planner import OmplMotionPlanner, with_backend
-from torc.pipeline.defaults import default_pipeline
+from torc.pipeline.building import build_pipeline
 from torc.records import Observation
 from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
+from torc.specs.conditions import Conditions
+from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.testing.fake_episode import FakeRobot
 from torc.testing.kernels import all_signatures, compiled_since
@@ -30,17 +32,15 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
     robot, workspace = load_robot(), Workspace()
     shapes = random_clutter(np.random.default_rng(0), 9)
     motion = OmplMotionPlanner(robot, workspace)
-    planner = make_planner("dg-select")
-    rehearsal = rehearse_episode(
-        EpisodeParts(FakeRobot(robot, shapes), default_pipeline(robot, workspace), planner, motion)
-    )
+    planner, pipeline = make_planner("dg-select"), build_pipeline(Conditions(), robot, workspace)
+    rehearsal = rehearse_episode(EpisodeParts(PickParts(FakeRobot(robot, shapes), pipeline, motion), planner))
     view_of(rehearsal.context)
     rehearsed = all_signatures()
     announced: list[str] = []
     for spec in trials:
         problem, name, noise = spec.split(",")
         trial = run_trial(
-            TrialSpec(problem, name, noise=noise == "noise"),
+            TrialSpec.of(problem, name, noise=noise == "noise"),
             directory / spec,
             say=announced.append,
         )
@@ -53,9 +53,7 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
     decide_frame(frame, planner)
     decided = compiled_since(before)
     numba_search = OmplMotionPlanner(robot, workspace, with_backend(MotionConfig(), "numba"))
-    rehearse_episode(
-        EpisodeParts(FakeRobot(robot, shapes), default_pipeline(robot, workspace), planner, numba_search)
-    )
+    rehearse_episode(EpisodeParts(PickParts(FakeRobot(robot, shapes), pipeline, numba_search), planner))
     never = sorted(name for name, signatures in all_signatures().items() if not signatures)
     return {"played": played, "decided": decided, "announced": announced, "never": never}
 

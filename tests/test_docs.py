@@ -7,14 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from torc.cli.experiments import read_experiment
 from torc.cli.main import parse
 from torc.pipeline import warm_up
 from torc.pipeline.frames import directory_form, npz_form
 from torc.records import GraspStatus, PickResult, PlanningContext
 from torc.robots import schema
 from torc.scenes.problem import parse_problem
+from torc.stages import TASK_PLANNERS
 from torc.task_planning.graph import EdgeKind
-from torc.task_planning.registry import BUILT_IN
 from torc.testing.planner_conformance import check_planner
 from torc.testing.vlm_client_conformance import check_client
 from torc.vlm.simulated.profiles import PROFILES
@@ -49,7 +50,7 @@ def test_commands_are_understood(page):
 
 def test_the_page_on_planners_names_all_that_a_planner_meets():
     words = {f"`{field.name}`" for field in fields(PlanningContext)}
-    words |= {f"`{name}`" for name in BUILT_IN} | {f"*{kind.value}*" for kind in EdgeKind}
+    words |= {f"`{name}`" for name in TASK_PLANNERS.built_in} | {f"*{kind.value}*" for kind in EdgeKind}
     words |= {f"`{status.name}`" for status in GraspStatus} | {f"`{result.value}`" for result in PickResult}
     assert {w for w in words if w.lower() not in PLANNERS.lower()} == set()
 
@@ -130,3 +131,19 @@ def test_the_page_on_robots_names_every_field():
 def test_the_problem_on_the_page_is_one():
     (text,) = _blocks("problem_files.md", "yaml")
     assert parse_problem(text).target == "can"
+
+
+def test_the_code_on_the_pages_on_stages_and_workspaces_runs(beside_the_examples, capsys):
+    for page in ("stages.md", "workspaces.md"):
+        for code in _blocks(page, "python"):
+            exec(code, {})
+    assert _printed(capsys) == ["structured-01-dg-select-blob_perception.Blobs-0", "high camera 1.05"]
+
+
+def test_the_experiment_on_the_page_is_one(tmp_path):
+    (text,) = _blocks("stages.md", "yaml")
+    (tmp_path / "experiment.yaml").write_text(text)
+    found = read_experiment(tmp_path / "experiment.yaml")
+    assert found["sweep"] == ("occlusion.smooth_px=0,3",)
+    assert found["own_planners"][1] == ("dg-select", {"relations.closeness_m": 0.01})
+    assert found["conditions"].noise

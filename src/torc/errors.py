@@ -73,6 +73,10 @@ class VlmClientError(TorcError):
     """A VLM client, mostly a third party's, crashed or returned something that is no reply."""
 
 
+class PartError(TorcError):
+    """A camera, depth, perception or motion planner, mostly a third party's, crashed or returned something unusable."""
+
+
 class GraspPlannerError(TorcError):
     """A grasp planner, mostly a third party's, crashed or returned something that is no set of grasps."""
 

@@ -36,7 +36,7 @@ def played(tmp_path_factory) -> Path:
     human = root / "human" / "structured-01-human-anna-0"
     shutil.copytree(store.directory(spec.trials[0]), human)
     facts = json.loads((human / "spec.json").read_text())
-    facts |= {"planner": "human", "expert": "anna", "outside_view": True}
+    facts["planner"] |= {"name": "human", "expert": "anna", "outside_view": True}
     (human / "spec.json").write_text(json.dumps(facts))
     result = json.loads((human / "result.json").read_text())
     (human / "result.json").write_text(json.dumps({**result, "participant": False}))

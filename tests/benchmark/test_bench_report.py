@@ -81,7 +81,7 @@ def test_a_failure_links_to_the_pick_that_failed(played, page):
         if r.completed and not r.retrieved
     }
     found = set(re.findall(r'<a href="([^"]*)"><img', page))
-    assert len(found) == 5
+    assert len(found) == min(5, len(failed)) > 0
     assert found <= failed
 
 
@@ -172,7 +172,8 @@ def test_in_a_browser_without_network_the_first_screen_answers(report):
             assert box["y"] + box["height"] <= 720
         page.evaluate("Promise.all(Array.from(document.images).map(i => i.decode()))")
         sizes = page.evaluate("Array.from(document.images).map(i => i.naturalWidth)")
-        assert len(sizes) == len(FIGURES) + 5
+        failed = sum(r.completed and not r.retrieved for r in read_table(report.page.parent).rows)
+        assert len(sizes) == len(FIGURES) + min(5, failed)
         assert min(sizes) > 0
         assert page.evaluate("document.documentElement.scrollWidth") <= 1280
         browser.close()

@@ -16,6 +16,7 @@ from torc.benchmark.dispatch import Failure, FailureKind
 from torc.benchmark.local_pool import LocalPool, PoolConfig
 from torc.benchmark.reading import read_table
 from torc.benchmark.runner import run_missing
+from torc.benchmark.spec import planned
 from torc.benchmark.store import WORK, Store
 from torc.benchmark.table_files import trial_records
 from torc.errors import InputError
@@ -143,7 +144,8 @@ def test_other_planners_join_and_superseded_trials_do_not_count(tmp_path):
     from dataclasses import replace
 
     old = fake_spec(("random",))
-    new = replace(old, trials=tuple(replace(t, version="0.1") for t in old.trials))
+    trials = (planned(t.problem, t.planner, t.seed, old.around, "0.1") for t in old.trials)
+    new = replace(old, trials=tuple(trials))
     _play(tmp_path, new)
     table = read_table(tmp_path)
     assert len(table.rows) == 2 * len(old.trials)

@@ -8,7 +8,7 @@ import pytest
 
 from torc.benchmark.identity import problem_fingerprint
 from torc.benchmark.playing import Order, changed_part, play
-from torc.benchmark.spec import BenchPlanner, BenchProblem, Settings
+from torc.benchmark.spec import Around, BenchPlanner, BenchProblem
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint, forget_files
 from torc.robots.loading import own_source
@@ -16,6 +16,8 @@ from torc.robots.schema import EXAMPLE
 from torc.scenes.library import load_object
 from torc.scenes.object_files import save_object
 from torc.scenes.problem import load_problem, save_problem
+from torc.specs.conditions import Conditions
+from torc.specs.trial import PlannerSpec
 from torc.testing.fake_bench import fake_spec
 
 PARTS = """
@@ -36,15 +38,13 @@ def planned(tmp_path, monkeypatch):
     parts.write_text(PARTS)
     shutil.copytree(EXAMPLE.parent, robot.parent)
     source = file_fingerprint(parts)
-    settings = Settings(
-        robot=str(robot),
-        robot_source=own_source(str(robot)),
-        grasps="parts_that_change:Grasps",
-        grasps_source=source,
+    around = Around(
+        Conditions(robot=str(robot), grasps="parts_that_change:Grasps"),
+        {"robot": own_source(str(robot)), "grasps": source},
     )
-    planner = BenchPlanner("parts_that_change:Decides", source=source)
+    planner = BenchPlanner(PlannerSpec("parts_that_change:Decides"), source=source)
     forget_files()
-    return replace(fake_spec().trials[0], planner=planner, settings=settings), parts, robot
+    return replace(fake_spec().trials[0], planner=planner, around=around), parts, robot
 
 
 def test_nothing_has_changed(planned):
@@ -56,9 +56,9 @@ def test_a_file_that_was_changed_before_it_was_imported_is_named(planned, tmp_pa
     trial, parts, _ = planned
     parts.write_text(PARTS + "# changed")
     assert changed_part(trial) == "planner 'parts_that_change:Decides'"
-    shipped = replace(trial, planner=BenchPlanner("random"))
-    assert changed_part(shipped) == "grasp planner 'parts_that_change:Grasps'"
-    with pytest.raises(InputError, match="grasp planner 'parts_that_change:Grasps' has changed since"):
+    shipped = replace(trial, planner=BenchPlanner(PlannerSpec("random")))
+    assert changed_part(shipped) == "grasps 'parts_that_change:Grasps'"
+    with pytest.raises(InputError, match="grasps 'parts_that_change:Grasps' has changed since"):
         play(Order(shipped, "structured-04", tmp_path / "work"))
     assert not (tmp_path / "work").exists()
 
@@ -89,7 +89,7 @@ def test_a_problem_whose_own_objects_were_changed_is_not_played(tmp_path, monkey
     problem = replace(problem, name="with-mine", objects=(replace(first, model="my_mug"), *others))
     save_problem(problem, tmp_path / "with-mine.yaml")
     planned = BenchProblem("with-mine", "structured", problem_fingerprint(problem), shipped=False)
-    trial = replace(fake_spec().trials[0], problem=planned, planner=BenchPlanner("random"))
+    trial = replace(fake_spec().trials[0], problem=planned, planner=BenchPlanner(PlannerSpec("random")))
     assert problem_fingerprint(load_problem(str(tmp_path / "with-mine.yaml"))) == planned.digest
     save_object(replace(mine, mass_kg=2.0), tmp_path / "objects" / "my_mug", overwrite=True)
     with pytest.raises(InputError, match=r"'with-mine', or an object of your own .* has changed since"):

@@ -13,6 +13,8 @@ from torc.benchmark.ranking import rank
 from torc.benchmark.report.content import ranking_table, references_table
 from torc.benchmark.report.verdict import verdict
 from torc.benchmark.rows import Table, TrialRow
+from torc.specs.files import from_plain
+from torc.specs.trial import PlannerSpec
 
 GOOD = [[3, 4], [2, 3], [4, 4], [3, 2], [5, 4], [2, 2], [3, 3], [4, 5], [3, 3], [2, 4]]
 WORSE = [[n + 3 for n in seeds] for seeds in GOOD]
@@ -149,9 +151,9 @@ def test_of_trials_that_say_nothing_the_name_tells():
 
 
 def test_what_a_trial_says_counts_and_an_expert_of_old_saw_the_outside():
-    new = {"outside_view": False}
-    assert not participated("mine:Planner", new, {"participant": False})
-    assert participated("oracle", new, {"participant": True})
-    assert participated("human ada", new, {"participant": True})
-    assert not participated("human ada", {}, {"participant": True})
-    assert not participated("oracle", {}, {})
+    assert not participated(PlannerSpec("mine:Planner"), {"participant": False})
+    assert participated(PlannerSpec("oracle"), {"participant": True})
+    assert participated(PlannerSpec("human", expert="ada"), {"participant": True})
+    old = from_plain({"problem": "structured-01", "planner": "human", "expert": "ada"}, "here").spec.planner
+    assert not participated(old, {"participant": True})
+    assert not participated(PlannerSpec("oracle"), {})

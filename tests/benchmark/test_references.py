@@ -8,8 +8,9 @@ from torc.benchmark.ranking import rank
 from torc.benchmark.reading import read_table
 from torc.benchmark.report.content import ranking_table, references_table
 from torc.benchmark.report.verdict import verdict
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.trial import run_trial
 from torc.records import Decision
+from torc.specs.trial import TrialSpec
 
 
 class Honest:
@@ -40,7 +41,7 @@ def played(tmp_path_factory):
     """A directory with a trial of each."""
     root = tmp_path_factory.mktemp("played")
     for planner in (Cheat, Honest):
-        spec = TrialSpec("structured-04", f"{__name__}:{planner.__name__}", max_picks=1)
+        spec = TrialSpec.of("structured-04", f"{__name__}:{planner.__name__}", max_picks=1)
         run_trial(spec, root / planner.name, say=lambda text: None)
     return root
 

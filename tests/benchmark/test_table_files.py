@@ -12,13 +12,15 @@ from torc.benchmark.reading import read_table, read_tables
 from torc.benchmark.report.content import difficulty_table
 from torc.benchmark.report.writing import write_report
 from torc.benchmark.runner import run_missing
-from torc.benchmark.spec import BenchPlanner, BenchProblem, Settings, make_spec
+from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, make_spec
 from torc.benchmark.store import Store
 from torc.benchmark.table_files import PICKS_FILE, TRIALS_FILE, read_rows, write_tables
 from torc.errors import InputError
 from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty
 from torc.scenes.problem import load_problem
+from torc.specs.conditions import Conditions
+from torc.specs.trial import PlannerSpec
 from torc.testing.fake_bench import InlineBackend, play_quickly
 
 
@@ -91,9 +93,9 @@ def _store(root, names, share, seeds, noise=False):
         problems[name] = replace(load_problem("structured-04"), name=name, origin=stated.facts())
     spec = make_spec(
         [BenchProblem(name, "structured", f"{share}", shipped=False) for name in names],
-        [BenchPlanner("random")],
+        [BenchPlanner(PlannerSpec("random"))],
         range(seeds),
-        Settings(noise=noise),
+        Around(Conditions(noise=noise)),
         "0.0",
     )
     store = Store(root)
@@ -114,14 +116,19 @@ def test_problems_of_which_no_trial_counts_are_not_described(tmp_path):
         assert difficulty_table(both).rows[0][1] == "1"
 
 
+def _rewrite(path, sources=None, **conditions):
+    """Changes conditions in a trial's spec.json."""
+    facts = json.loads(path.read_text())
+    facts["conditions"] |= conditions
+    path.write_text(json.dumps({**facts, "sources": sources or {}}))
+
+
 def test_trials_under_other_conditions_are_left_out(played, tmp_path):
     here = tmp_path / "here"
     for number, trial in enumerate(sorted(played.glob("trials/*-random-*"))[:6]):
         shutil.copytree(trial, here / str(number))
-    robot = {"robot": "there/mine.yaml", "robot_source": "0123456789"}
-    for number, other in ((1, {"noise": True}), (4, robot)):
-        facts = json.loads((here / str(number) / "spec.json").read_text())
-        (here / str(number) / "spec.json").write_text(json.dumps({**facts, **other}))
+    _rewrite(here / "1" / "spec.json", noise=True)
+    _rewrite(here / "4" / "spec.json", {"robot": "0123456789"}, robot="there/mine.yaml")
     table = read_table(here)
     assert {r.directory.name for r in table.rows} == {"0", "2", "3", "5"}
     assert table.conditions == ""
@@ -133,10 +140,7 @@ def test_trials_under_other_conditions_are_left_out(played, tmp_path):
     both = read_tables([here, played])
     assert not both.conditions
     for number in "023":
-        facts = json.loads((here / number / "spec.json").read_text())
-        (here / number / "spec.json").write_text(
-            json.dumps({**facts, "robot": "elsewhere/mine.yaml", **robot})
-        )
+        _rewrite(here / number / "spec.json", {"robot": "0123456789"}, robot="elsewhere/mine.yaml")
     most = read_table(here)
     assert most.conditions == "robot mine (01234567)"
     assert {r.directory.name for r in most.rows} == {"0", "2", "3", "4"}
@@ -207,8 +211,7 @@ def test_what_is_left_out_does_not_depend_on_how_trials_are_spread(played, tmp_p
     ):  # most of the first directory's trials have no noise, most of all have
         noise, where = number >= 2, tmp_path / ("a" if number < 3 else "b") / str(number)
         shutil.copytree(trial, where)
-        facts = json.loads((where / "spec.json").read_text())
-        (where / "spec.json").write_text(json.dumps({**facts, "noise": noise}))
+        _rewrite(where / "spec.json", noise=noise)
     both = read_tables([tmp_path / "a", tmp_path / "b"])
     assert {row.directory.name for row in both.rows} == {"2", "3", "4", "5"}
     assert both.conditions == "noise"

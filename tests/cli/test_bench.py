@@ -225,6 +225,29 @@ def test_ones_own_robot_and_grasp_planner_count_with_what_is_in_their_files(benc
     assert "grasps some_grasps:Mine there, geometric now" in err
 
 
+def test_settings_are_compared_as_planners_are(bench, tmp_path):
+    code, _, err = bench("--planners", "random", "--repeats", 1, "--sweep", "occlusion.smooth_px=0,3")
+    assert code == 0
+    assert "4 trials, 0 complete already, 4 to play now." in err
+    table = read_table(tmp_path / "out")
+    assert table.planners == ("random {smooth_px=0}", "random {smooth_px=3}")
+    assert {len(table.completed(planner)) for planner in table.planners} == {2}
+    assert (
+        "0 to play now"
+        in bench("--planners", "random", "--repeats", 1, "--sweep", "occlusion.smooth_px=0")[2]
+    )
+    code, _, err = bench("--planners", "random", "--sweep", "occlusion.smooth_px=4", out=tmp_path / "other")
+    assert (code, (tmp_path / "other").exists()) == (2, False)
+    assert "must be 0, 3 or 5" in err
+
+
+def test_an_experiment_is_played_from_its_file(bench, tmp_path, capsys):
+    (tmp_path / "e.yaml").write_text("problems: structured-04\nplanners: [random]\nrepeats: 2\n")
+    code, _, err = run_torc("bench", tmp_path / "e.yaml", "--out", tmp_path / "out", capsys=capsys)
+    assert code == 0
+    assert "2 trials, 0 complete already, 2 to play now." in err
+
+
 def test_problems_that_were_made_for_another_robot_are_hinted_at(bench, tmp_path):
     origin = {"robot": "my_robot", "robot_source": "a1"}
     for name, facts in (("theirs", {}), ("mine", origin)):
@@ -246,14 +269,14 @@ def test_a_grasp_planner_that_cannot_be_made_is_refused_and_later_goes_on(bench,
     def again():
         return bench("--planners", "random", "--repeats", 1, "--grasps", "a_grasp:Mine")
 
-    bench.failures["grasps"] = Failure(kind, "It went wrong.")
+    bench.failures["conditions-0"] = Failure(kind, "It went wrong.")
     code, _, err = again()
     assert code == 2
-    assert "The grasp planner 'a_grasp:Mine' cannot be made: It went wrong." in err
+    assert "The parts around the planners cannot be made: It went wrong." in err
     assert not (tmp_path / "out").exists()
     bench.failures.clear()
     assert "0 complete already, 2 to play now" in again()[2]
-    bench.failures["grasps"] = Failure(kind, "It went wrong.")
+    bench.failures["conditions-0"] = Failure(kind, "It went wrong.")
     assert again()[0] == 2
     bench.failures.clear()
     assert "2 complete already, 0 to play now" in again()[2]

@@ -5,7 +5,7 @@ import json
 import pytest
 from torc_command import run_torc
 
-from torc.episode.trial import TrialSpec
+from torc.specs.trial import TrialSpec
 from torc.testing.fake_episode import ScriptedPlanner
 from torc.testing.fake_trial import play_fake_trial
 
@@ -13,7 +13,7 @@ from torc.testing.fake_trial import play_fake_trial
 @pytest.fixture(scope="module")
 def trial(tmp_path_factory):
     directory = tmp_path_factory.mktemp("runs") / "boxes"
-    play_fake_trial(TrialSpec("boxes", "scripted"), directory, ScriptedPlanner([1, 0]))
+    play_fake_trial(TrialSpec.of("boxes", "scripted"), directory, ScriptedPlanner([1, 0]))
     return directory
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from torc_command import run_torc
 
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.trial import run_trial
+from torc.specs.trial import TrialSpec
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 
 PLAN = '{"plan": [{"action": "remove", "input": 2}]}'
@@ -112,7 +113,7 @@ def test_an_unknown_robot_is_refused_before_any_work(command, tmp_path, monkeypa
 def test_a_trial_with_a_broken_part_is_errored_and_one_with_none_is_not_begun(theirs, tmp_path, capsys):
     broken = theirs("plan(self, scene, volume, rng)", "return 1 / 0")
     trial = run_trial(
-        TrialSpec("structured-04", "random", grasps=broken), tmp_path / "a", say=lambda text: None
+        TrialSpec.of("structured-04", "random", grasps=broken), tmp_path / "a", say=lambda text: None
     )
     assert trial.result["status"] == "errored"
     assert "Grasp planner Theirs" in trial.result["error"]

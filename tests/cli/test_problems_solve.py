@@ -20,8 +20,8 @@ def answer(monkeypatch):
     )
     given = {"solved": True, "asked": []}
 
-    def solve(problem, robot, workspace, seed, budget, *, max_picks, say):
-        given["asked"].append((problem.name, seed, budget, max_picks))
+    def solve(problem, system, seed, budget, *, say):
+        given["asked"].append((problem.name, seed, budget, system.conditions.max_picks))
         say("oracle: at it")
         picks, proved = (foreseen, True) if given["solved"] else ((), False)
         return OracleAnswer(problem.name, seed, budget, given["solved"], picks, 1, proved, 2, 2, 4, 9)

@@ -9,7 +9,7 @@ import urllib.request
 import pytest
 from torc_command import run_torc
 
-from torc.episode.trial import TrialSpec
+from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.testing.fake_trial import play_fake_trial
 
@@ -82,7 +82,7 @@ class _Served:
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
 def test_view_serves_until_ctrl_c_and_asks_for_a_token_where_others_reach_it(tmp_path, host):
-    play_fake_trial(TrialSpec("boxes", "random"), tmp_path / "boxes", make_planner("random"))
+    play_fake_trial(TrialSpec.of("boxes", "random"), tmp_path / "boxes", make_planner("random"))
     with _Served("view", tmp_path, "--host", host) as served:
         where = served.address()
         assert ("token=" in where) == (host != "127.0.0.1")

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.episode.event_log import event_line, result_facts, without_seconds
 from torc.episode.events import Ended, Looked, Started
+from torc.episode.log_writing import log_line, result_facts, without_seconds
 from torc.episode.loop import run_episode
 from torc.episode.recorder import TrialRecorder
 from torc.episode.state import EndReason
-from torc.episode.steps import EpisodeConfig, EpisodeParts
+from torc.episode.steps import EpisodeConfig, EpisodeParts, PickParts
 from torc.errors import InputError, PlannerError
 from torc.geometry.transforms import make_pose
 from torc.grasping.planner import GeometricGraspPlanner
@@ -45,9 +45,8 @@ def play(robot):
         workspace = Workspace()
         grasps = grasps or GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
         pipeline = Pipeline(LabelPerception(), grasps, robot.gripper, workspace)
-        parts = EpisodeParts(
-            FakeRobot(robot, shapes, results), pipeline, planner, FakeMotionPlanner(impossible)
-        )
+        picking = PickParts(FakeRobot(robot, shapes, results), pipeline, FakeMotionPlanner(impossible))
+        parts = EpisodeParts(picking, planner)
         started = Started("test", planner.name, 0, "the box", max_picks)
         return run_episode(parts, started, EpisodeConfig(max_picks=max_picks), listeners)
 
@@ -92,7 +91,7 @@ def test_log_is_json_and_the_same_again(play):
         play(make_planner("random"), listeners=[events.append])
         assert isinstance(events[0], Started)
         assert isinstance(events[-1], Ended)
-        logs.append([json.dumps(without_seconds(event_line(e))) for e in events])
+        logs.append([json.dumps(without_seconds(log_line(e))) for e in events])
     assert logs[0] == logs[1]
 
 

@@ -2,10 +2,11 @@
 
 import pytest
 
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.trial import run_trial
 from torc.scenes.library import load_object
 from torc.scenes.problem import ObjectPlacement, Problem, save_problem
 from torc.scenes.workspace import Workspace
+from torc.specs.trial import TrialSpec
 from torc.testing.grippers import write_slides
 
 TABLE_Z = Workspace().support_z_m
@@ -23,7 +24,7 @@ def test_a_trial_with_another_gripper_retrieves_the_target(max_width_m, tmp_path
     save_problem(
         Problem("own", "structured", "the soup can", "soup_can_red", placements), tmp_path / "own.yaml"
     )
-    spec = TrialSpec(str(tmp_path / "own.yaml"), "random", robot=str(robot), max_picks=3)
+    spec = TrialSpec.of(str(tmp_path / "own.yaml"), "random", robot=str(robot), max_picks=3)
     result = run_trial(spec, tmp_path / "trial", say=lambda text: None).result
     assert result["status"] == "completed", result
     assert result["retrieved"]

@@ -9,7 +9,7 @@ from PIL import Image
 from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.trial import run_trial
 from torc.scenes.importing import MeshOptions, read_mesh
 from torc.scenes.importing.storing import add_object
 from torc.scenes.library import load_object
@@ -17,6 +17,7 @@ from torc.scenes.problem import ObjectPlacement, Problem, save_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.rendering import render_view
 from torc.sim.world import build_world
+from torc.specs.trial import TrialSpec
 
 TABLE_Z = Workspace().support_z_m
 
@@ -64,7 +65,7 @@ def test_imported_objects_are_seen_cleared_away_and_fetched(tmp_path: Path) -> N
     red = (picture[..., 0] > 90) & (picture[..., 1] < 0.3 * picture[..., 0])
     assert red.mean() > 0.02
 
-    spec = TrialSpec(str(tmp_path / "own.yaml"), "dg-select", seed=0, max_picks=6)
+    spec = TrialSpec.of(str(tmp_path / "own.yaml"), "dg-select", seed=0, max_picks=6)
     result = run_trial(spec, tmp_path / "trial", say=lambda _: None).result
     assert (result["status"], result["retrieved"], result["drops"]) == ("completed", True, 0)
     assert 2 <= result["picks"] <= 4

@@ -5,18 +5,17 @@ from typing import ClassVar
 
 import pytest
 
-from torc.episode.event_log import event_line, without_seconds
 from torc.episode.events import Executed, Looked
+from torc.episode.log_writing import log_line, without_seconds
 from torc.episode.planners import make_trial_planner
 from torc.episode.privileged import PrivilegedPlanner, open_sandbox
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.trial import run_trial
 from torc.errors import UnknownNameError
-from torc.motion.planner import OmplMotionPlanner
-from torc.pipeline.defaults import default_pipeline
-from torc.robots.loading import load_robot
+from torc.pipeline.building import build_system
 from torc.scenes.problem import load_problem
-from torc.scenes.workspace import Workspace
+from torc.specs.conditions import Conditions
+from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 
 PROBLEM, SEED, PICKS = "structured-04", 1, 2
@@ -40,19 +39,21 @@ class Spy:
 
 @pytest.fixture(scope="module")
 def sandbox():
-    robot, workspace = load_robot(), Workspace()
-    pipeline, motion = default_pipeline(robot, workspace), OmplMotionPlanner(robot, workspace)
-    with open_sandbox(load_problem(PROBLEM), robot, pipeline, motion, EpisodeConfig(PICKS, SEED)) as sandbox:
+    system = build_system(Conditions())
+    with open_sandbox(load_problem(PROBLEM), system, EpisodeConfig(PICKS, SEED)) as sandbox:
         yield sandbox
 
 
 def _digest(look):
-    return event_line(Looked(0, look, 0.0, None))["digest"]
+    return log_line(Looked(0, look, 0.0, None))["digest"]
 
 
 def _trial(planner, directory, listeners=()):
     trial = run_trial(
-        TrialSpec(PROBLEM, planner, SEED, PICKS), directory, listeners=listeners, say=lambda text: None
+        TrialSpec.of(PROBLEM, planner, SEED, max_picks=PICKS),
+        directory,
+        listeners=listeners,
+        say=lambda text: None,
     )
     lines = (trial.directory / "events.jsonl").read_text().splitlines()
     return [without_seconds(json.loads(line)) for line in lines]

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from torc.episode.event_log import without_seconds
+from torc.episode.log_writing import without_seconds
 from torc.episode.planners import make_trial_planner
 from torc.episode.privileged import Privileged, Truth
 from torc.episode.progress import TerminalProgress
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.trial import run_trial
 from torc.episode.witness import Witness, situation_of
 from torc.errors import InputError, UnknownNameError
 from torc.sim.visibility import Visibility
+from torc.specs.trial import TrialSpec
 from torc.testing import contexts
 from torc.testing.fake_vlm import ScriptedVlm
 from torc.vlm.cache import CacheConfig, CacheMode
@@ -66,14 +67,14 @@ def test_planners_stay_unprivileged_and_without_a_trial_nothing_is_told():
 def test_a_trial_says_everywhere_that_its_vlm_is_simulated(tmp_path):
     text = io.StringIO()
     console = Console(file=text, width=200)
-    spec = TrialSpec("structured-04", "vlm-select", seed=3, max_picks=1, vlm=POOR)
+    spec = TrialSpec.of("structured-04", "vlm-select", seed=3, max_picks=1, vlm=POOR)
     with console.status("") as status:
         trial = run_trial(spec, tmp_path / "a", listeners=[TerminalProgress(console, status)], say=_silent)
     assert trial.result["status"] == "completed"
     assert trial.result["vlm"] == "simulated:poor"
     assert trial.result["participant"] is False
     assert trial.result["simulated_vlm"] == asdict(PROFILES["poor"])
-    assert json.loads((tmp_path / "a" / "spec.json").read_text())["vlm"]["provider"] == "simulated"
+    assert json.loads((tmp_path / "a" / "spec.json").read_text())["planner"]["vlm"]["provider"] == "simulated"
     assert "simulated" in spec.default_name
     assert text.getvalue().count("simulated:poor") >= 2  # who asks whom, and why this object
     log = _log(tmp_path / "a")
@@ -87,12 +88,14 @@ def test_a_trial_says_everywhere_that_its_vlm_is_simulated(tmp_path):
 @pytest.mark.slow
 def test_looking_up_the_truth_disturbs_nothing(tmp_path):
     """With the replies from a cache the trial goes as it went when the truth was looked up for them."""
-    spec = TrialSpec("structured-04", "vlm-select", seed=3, max_picks=3, vlm=POOR)
+    spec = TrialSpec.of("structured-04", "vlm-select", seed=3, max_picks=3, vlm=POOR)
     directory = tmp_path / "cache"
     for out, mode in (("a", CacheMode.RECORD), ("b", CacheMode.REPLAY)):
         run_trial(spec, tmp_path / out, vlm_cache=CacheConfig(directory, mode), say=_silent)
     assert _log(tmp_path / "a") == _log(tmp_path / "b")
-    plain = run_trial(TrialSpec("structured-04", "random", seed=3, max_picks=1), tmp_path / "c", say=_silent)
+    plain = run_trial(
+        TrialSpec.of("structured-04", "random", seed=3, max_picks=1), tmp_path / "c", say=_silent
+    )
     assert _log(tmp_path / "c")[1] == _log(tmp_path / "a")[1]
     assert plain.result["participant"] is True
     assert plain.result["vlm"] is None
@@ -101,7 +104,7 @@ def test_looking_up_the_truth_disturbs_nothing(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["vlm-select", "vlm-grasps", "vlm-fixes-dg"])
 def test_the_same_trial_gives_the_same_log(tmp_path, name):
-    spec = TrialSpec("structured-04", name, seed=1, max_picks=4, vlm=VlmConfig("simulated", "0.6"))
+    spec = TrialSpec.of("structured-04", name, seed=1, max_picks=4, vlm=VlmConfig("simulated", "0.6"))
     logs = []
     for run in "ab":
         assert run_trial(spec, tmp_path / run, say=_silent).result["status"] == "completed"
@@ -110,7 +113,7 @@ def test_the_same_trial_gives_the_same_log(tmp_path, name):
 
 
 def test_a_profile_that_is_unknown_is_refused_before_anything_is_run(tmp_path):
-    spec = TrialSpec("structured-04", "vlm-select", vlm=VlmConfig("simulated", "perfct"))
+    spec = TrialSpec.of("structured-04", "vlm-select", vlm=VlmConfig("simulated", "perfct"))
     with pytest.raises(UnknownNameError, match="Did you mean 'perfect'"):
         run_trial(spec, tmp_path / "a", say=_silent)
     assert list(tmp_path.iterdir()) == []

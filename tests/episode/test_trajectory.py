@@ -7,11 +7,12 @@ import av
 import numpy as np
 import pytest
 
-from torc.episode.event_log import without_seconds
+from torc.episode.log_writing import without_seconds
 from torc.episode.trajectory import CAMERA, FPS, TRAJECTORY, RecordedMotion, load_motion
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.records.serialization import save_record
+from torc.specs.trial import TrialSpec
 
 
 def _motion(n=4):
@@ -42,7 +43,7 @@ def test_a_motion_comes_back_as_it_went_and_damaged_ones_are_refused(tmp_path):
 
 @pytest.mark.slow
 def test_it_shows_the_trial_and_does_not_change_it(tmp_path, robot):
-    spec = TrialSpec("structured-04", "dg-select", seed=3, max_picks=1)
+    spec = TrialSpec.of("structured-04", "dg-select", seed=3, max_picks=1)
     logs = []
     for name, filmed in (("plain", False), ("filmed", True)):
         trial = run_trial(spec, tmp_path / name, trajectory=filmed, say=lambda text: None)

@@ -8,13 +8,14 @@ from dataclasses import replace
 
 import pytest
 
-from torc.episode.event_log import without_seconds
 from torc.episode.events import Decided, Looked
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.log_writing import without_seconds
+from torc.episode.trial import run_trial
 from torc.errors import InputError, PhysicsError
 from torc.scenes.problem import load_problem, save_problem
+from torc.specs.trial import TrialSpec
 
-SPEC = TrialSpec("structured-04", "dg-select", seed=3, max_picks=3)
+SPEC = TrialSpec.of("structured-04", "dg-select", seed=3, max_picks=3)
 
 
 def _silent(text: str) -> None:
@@ -49,7 +50,7 @@ def test_same_trial_same_log_also_in_another_process(tmp_path):
 
 def test_another_seed_or_sensor_noise_makes_another_log(tmp_path):
     for name, seed, noise in (("a", 0, False), ("b", 1, False), ("c", 0, True)):
-        spec = TrialSpec("structured-04", "random", seed, max_picks=1, noise=noise)
+        spec = TrialSpec.of("structured-04", "random", seed, max_picks=1, noise=noise)
         run_trial(spec, tmp_path / name, say=_silent)
     digests = {_log(tmp_path / name)[1]["digest"] for name in "abc"}
     assert len(digests) == 3
@@ -83,7 +84,7 @@ def test_what_breaks_is_errored_never_a_failed_retrieval(tmp_path, error):
 
 def test_nothing_is_written_for_a_problem_that_is_not_there(tmp_path):
     with pytest.raises(InputError):
-        run_trial(TrialSpec("no-such-problem", "random"), tmp_path / "trial", say=_silent)
+        run_trial(TrialSpec.of("no-such-problem", "random"), tmp_path / "trial", say=_silent)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -95,7 +96,10 @@ def test_a_scene_or_a_robot_that_cannot_be_used_is_bad_input_and_leaves_nothing(
     tilted = [replace(o, wxyz=(0.92, 0.39, 0.0, 0.0)) if o.name == problem.target else o for o in hung_up]
     edge = tmp_path / "edge.yaml"
     save_problem(replace(problem, objects=tuple(tilted)), edge)
-    for spec in (TrialSpec(str(edge), "random"), TrialSpec("structured-04", "random", robot="no_such_robot")):
+    for spec in (
+        TrialSpec.of(str(edge), "random"),
+        TrialSpec.of("structured-04", "random", robot="no_such_robot"),
+    ):
         with pytest.raises(InputError):
             run_trial(spec, tmp_path / "trial", say=_silent)
         assert [p.name for p in tmp_path.iterdir()] == ["edge.yaml"]
@@ -116,7 +120,7 @@ def test_only_trials_are_replaced(tmp_path):
 def test_a_problem_for_another_robot_is_played_with_a_hint(tmp_path):
     origin = {"robot": "my_robot", "robot_source": "a1"}
     save_problem(replace(load_problem("structured-04"), origin=origin), tmp_path / "other.yaml")
-    spec, said = TrialSpec(str(tmp_path / "other.yaml"), "random", max_picks=1), []
+    spec, said = TrialSpec.of(str(tmp_path / "other.yaml"), "random", max_picks=1), []
 
     def stop(event):
         raise KeyboardInterrupt
@@ -144,7 +148,7 @@ def test_video_plays(tmp_path):
     import av
 
     trial = run_trial(
-        TrialSpec("structured-04", "dg-select", max_picks=1), tmp_path / "trial", video=True, say=_silent
+        TrialSpec.of("structured-04", "dg-select", max_picks=1), tmp_path / "trial", video=True, say=_silent
     )
     with av.open(str(trial.directory / "video.mp4")) as container:
         frames = sum(1 for _ in container.decode(video=0))

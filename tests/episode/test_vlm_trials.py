@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from torc.episode.event_log import without_seconds
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.log_writing import without_seconds
+from torc.episode.trial import run_trial
 from torc.errors import InputError
+from torc.specs.trial import TrialSpec
 from torc.testing.vlm_server import FakeVlmServer
 from torc.testing.vlm_wire_formats import Fail, Say
 from torc.vlm.cache import CacheConfig, CacheMode
@@ -16,7 +17,7 @@ from torc.vlm.config import VlmConfig
 from torc.vlm.keys import OWN_SERVER_VARIABLE
 
 KEY = "key-of-these-tests-0123456789"
-SPEC = TrialSpec("structured-04", "vlm-select", seed=3, max_picks=1)
+SPEC = TrialSpec.of("structured-04", "vlm-select", seed=3, max_picks=1)
 
 
 @pytest.fixture(autouse=True)
@@ -56,7 +57,7 @@ def test_a_trial_is_recorded_and_replays_without_a_server(tmp_path, monkeypatch)
     assert first.result["outcomes"] == ["no valid choice"]
     assert len(images) == 3
     _assert_no_secret(tmp_path, images)
-    assert json.loads((tmp_path / "a" / "spec.json").read_text())["vlm"]["model"] == "some-model"
+    assert json.loads((tmp_path / "a" / "spec.json").read_text())["planner"]["vlm"]["model"] == "some-model"
     monkeypatch.delenv(OWN_SERVER_VARIABLE)
     replay = replace(cache, mode=CacheMode.REPLAY)
     run_trial(spec, tmp_path / "b", vlm_cache=replay, say=_silent)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from torc.episode.trial import TrialSpec
 from torc.records import PickOutcome, PickResult
+from torc.specs.trial import TrialSpec
 from torc.testing.fake_episode import ScriptedPlanner
 from torc.testing.fake_trial import play_fake_trial
 
@@ -26,7 +26,7 @@ def trials(tmp_path_factory):
     root = tmp_path_factory.mktemp("trials")
 
     def play(name, problem, choices, results=(), max_picks=5):
-        spec = TrialSpec(problem, name, seed=4, max_picks=max_picks)
+        spec = TrialSpec.of(problem, name, seed=4, max_picks=max_picks)
         play_fake_trial(spec, root / problem / name, _Named(name, choices), results=results)
 
     play("oracle", "boxes", [1, 0])

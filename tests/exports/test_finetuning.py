@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from torc.episode.trial_lines import Blocking, LookedLine, SeenObject
+from torc.episode.log_lines import Blocking, LookedLine, SeenObject
 from torc.errors import InputError
 from torc.exports.answers import thoughts
 from torc.exports.exporting import ExportSpec, export_trials

@@ -3,14 +3,13 @@
 import pytest
 from generation_configs import SMALL
 
+from torc.generation.batch import inspector_for
 from torc.generation.generator import generate_problem
-from torc.generation.inspection import Inspector
-from torc.robots.loading import load_robot
 
 
 @pytest.fixture(scope="session")
 def inspector():
-    return Inspector(load_robot())
+    return inspector_for()
 
 
 @pytest.fixture(scope="session")

@@ -19,13 +19,14 @@ from torc.generation.config import (
     generator_version,
 )
 from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem, is_made_from
-from torc.generation.inspection import SceneView
+from torc.generation.inspection import Inspector, SceneView
 from torc.generation.rejections import Reason
 from torc.generation.surroundings import Surroundings
 from torc.robots.loading import load_robot
 from torc.scenes.library import load_object
 from torc.scenes.object_files import save_object
 from torc.scenes.problem import parse_problem, problem_text
+from torc.specs.conditions import Conditions
 from torc.testing.grippers import write_slides
 
 
@@ -113,7 +114,8 @@ def test_origin_names_what_was_asked_for_besides(generated, inspector, monkeypat
     assert not besides & set(generate_problem(SMALL, 7, inspector).problem.origin)
     kinds = ("mug", "apple", "bowl", "soup_can", "teacup")
     asked = replace(SMALL, held_out=False, kinds=kinds, own=True)
-    other = replace(inspector, robot=replace(inspector.robot, source="a1"))  # by the name of a shipped one
+    named_as_shipped = replace(inspector.robot, source="a1")
+    other = Inspector(replace(inspector.system, robot=named_as_shipped))
     origin = generate_problem(asked, 7, other).problem.origin
     assert {k: origin.get(k) for k in besides} == {
         "robot": "sda10f_2f85",
@@ -205,7 +207,7 @@ def test_wrong_configurations_are_refused(wrong, told):
 @pytest.mark.parametrize("category", ["structured", "unstructured"])
 def test_other_processes_make_the_same_problems_in_the_same_order(category, inspector):
     jobs = [Job(GenerationConfig(category, (8, 9)), seed) for seed in (11, 12, 13)]
-    made = dict(generate_batch(jobs, workers=2))
+    made = dict(generate_batch(jobs, Conditions(), workers=2))
     assert list(made) == jobs
     assert [made[job] for job in jobs] == [generate_problem(job.config, job.seed, inspector) for job in jobs]
 

@@ -8,7 +8,6 @@ import pytest
 from torc.generation.config import Hiddenness, hiddenness_of
 from torc.occlusion.volume import empty_volume
 from torc.perception.segmentation import PerceptionConfig
-from torc.pipeline.defaults import default_pipeline
 from torc.records import TARGET_ID
 from torc.scenes.problem import load_problem
 
@@ -39,7 +38,7 @@ def test_fractions_are_those_of_the_picture(view):
 
 
 def test_graspable_at_first_is_what_the_pipeline_finds_among_all_objects(inspector, view):
-    pipeline = replace(default_pipeline(inspector.robot, inspector.workspace), min_score=0.0)
+    pipeline = replace(inspector.system.pipeline, min_score=0.0)
     answers = []
     for placement in SCENE.objects:
         look = pipeline.look(

@@ -8,8 +8,9 @@ import pytest
 from torc.errors import GraspPlannerError, InputError, UnknownNameError
 from torc.grasping.asking import ask_grasp_planner, grasp_faults
 from torc.grasping.planner import GeometricGraspPlanner
-from torc.grasping.registry import make_grasp_planner
+from torc.pipeline.building import make_stage
 from torc.robots.loading import load_robot
+from torc.specs.conditions import Conditions
 from torc.testing import contexts
 from torc.testing.conformance import NonConformanceError
 from torc.testing.grasp_conformance import CASES, check_grasp_planner
@@ -48,6 +49,10 @@ class Mute:
 class Crashing:
     def plan(self, scene, volume, rng):
         raise RuntimeError("no GPU")
+
+
+def make_grasp_planner(name, gripper, support_z_m):
+    return make_stage(Conditions(grasps=name), "grasps", gripper=gripper, support_z_m=support_z_m)
 
 
 def _asked(result):

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.trial import run_trial
 from torc.errors import InputError, PhysicsError
 from torc.gym_env.env import RetrievalEnv
 from torc.records import PickOutcome, PickResult
+from torc.specs.trial import TrialSpec
 from torc.testing.fake_episode import FakePlayground, FakeRobot, ScriptedPlanner
 from torc.testing.fake_trial import SHAPES
 
@@ -162,7 +163,7 @@ def test_gymnasium_accepts_it(make_env):
 @pytest.mark.slow
 def test_the_same_seed_and_picks_go_as_in_a_trial_and_again(tmp_path):
     picks = [2, 60, 8]
-    spec = TrialSpec("structured-01", "scripted", seed=3, max_picks=len(picks))
+    spec = TrialSpec.of("structured-01", "scripted", seed=3, max_picks=len(picks))
     trial = run_trial(spec, tmp_path / "trial", planner=ScriptedPlanner(picks), say=lambda text: None)
     lines = [json.loads(line) for line in (trial.directory / "events.jsonl").read_text().splitlines()]
     env = RetrievalEnv("structured-01", max_picks=len(picks))

@@ -93,7 +93,8 @@ def test_what_is_computed_stays_the_same(pipeline, observation):
 
 def test_a_perception_that_needs_no_labels_is_given_none(pipeline, observation):
     class Own:
-        def perceive(self, seen):
+        def perceive(self, seen, wanted, before):
+            assert (wanted.description, before) == ("the box", None)
             assert seen.label_image is None
             scene = pipeline.perception.perceive(observation)
             return replace(scene, observation=seen)

@@ -6,8 +6,9 @@ import sys
 import pytest
 
 from torc.errors import InputError, UnknownNameError
+from torc.stages import TASK_PLANNERS
 from torc.task_planning.protocol import TaskPlanner
-from torc.task_planning.registry import BUILT_IN, make_planner, planner_names
+from torc.task_planning.registry import make_planner, planner_names
 
 
 @pytest.mark.parametrize("name", ["random", "dg-select"])
@@ -59,4 +60,4 @@ def test_installed_packages_add_names(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_built_in_names_import_nothing_until_asked() -> None:
     code = "import sys, torc.task_planning.registry; sys.exit('torc.task_planning.dg_select' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-    assert all(path.count(":") == 1 for path in BUILT_IN.values())
+    assert all(path.count(":") == 1 for path in TASK_PLANNERS.built_in.values())

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from torc.episode.trial import TrialSpec
+from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.testing.fake_trial import play_fake_trial
 from torc.testing.page_server import served
@@ -14,7 +14,7 @@ from torc.testing.page_server import served
 @pytest.fixture(scope="session")
 def _recorded(tmp_path_factory) -> Path:
     out = tmp_path_factory.mktemp("recorded") / "boxes"
-    return play_fake_trial(TrialSpec("boxes", "dg-select"), out, make_planner("dg-select")).directory
+    return play_fake_trial(TrialSpec.of("boxes", "dg-select"), out, make_planner("dg-select")).directory
 
 
 @pytest.fixture

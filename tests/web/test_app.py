@@ -3,16 +3,17 @@
 import json
 import socket
 import urllib.request
-from dataclasses import asdict
 
 import pytest
 
-from torc.episode.conditions import sources
-from torc.episode.trial import TrialSpec
 from torc.episode.viewer_links import REPORT, trial_key, trial_link
 from torc.errors import InputError
+from torc.pipeline.building import sources
 from torc.records.files import write_json
 from torc.robots.schema import EXAMPLE
+from torc.specs.conditions import Conditions
+from torc.specs.files import to_plain
+from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.testing.fake_trial import play_fake_trial
 from torc.testing.page_server import Game
@@ -125,7 +126,7 @@ def test_a_whole_episode_over_http_is_recorded_like_any_other(game):
     assert decided[0]["reason"] == note
     assert decided[0]["evidence"] == {"expert": "anna", "note": note}
     assert decided[1]["exchanges"][0]["reply"] == "0"
-    assert json.loads((directory / "spec.json").read_text())["expert"] == "anna"
+    assert json.loads((directory / "spec.json").read_text())["planner"]["expert"] == "anna"
 
 
 def test_double_stale_and_impossible_choices_are_refused(game):
@@ -200,7 +201,7 @@ def test_giving_up_ends_the_trial_and_costs_no_pick(game):
 def test_while_a_problem_is_to_be_played_nothing_that_has_ended_is_told_of_it(tmp_path):
     """Two experts, and a trial of somebody else's: what tells all waits for the last of them."""
     root = tmp_path / "human"
-    theirs = play_fake_trial(TrialSpec("one", "random"), root / "theirs", make_planner("random"))
+    theirs = play_fake_trial(TrialSpec.of("one", "random"), root / "theirs", make_planner("random"))
     (theirs.directory / "video.mp4").write_bytes(b"the outside")
     game = Game(root, experts=("anna", "ben"))
     paths = [f"/api/trials/{trial_key('theirs')}{part}" for part in ("", "/picks/0", "/video.mp4")]
@@ -220,7 +221,7 @@ def test_while_a_problem_is_to_be_played_nothing_that_has_ended_is_told_of_it(tm
 
 
 def test_a_video_is_offered_once_nobody_plays_the_problem_any_more(tmp_path):
-    queue = make_queue(("one", "two"), ("anna", "ben"), tmp_path, 0, 15, False)
+    queue = make_queue(("one", "two"), ("anna", "ben"), tmp_path, 0, Conditions())
     offered = []
     for trial in queue.trials:
         trial.directory.mkdir()
@@ -239,9 +240,9 @@ def test_nobody_sees_the_robot_from_outside(game):
 
 
 def test_trials_with_the_outside_view_stand_apart(tmp_path):
-    (seen,) = make_queue(("one",), ("anna",), tmp_path, 0, 15, False, outside_view=True).trials
-    (plain,) = make_queue(("one",), ("anna",), tmp_path, 0, 15, False).trials
-    assert seen.spec.outside_view
+    (seen,) = make_queue(("one",), ("anna",), tmp_path, 0, Conditions(), outside_view=True).trials
+    (plain,) = make_queue(("one",), ("anna",), tmp_path, 0, Conditions()).trials
+    assert seen.spec.planner.outside_view
     assert seen.directory.name == "one-human-anna-outside-0"
     assert plain.directory != seen.directory
 
@@ -271,7 +272,7 @@ def test_the_queue_goes_on_where_it_stopped(tmp_path):
         assert other != key
         game.wait(Phase.CHOOSING)
     # As if the program had been killed here.
-    again = make_queue(("one", "two"), ("anna",), tmp_path / "human", 0, 15, False)
+    again = make_queue(("one", "two"), ("anna",), tmp_path / "human", 0, Conditions())
     assert [t["status"] for t in again.lines()] == ["completed", "interrupted"]
     assert again.waiting() == (other,)
 
@@ -281,19 +282,19 @@ def test_the_queue_goes_on_where_it_stopped(tmp_path):
     [({"max_picks": 5}, "at most 5 picks"), ({"noise": True}, "noise"), ({"robot": str(EXAMPLE)}, "robot")],
 )
 def test_a_trial_that_was_played_otherwise_is_not_taken_for_this_one(tmp_path, now, said):
-    played = {"max_picks": 15, "noise": False, "robot": "sda10f_2f85"}
-    (there,) = make_queue(("one",), (), tmp_path, 0, **played | now).trials
+    played, wanted = {"max_picks": 15, "noise": False, "robot": "sda10f_2f85"}, Conditions(**now)
+    (there,) = make_queue(("one",), (), tmp_path, 0, wanted).trials
     there.directory.mkdir()
     (there.directory / "result.json").write_text('{"status": "completed"}')
     write_json(there.directory / "spec.json", {"problem": "one", "planner": "human", **played})
     with pytest.raises(InputError, match=f"played with .*; now it would be .*{said}"):
-        make_queue(("one",), (), tmp_path, 0, **played | now)
-    write_json(there.directory / "spec.json", asdict(there.spec) | sources(there.spec.robot, "geometric"))
-    assert make_queue(("one",), (), tmp_path, 0, **played | now).waiting() == ()
+        make_queue(("one",), (), tmp_path, 0, wanted)
+    write_json(there.directory / "spec.json", to_plain(there.spec, sources(wanted)))
+    assert make_queue(("one",), (), tmp_path, 0, wanted).waiting() == ()
 
 
 def test_an_errored_trial_can_be_played_again(tmp_path):
-    queue = make_queue(("one",), (), tmp_path, 0, 15, False)
+    queue = make_queue(("one",), (), tmp_path, 0, Conditions())
     directory = tmp_path / "one-human-0"
     directory.mkdir()
     (directory / "result.json").write_text('{"status": "errored", "error": "a body flew away"}')
@@ -313,12 +314,12 @@ def test_an_errored_trial_can_be_played_again(tmp_path):
 @pytest.mark.parametrize("name", ["../anna", "a b", "-x", "ä", "a" * 40])
 def test_an_experts_name_is_a_file_name(tmp_path, name):
     with pytest.raises(InputError, match="expert's name"):
-        make_queue(("one",), (name,), tmp_path, 0, 15, False)
+        make_queue(("one",), (name,), tmp_path, 0, Conditions())
 
 
 def test_problems_of_one_name_are_not_mixed_up(tmp_path):
     with pytest.raises(InputError, match="same file name"):
-        make_queue(("a/one.yaml", "b/one.yaml"), (), tmp_path, 0, 15, False)
+        make_queue(("a/one.yaml", "b/one.yaml"), (), tmp_path, 0, Conditions())
 
 
 def test_a_taken_port_gets_one_clear_line():

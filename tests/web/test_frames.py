@@ -6,13 +6,14 @@ import time
 
 import pytest
 
-from torc.episode.event_log import without_seconds
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.log_writing import without_seconds
+from torc.episode.trial import run_trial
+from torc.specs.trial import TrialSpec
 from torc.web.expert import HumanPlanner, SessionListener
 from torc.web.frames import WATCHED_FOR_S, FrameBoard, RobotCamera
 from torc.web.session import Choice, Phase, Session
 
-SPEC = TrialSpec("structured-04", "human", max_picks=1)
+SPEC = TrialSpec.of("structured-04", "human", max_picks=1)
 
 
 def test_somebody_watches_only_while_pictures_are_asked_for(monkeypatch):

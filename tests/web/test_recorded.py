@@ -51,7 +51,7 @@ def test_the_page_names_the_vlm_that_a_planner_asks(trial):
         ({"provider": "simulated", "model": "paper", "seeded": False}, "dg-select asking simulated:paper"),
         ({"provider": "theirs:Client", "model": ""}, "dg-select asking theirs:Client"),
     ):
-        (trial / "spec.json").write_text(json.dumps({**spec, "vlm": vlm}))
+        (trial / "spec.json").write_text(json.dumps({**spec, "planner": {**spec["planner"], "vlm": vlm}}))
         assert trial_page(read_trial(trial))["planner"] == who
 
 

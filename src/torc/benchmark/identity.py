@@ -1,5 +1,6 @@
 """Fingerprints: a trial's id follows from all that decides its result, and from nothing else."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -7,11 +8,47 @@ from torc.fingerprints import file_fingerprint, fingerprint
 from torc.scenes.library import builtin_object_names
 from torc.scenes.object_store import find_stored
 from torc.scenes.problem import Problem
+from torc.specs.trial import PlannerSpec
 from torc.vlm.config import VlmConfig
 from torc.vlm.simulated.profiles import find_profile
 
-ID_FORMAT = "torc-bench-trial/1"
+ID_FORMAT = "torc-bench-trial/2"
 _OWN_OBJECT_FILES = ("object.yaml", "geometry.npz", "texture_*.png")
+
+
+def trial_id(
+    problem: str,
+    digest: str,
+    planner: PlannerSpec,
+    planner_source: str,
+    seed: int,
+    around: Mapping[str, Any],
+    version: str,
+) -> str:
+    """64 hexadecimal digits that follow from all that decides a trial's result.
+
+    Args:
+        problem, digest: its name and fingerprint.
+        planner, planner_source: who chooses, and the fingerprint of its file if it is a user's own.
+        seed: of all draws.
+        around: see `Conditions.facts`.
+        version: torc's.
+    """
+    return fingerprint(
+        {
+            "format": ID_FORMAT,
+            "torc": version,
+            "problem": {"name": problem, "digest": digest},
+            "planner": {
+                "name": planner.name,
+                "vlm": vlm_facts(planner.vlm),
+                "settings": dict(planner.settings),
+                "source": planner_source,
+            },
+            "seed": seed,
+            "around": dict(around),
+        }
+    )
 
 
 def problem_fingerprint(problem: Problem) -> str:

@@ -3,23 +3,20 @@
 from collections.abc import Mapping
 from typing import Any
 
-from torc.benchmark.spec import SIMULATED
 from torc.episode.planners import PRIVILEGED
+from torc.specs.trial import SIMULATED, PlannerSpec
 
 _HUMAN = "human"
 
 
-def participated(label: str, facts: Mapping[str, Any], result: Mapping[str, Any]) -> bool:
+def participated(planner: PlannerSpec, result: Mapping[str, Any]) -> bool:
     """Whether a trial's planner saw no more than planners see.
 
     Args:
-        label: of the planner.
-        facts: spec.json.
+        planner: who chose.
         result: result.json.
     """
-    if label.partition(" ")[0] == _HUMAN and "outside_view" not in facts:
-        return False  # the page always showed the outside then
-    return bool(result.get("participant", participant_by_name(label)))
+    return not planner.outside_view and bool(result.get("participant", participant_by_name(planner.label)))
 
 
 def participant_by_name(label: str) -> bool:

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from torc.benchmark.identity import problem_fingerprint
 from torc.benchmark.spec import PlannedTrial
-from torc.episode.conditions import sources
 from torc.episode.planners import load_trial_planner
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.fingerprints import part_source
+from torc.pipeline.building import sources
 from torc.scenes.problem import load_problem
 from torc.vlm.cache import CacheConfig
 
@@ -34,35 +34,18 @@ class Order:
     vlm_cache: CacheConfig | None = None
 
 
-def trial_spec(trial: PlannedTrial, problem: str) -> TrialSpec:
-    """As `run_trial` takes it."""
-    s = trial.settings
-    return TrialSpec(
-        problem,
-        trial.planner.name,
-        trial.seed,
-        s.max_picks,
-        s.noise,
-        s.robot,
-        trial.planner.vlm,
-        s.min_score,
-        grasps=s.grasps,
-    )
-
-
 def changed_part(trial: PlannedTrial) -> str | None:
     """What is not as it was when the trial was planned, e.g. "planner 'mine:Mine'"; None if everything is.
 
     Raises:
         InputError: a part is missing.
     """
-    planner, settings = trial.planner, trial.settings
-    if planner.source and part_source(load_trial_planner(planner.name)) != planner.source:
-        return f"planner '{planner.name}'"
-    found = sources(settings.robot, settings.grasps)
-    if found["grasps_source"] != settings.grasps_source:
-        return f"grasp planner '{settings.grasps}'"
-    return None if found["robot_source"] == settings.robot_source else f"robot '{settings.robot}'"
+    planner, around = trial.planner, trial.around
+    if planner.source and part_source(load_trial_planner(planner.spec.name)) != planner.source:
+        return f"planner '{planner.spec.name}'"
+    now = sources(around.conditions)
+    changed = sorted(k for k in now | dict(around.sources) if now.get(k) != around.sources.get(k))
+    return f"{changed[0]} '{getattr(around.conditions, changed[0])}'" if changed else None
 
 
 def play(order: Order) -> None:
@@ -75,8 +58,7 @@ def play(order: Order) -> None:
     problem = order.trial.problem
     if problem_fingerprint(load_problem(order.problem)) != problem.digest:
         raise _not_as_planned(f"The problem '{problem.name}', or an object of your own that is in it,")
-    spec = trial_spec(order.trial, order.problem)
-    run_trial(spec, order.work / TRIAL, overwrite=True, vlm_cache=order.vlm_cache)
+    run_trial(order.trial.spec(order.problem), order.work / TRIAL, overwrite=True, vlm_cache=order.vlm_cache)
 
 
 def _not_as_planned(what: str) -> InputError:

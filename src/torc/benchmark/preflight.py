@@ -3,27 +3,27 @@
 Planners are strangers' code, so they are looked at in a process of their own.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from torc.benchmark.dispatch import Backend, FailureKind, Task
 from torc.benchmark.identity import problem_fingerprint
-from torc.benchmark.spec import BenchPlanner, BenchProblem, Settings
-from torc.episode.planners import PRIVILEGED, load_trial_planner, make_trial_planner
+from torc.benchmark.spec import Around, BenchPlanner, BenchProblem
+from torc.episode.planners import PRIVILEGED, load_trial_planner, make_spec_planner
 from torc.errors import InputError
 from torc.fingerprints import part_source
-from torc.grasping.names import DEFAULT_GRASPS
-from torc.grasping.registry import GRASP_PLANNERS, make_grasp_planner
-from torc.plugins import load_part, parameters
-from torc.robots.loading import load_robot, own_source
+from torc.pipeline.building import build_system, sources
+from torc.plugins import parameters
 from torc.scenes.problem import Problem, load_problem
 from torc.scenes.problem_sets import select_problems, shipped_path
-from torc.scenes.workspace import Workspace
-from torc.task_planning.registry import ASKING, BUILT_IN, planner_paths
+from torc.specs.conditions import Conditions
+from torc.specs.settings import Settings
+from torc.specs.trial import PlannerSpec
+from torc.specs.variants import varied
+from torc.stages import ASKING, TASK_PLANNERS
+from torc.task_planning.registry import planner_paths
 from torc.vlm.cache import CacheConfig
-from torc.vlm.config import VlmConfig
-from torc.vlm.opening import planner_options
 from torc.vlm.simulated.situation import Situation
 
 
@@ -32,14 +32,12 @@ class Question:
     """Which planner is looked at, and how it would be made.
 
     Attributes:
-        name: in the registry, or module:Class.
-        vlm: given to it if it takes a `client`.
+        spec: who; its VLM is given to it if it takes a `client`.
         vlm_cache: where the VLM's replies are kept.
         own_vlm: the VLM was named for this planner alone, so that it must ask one.
     """
 
-    name: str
-    vlm: VlmConfig | None = None
+    spec: PlannerSpec
     vlm_cache: CacheConfig | None = None
     own_vlm: bool = False
 
@@ -91,59 +89,57 @@ def find_planners(
         if failure is not None and failure.kind is FailureKind.RAISED:
             raise InputError(failure.text)
         found[ending.key] = (
-            BenchPlanner(questions[int(ending.key)].name) if failure is not None else ending.outcome
+            BenchPlanner(questions[int(ending.key)].spec) if failure is not None else ending.outcome
         )
     return tuple(found[task.key] for task in tasks)
 
 
-@dataclass(frozen=True)
-class GraspQuestion:
-    """Which grasp planner is looked at, and for which robot it is made."""
+def find_around(
+    conditions: Conditions, variants: Sequence[Settings], backend: Backend, log_directory: Path
+) -> tuple[Around, list[Mapping[str, str]]]:
+    """The conditions with the fingerprints of the user's own parts, and these fingerprints under each variant.
 
-    name: str
-    robot: str
-
-
-def find_settings(settings: Settings, backend: Backend, log_directory: Path) -> Settings:
-    """The settings with the fingerprints of what does not come with torc.
-
-    The grasp planner is made once to see whether that works: unlike a task planner it plays in all trials.
+    All parts are made once to see whether that works: unlike task planners they play in all trials.
 
     Raises:
-        InputError: the robot or the grasp planner is unknown, or cannot be used.
+        InputError: a part is unknown, or cannot be used.
     """
-    settings = replace(settings, robot_source=own_source(settings.robot))
-    if settings.grasps == DEFAULT_GRASPS:
-        return settings
-    task = Task("grasps", GraspQuestion(settings.grasps, settings.robot), log_directory / "grasps.txt")
-    (ending,) = backend.run(look_at_grasps, [task])
-    failure = ending.failure
-    if failure is not None and failure.kind is FailureKind.RAISED:
-        raise InputError(failure.text)
-    if failure is not None:
-        raise InputError(f"The grasp planner '{settings.grasps}' cannot be made: {failure.text}")
-    return replace(settings, grasps_source=ending.outcome)
+    asked = [conditions, *(varied(conditions, variant) for variant in variants)]
+    keys = [f"conditions-{i}" for i in range(len(asked))]
+    tasks = [Task(key, each, log_directory / f"{key}.txt") for key, each in zip(keys, asked)]
+    found: dict[str, Mapping[str, str]] = {}
+    for ending in backend.run(look_around, tasks):
+        failure = ending.failure
+        if failure is not None:
+            why = (
+                "" if failure.kind is FailureKind.RAISED else "The parts around the planners cannot be made: "
+            )
+            raise InputError(why + failure.text)
+        found[ending.key] = ending.outcome
+    first, *others = (found[task.key] for task in tasks)
+    return Around(conditions, first), others
 
 
-def look_at_grasps(question: GraspQuestion) -> str:
-    """The fingerprint of a grasp planner that can be made, in a worker. Raises InputError, MissingDependencyError."""
-    robot, workspace = load_robot(question.robot), Workspace()
-    make_grasp_planner(question.name, robot.gripper, workspace.support_z_m)
-    return part_source(load_part(GRASP_PLANNERS, question.name))
+def look_around(conditions: Conditions) -> dict[str, str]:
+    """The fingerprints of the user's own parts, in a worker. Raises InputError, MissingDependencyError."""
+    build_system(conditions)
+    return sources(conditions)
 
 
 def look_at(question: Question) -> BenchPlanner:
     """What decides a planner's answers, in a worker. Raises InputError, MissingDependencyError."""
-    name = question.name
+    name, vlm = question.spec.name, question.spec.vlm
     maker = load_trial_planner(name)
-    vlm = question.vlm if "client" in parameters(maker) else None
+    vlm = vlm if "client" in parameters(maker) else None
     if vlm is None and name in ASKING:
         raise InputError(f"The planner '{name}' asks a model: name it with --vlm, e.g. --vlm gemini:MODEL.")
     if vlm is None and question.own_vlm:
         raise InputError(f"The planner '{name}' asks no model: write '{name}' alone.")
+    spec = replace(question.spec, vlm=vlm)
     truth = _not_asked if vlm is not None and vlm.simulated else None
-    make_trial_planner(name, **planner_options(name, maker, vlm, question.vlm_cache if vlm else None, truth))
-    return BenchPlanner(name, vlm, "" if name in BUILT_IN or name in PRIVILEGED else part_source(maker))
+    make_spec_planner(spec, question.vlm_cache if vlm else None, truth)
+    shipped = name in TASK_PLANNERS.built_in or name in PRIVILEGED
+    return BenchPlanner(spec, "" if shipped else part_source(maker))
 
 
 def _not_asked() -> Situation:

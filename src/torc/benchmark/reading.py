@@ -3,26 +3,23 @@
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from torc.benchmark.comparable import comparable
 from torc.benchmark.participation import participated
-from torc.benchmark.playing import trial_spec
 from torc.benchmark.rows import PickRow, Table, TrialRow
-from torc.benchmark.spec import BenchPlanner
 from torc.benchmark.store import PROBLEMS, TRIALS, WORK, Store
 from torc.benchmark.table_files import holds_tables, read_rows
-from torc.episode.conditions import Conditions
-from torc.episode.recorded import check_directory
-from torc.episode.trial import TrialSpec
+from torc.episode.recorded import check_directory, picks_of
+from torc.episode.trial_files import read_events, read_spec
 from torc.errors import InputError
 from torc.generation.difficulty import Difficulty, stated_difficulty
 from torc.scenes.library import object_facts
 from torc.scenes.problem import Problem, load_problem
-from torc.vlm.config import VlmConfig
+from torc.specs.trial import TrialSpec
 
 _MAX_DEPTH = 6
 
@@ -73,13 +70,15 @@ def _read(root: Path) -> _Found:
     left_out: list[tuple[Path, str]] = []
     planned: set[Path] = set()
     if store.is_there:
-        for trial in store.spec().trials:
+        plan = store.spec()
+        base = plan.around
+        for trial in plan.trials:
             directory = store.directory(trial)
             planned.add(directory)
-            spec = trial_spec(trial, store.problem_path(trial.problem))
-            found = _row(directory, spec, asdict(spec), trial.id, trial.problem.category, store.result(trial))
-            conditions = Conditions.model_validate(asdict(trial.settings)).text
-            rows.append(replace(found, digest=trial.problem.digest, conditions=conditions))
+            spec = trial.spec(store.problem_path(trial.problem))
+            found = _row(directory, spec, trial.id, trial.problem.category, store.result(trial))
+            label, text = trial.planner.label, base.conditions.text(base.sources)
+            rows.append(replace(found, planner=label, digest=trial.problem.digest, conditions=text))
     for directory in _trial_directories(root):
         if directory in planned:
             continue
@@ -111,36 +110,30 @@ def _difficulties(rows: Iterable[TrialRow], store: Store) -> dict[str, Difficult
 
 def _loose(directory: Path) -> TrialRow:
     """A trial that no benchmark planned, by its spec.json and result.json."""
-    facts = json.loads((directory / "spec.json").read_text(encoding="utf-8"))
-    vlm = VlmConfig(**facts["vlm"]) if facts.get("vlm") else None
-    known = {k: v for k, v in facts.items() if k in TrialSpec.__dataclass_fields__ and k != "vlm"}
-    spec = TrialSpec(**known, vlm=vlm)
+    recorded = read_spec(directory / "spec.json")
+    spec = recorded.spec
     result = json.loads((directory / "result.json").read_text(encoding="utf-8"))
     problem = _problem(spec.problem)
-    row = _row(directory, spec, facts, "", problem.category if problem else "unknown", result)
-    return replace(row, conditions=Conditions.model_validate(facts).text)
+    row = _row(directory, spec, "", problem.category if problem else "unknown", result)
+    return replace(row, conditions=recorded.conditions_text)
 
 
 def _row(
     directory: Path,
     spec: TrialSpec,
-    facts: Mapping[str, Any],
     trial_id: str,
     category: str,
     result: Mapping[str, Any] | None,
 ) -> TrialRow:
-    """facts: what is written down of the trial, older ones with less than a spec has now."""
-    label = BenchPlanner(spec.planner, spec.vlm).label + (f" {spec.expert}" if spec.expert else "")
-    label += " (outside view)" if spec.outside_view else ""
-    place = (trial_id, directory, _stem(spec.problem), category, label, spec.seed)
-    participant = participated(label, facts, result or {})
+    label, budget = spec.planner.label, spec.conditions.max_picks
+    place = (trial_id, directory, spec.problem_name, category, label, spec.seed)
+    participant = participated(spec.planner, result or {})
     if result is None:
-        return TrialRow(*place, "missing", max_picks=spec.max_picks, participant=participant)
+        return TrialRow(*place, "missing", max_picks=budget, participant=participant)
     version = str(result.get("versions", {}).get("torc", ""))
     status = str(result["status"])
     if status != "completed":
         cause, error = str(result.get("cause", "raised")), str(result.get("error", ""))
-        budget = spec.max_picks
         return TrialRow(
             *place, status, cause, error, max_picks=budget, version=version, participant=participant
         )
@@ -152,7 +145,7 @@ def _row(
         end=str(result["end"]),
         picks=int(result["picks"]),
         drops=int(result["drops"]),
-        max_picks=spec.max_picks,
+        max_picks=budget,
         picked=tuple(_picks(directory / "events.jsonl", _problem(spec.problem))),
         version=version,
         participant=participant,
@@ -161,36 +154,30 @@ def _row(
 
 
 def _picks(log: Path, problem: Problem | None) -> Iterator[PickRow]:
-    """The attempts in a log, up to the first that is not complete."""
-    parts: dict[int, dict[str, Any]] = {}
+    """The attempts in a log, up to the first that is not complete; none where it cannot be read."""
     try:
-        lines = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-    except (OSError, ValueError):
+        picks = picks_of(read_events(log))
+    except InputError:
         return
-    for line in lines:
-        if "pick" in line:
-            parts.setdefault(int(line["pick"]), {})[line["event"]] = line
     unseen = _unseen_kinds(problem)
-    for pick in sorted(parts):
-        events = parts[pick]
-        done = events.get("executed")
+    for number, pick in enumerate(picks):
+        decided, planned, done = pick.decided, pick.planned, pick.executed
         if done is None:
             return
-        decided = events.get("decided", {})
         yield PickRow(
-            pick,
-            str(done["result"]),
-            int(done["object_id"]),
-            int(decided.get("attempts", 0)),
-            float(decided.get("seconds", 0.0)),
-            float(sum(events.get("looked", {}).get("seconds", {}).values())),
-            float(events.get("planned", {}).get("seconds", 0.0)),
-            float(done.get("duration_s", 0.0)),
-            len(done.get("dropped", ())),
-            bool(done.get("held_after_lift")),
-            unseen[done["object_id"]] if 0 <= done["object_id"] < len(unseen) else None,
-            str(done.get("detail", "")),
-            events.get("planned", {}).get("score"),
+            number,
+            done.result,
+            done.object_id,
+            decided.attempts if decided else 0,
+            decided.seconds if decided else 0.0,
+            sum(pick.looked.seconds.values()),
+            planned.seconds if planned else 0.0,
+            done.duration_s,
+            len(done.dropped),
+            done.held_after_lift,
+            unseen[done.object_id] if 0 <= done.object_id < len(unseen) else None,
+            done.detail,
+            planned.score if planned else None,
         )
 
 
@@ -206,10 +193,6 @@ def _problem(name_or_path: str) -> Problem | None:
         return load_problem(name_or_path)
     except InputError:
         return None
-
-
-def _stem(name_or_path: str) -> str:
-    return Path(name_or_path).stem if name_or_path.endswith((".yaml", ".yml")) else name_or_path
 
 
 def _trial_directories(root: Path) -> Iterator[Path]:

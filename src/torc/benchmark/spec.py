@@ -2,60 +2,15 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from torc.benchmark.identity import ID_FORMAT, vlm_facts
+from torc.benchmark.identity import trial_id
 from torc.errors import InputError
-from torc.fingerprints import fingerprint
-from torc.grasping.names import DEFAULT_GRASPS
-from torc.pipeline.min_score import DEFAULT_MIN_SCORE
-from torc.robots.names import DEFAULT_ROBOT
-from torc.vlm.config import VlmConfig
-
-SPEC_FORMAT = "torc-bench/1"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What all trials of a store share, so that they can be compared.
-
-    Attributes:
-        max_picks: attempts, failed ones included.
-        noise: add sensor noise.
-        robot: name or file of the robot description.
-        min_score: less likely grasps wait until there are no better ones.
-        grasps: name of the grasp planner, or module:Class.
-        robot_source, grasps_source: fingerprints of what does not come with torc; "" else.
-    """
-
-    max_picks: int = 15
-    noise: bool = False
-    robot: str = DEFAULT_ROBOT
-    min_score: float = DEFAULT_MIN_SCORE
-    grasps: str = DEFAULT_GRASPS
-    robot_source: str = ""
-    grasps_source: str = ""
-
-    def __post_init__(self) -> None:
-        if self.max_picks < 1:
-            raise InputError("--max-picks must be at least 1.")
-        if not 0.0 <= self.min_score <= 1.0:
-            raise InputError(f"--min-score {self.min_score} is no probability; give 0 to 1.")
-        object.__setattr__(self, "min_score", float(self.min_score))
-
-    def facts(self) -> dict[str, Any]:
-        """What of them decides results: of a robot of one's own what is in its files, wherever they lie."""
-        facts = {
-            "max_picks": self.max_picks,
-            "noise": self.noise,
-            "robot": self.robot_source or self.robot,
-            "min_score": self.min_score,
-        }
-        if self.grasps == DEFAULT_GRASPS:
-            return facts
-        return facts | {"grasps": self.grasps, "grasps_source": self.grasps_source}
+from torc.specs.conditions import Conditions
+from torc.specs.settings import Settings
+from torc.specs.trial import PlannerSpec, TrialSpec, settings_text
+from torc.specs.variants import varied
 
 
 @dataclass(frozen=True)
@@ -75,30 +30,50 @@ class BenchProblem:
     shipped: bool
 
 
-SIMULATED = "simulated "
-"""In a label, before the profile of a simulated VLM."""
-
-
 @dataclass(frozen=True)
 class BenchPlanner:
-    """A task planner of a benchmark.
+    """A task planner of a benchmark, under the benchmark's conditions or a variant of them.
 
     Attributes:
-        name: in the registry, or module:Class.
-        vlm: the model that it asks, for those that ask one.
+        spec: who chooses.
         source: fingerprint of the file that defines it, for planners that do not come with torc; "" else.
+        variant: what differs from the benchmark's conditions: values by field or by dotted path of a setting.
+        variant_sources: fingerprints of the user's own parts under that variant, by field.
     """
 
-    name: str
-    vlm: VlmConfig | None = None
+    spec: PlannerSpec
     source: str = ""
+    variant: Settings = field(default_factory=dict)
+    variant_sources: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def label(self) -> str:
         """How it is called in tables."""
-        if self.vlm is None:
-            return self.name
-        return f"{self.name}[{SIMULATED if self.vlm.simulated else ''}{self.vlm.model}]"
+        return self.spec.label + (f" {{{settings_text(self.variant)}}}" if self.variant else "")
+
+
+@dataclass(frozen=True)
+class Around:
+    """What all trials of a store share, so that they can be compared.
+
+    Attributes:
+        conditions: what is around the planners.
+        sources: fingerprints of the user's own parts in them, by field.
+    """
+
+    conditions: Conditions = field(default_factory=Conditions)
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What of them decides results."""
+        return self.conditions.facts(self.sources)
+
+    def under(self, planner: BenchPlanner) -> "Around":
+        """As they are for a planner with a variant."""
+        if not planner.variant:
+            return self
+        return Around(varied(self.conditions, planner.variant), planner.variant_sources)
 
 
 @dataclass(frozen=True)
@@ -106,33 +81,18 @@ class PlannedTrial:
     """One trial of a benchmark: everything that decides its result.
 
     Attributes:
-        problem, planner, seed, settings: what is played.
+        problem, planner, seed: what is played.
+        around: under which conditions, the planner's variant included.
         version: torc's.
+        id: 64 hexadecimal digits that follow from all of these.
     """
 
     problem: BenchProblem
     planner: BenchPlanner
     seed: int
-    settings: Settings
+    around: Around
     version: str
-
-    @cached_property
-    def id(self) -> str:
-        """64 hexadecimal digits that follow from all that decides the result."""
-        return fingerprint(
-            {
-                "format": ID_FORMAT,
-                "torc": self.version,
-                "problem": {"name": self.problem.name, "digest": self.problem.digest},
-                "planner": {
-                    "name": self.planner.name,
-                    "vlm": vlm_facts(self.planner.vlm),
-                    "source": self.planner.source,
-                },
-                "seed": self.seed,
-                "settings": self.settings.facts(),
-            }
-        )
+    id: str
 
     @property
     def cell(self) -> tuple[str, str, int]:
@@ -145,17 +105,27 @@ class PlannedTrial:
         planner = re.sub(r"[^\w.]+", "-", self.planner.label).strip("-")[:80]
         return f"{self.problem.name}-{planner}-{self.seed}-{self.id[:10]}"
 
+    @property
+    def sources(self) -> dict[str, str]:
+        """Fingerprints of the user's own parts, by field; the planner's as "planner"."""
+        own = {"planner": self.planner.source} if self.planner.source else {}
+        return {**self.around.sources, **own}
+
+    def spec(self, problem: str) -> TrialSpec:
+        """As `run_trial` takes it; `problem` is the name or path of the problem."""
+        return TrialSpec(problem, self.planner.spec, self.seed, self.around.conditions)
+
 
 @dataclass(frozen=True)
 class BenchSpec:
     """The trials of a store, in the order in which they are played.
 
     Attributes:
-        settings: shared by all.
+        around: shared by all, but for variants.
         trials: no two in the same cell.
     """
 
-    settings: Settings
+    around: Around
     trials: tuple[PlannedTrial, ...] = field(repr=False)
 
     @property
@@ -173,18 +143,18 @@ def make_spec(
     problems: Sequence[BenchProblem],
     planners: Sequence[BenchPlanner],
     seeds: Sequence[int],
-    settings: Settings,
+    around: Around,
     version: str,
 ) -> BenchSpec:
     """Every planner on every problem with every seed: seed by seed, so that an unfinished benchmark is balanced.
 
     Raises:
-        InputError: two problems or planners have the same name, or there is nothing to play.
+        InputError: nothing to play, or two problems or planners that cannot be told apart.
     """
     _distinct("problem", [p.name for p in problems])
     _distinct("planner", [p.label for p in planners])
     trials = tuple(
-        PlannedTrial(problem, planner, seed, settings, version)
+        planned(problem, planner, seed, around, version)
         for seed in seeds
         for problem in problems
         for planner in planners
@@ -193,22 +163,31 @@ def make_spec(
         raise InputError(
             "There is nothing to play: name at least one problem and one planner, and one repeat."
         )
-    return BenchSpec(settings, trials)
+    return BenchSpec(around, trials)
+
+
+def planned(
+    problem: BenchProblem, planner: BenchPlanner, seed: int, around: Around, version: str
+) -> PlannedTrial:
+    """A trial with its id; `around` is the benchmark's, without the planner's variant."""
+    here = around.under(planner)
+    id_ = trial_id(problem.name, problem.digest, planner.spec, planner.source, seed, here.facts, version)
+    return PlannedTrial(problem, planner, seed, here, version, id_)
 
 
 def merged(old: BenchSpec, new: BenchSpec) -> BenchSpec:
     """Both: a new trial takes the place of an old one of its cell, other old ones stay.
 
     Raises:
-        InputError: the settings or problems differ, so that the results could not be compared.
+        InputError: the conditions or problems differ, so that the results could not be compared.
     """
-    before, now = old.settings.facts(), new.settings.facts()
+    before, now = old.around.facts, new.around.facts
     if before != now:
-        differ = dict.fromkeys(k.removesuffix("_source") for k in before | now if before.get(k) != now.get(k))
-        told = ", ".join(_difference(k, old.settings, new.settings) for k in differ)
+        differ = sorted(k for k in before | now if before.get(k) != now.get(k))
+        told = ", ".join(_difference(k, old.around.conditions, new.around.conditions) for k in differ)
         raise InputError(
-            f"The trials there were played with other settings ({told}), and cannot be compared with these. "
-            "Use the same settings or another --out."
+            f"The trials there were played under other conditions ({told}), and cannot be compared with these. "
+            "Use the same ones, another --out, or --sweep to compare them."
         )
     digests = {p.name: p.digest for p in old.problems}
     changed = [p.name for p in new.problems if digests.get(p.name, p.digest) != p.digest]
@@ -216,72 +195,14 @@ def merged(old: BenchSpec, new: BenchSpec) -> BenchSpec:
         raise InputError(
             f"There are trials there of problems that have changed since: {', '.join(changed)}. Use another --out."
         )
-    # A robot's files may lie elsewhere now.
-    kept = (replace(t, settings=new.settings) for t in old.trials)
-    cells = {t.cell: t for t in (*kept, *new.trials)}
-    return BenchSpec(new.settings, tuple(cells.values()))
+    # A user's own files may lie elsewhere now.
+    kept = (replace(t, around=new.around.under(t.planner)) for t in old.trials)
+    return BenchSpec(new.around, tuple({t.cell: t for t in (*kept, *new.trials)}.values()))
 
 
-def _difference(name: str, old: Settings, new: Settings) -> str:
-    there, now = getattr(old, name), getattr(new, name)
+def _difference(name: str, old: Conditions, new: Conditions) -> str:
+    there, now = (c.settings.get(name, getattr(c, name, "default")) for c in (old, new))
     return f"{name} {there} there, {now} now" if there != now else f"{name} {now}, which has changed since"
-
-
-def to_json(spec: BenchSpec) -> dict[str, Any]:
-    """Plain data; `from_json` gives back an equal spec."""
-    # Trials of the same label may differ in source or version: each combination is written once.
-    parts: dict[str, list[dict[str, Any]]] = {"problems": [], "planners": []}
-    trials = []
-    for trial in spec.trials:
-        problem = _index(parts["problems"], asdict(trial.problem))
-        planner = _index(parts["planners"], asdict(trial.planner))
-        trials.append(
-            {
-                "id": trial.id,
-                "problem": problem,
-                "planner": planner,
-                "seed": trial.seed,
-                "torc": trial.version,
-                "directory": trial.directory_name,
-            }
-        )
-    return {"format": SPEC_FORMAT, "settings": asdict(spec.settings), **parts, "trials": trials}
-
-
-def from_json(data: Mapping[str, Any], source: str) -> BenchSpec:
-    """A spec from plain data; `source` names it in errors. Raises InputError."""
-    if not isinstance(data, Mapping) or data.get("format") != SPEC_FORMAT:
-        found = data.get("format") if isinstance(data, Mapping) else None
-        raise InputError(
-            f"{source} is of format {found!r}; this torc reads {SPEC_FORMAT!r}. A newer torc may have written it."
-        )
-    try:
-        settings = Settings(**data["settings"])
-        problems = [BenchProblem(**p) for p in data["problems"]]
-        planners = [
-            BenchPlanner(p["name"], VlmConfig(**p["vlm"]) if p["vlm"] else None, p["source"])
-            for p in data["planners"]
-        ]
-        trials = tuple(
-            PlannedTrial(
-                problems[t["problem"]], planners[t["planner"]], int(t["seed"]), settings, str(t["torc"])
-            )
-            for t in data["trials"]
-        )
-        wrong = next((t["id"] for t, made in zip(data["trials"], trials) if t["id"] != made.id), None)
-    except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise InputError(
-            f"{source} is damaged ({type(error).__name__}: {error}). Use another --out."
-        ) from None
-    if wrong is not None:
-        raise InputError(f"{source} was changed by hand: trial {wrong[:10]} is not what its id says.")
-    return BenchSpec(settings, trials)
-
-
-def _index(entries: list[dict[str, Any]], entry: dict[str, Any]) -> int:
-    if entry not in entries:
-        entries.append(entry)
-    return entries.index(entry)
 
 
 def _distinct(what: str, names: Sequence[str]) -> None:

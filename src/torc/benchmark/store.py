@@ -1,6 +1,6 @@
 """A benchmark on disk. A trial's directory is there whole or not at all, whenever the runner was killed.
 
-DIR/spec.json           the trials that belong to the benchmark (`torc-bench/1`)
+DIR/spec.json           the trials that belong to the benchmark (`torc-bench/2`)
 DIR/manifest.json       one entry per call of `torc bench`: versions, commit, machine
 DIR/problems/NAME.yaml  the problems as they were played
 DIR/trials/NAME-ID/     a trial (`torc view` shows it); errored ones say why in result.json and error.txt
@@ -12,15 +12,16 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from torc.benchmark.dispatch import Failure
 from torc.benchmark.manifest import MANIFEST_FORMAT
-from torc.benchmark.playing import OUTPUT, TRIAL, trial_spec
-from torc.benchmark.spec import BenchProblem, BenchSpec, PlannedTrial, from_json, merged, to_json
+from torc.benchmark.playing import OUTPUT, TRIAL
+from torc.benchmark.spec import BenchProblem, BenchSpec, PlannedTrial, merged
+from torc.benchmark.spec_files import from_json, to_json
 from torc.episode.recorded import LOG
 from torc.episode.trial import RESULT_FORMAT
 from torc.episode.versions import versions
@@ -28,6 +29,7 @@ from torc.errors import InputError
 from torc.records.files import write_json
 from torc.records.locks import try_lock
 from torc.scenes.problem import Problem, save_problem
+from torc.specs.files import to_plain
 
 SPEC, MANIFEST, TRIALS, PROBLEMS, WORK, LOCK = (
     "spec.json",
@@ -191,7 +193,7 @@ def _as_errored(store: Store, trial: PlannedTrial, work: Path, failure: Failure)
     )
     left.mkdir(parents=True, exist_ok=True)
     if not (left / "spec.json").is_file():
-        write_json(left / "spec.json", asdict(trial_spec(trial, store.problem_path(trial.problem))))
+        write_json(left / "spec.json", to_plain(trial.spec(store.problem_path(trial.problem)), trial.sources))
     output = work / OUTPUT
     said = output.read_text(encoding="utf-8", errors="replace")[-MAX_SAID:] if output.is_file() else ""
     (left / "error.txt").write_text(f"{failure.kind}: {failure.text}\n\n{said}", encoding="utf-8")

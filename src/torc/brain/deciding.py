@@ -4,13 +4,11 @@ from dataclasses import replace
 
 from torc.brain.answer import Answer
 from torc.errors import InputError
-from torc.grasping.names import DEFAULT_GRASPS
-from torc.grasping.registry import make_grasp_planner
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume
-from torc.perception.privileged import LabelPerception
+from torc.perception.segmentation import PerceptionConfig
+from torc.pipeline.building import build_pipeline
 from torc.pipeline.frames import Frame
 from torc.pipeline.look import Pipeline
-from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.warm_up import rehearse_look
 from torc.records import OcclusionVolume
@@ -18,10 +16,13 @@ from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.workspace import Bin, Box, Workspace
+from torc.specs.conditions import PipelineSpec
 from torc.task_planning.asking import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.task_planning.registry import make_planner
 
+# Frames come from any distance: what perception takes for a reading, the volume does too.
+_ANY_DISTANCE = replace(FIXED_CAMERA, max_depth_m=PerceptionConfig().max_depth_m)
 _SAME_TABLE_M = 0.02
 """A support this close to the height of the robot's own table is that table."""
 
@@ -33,8 +34,7 @@ def decide_frame(
     robot: RobotDescription | str | None = None,
     volume: OcclusionVolume | None = None,
     seed: int = 0,
-    min_score: float = DEFAULT_MIN_SCORE,
-    grasps: str = DEFAULT_GRASPS,
+    stages: PipelineSpec | None = None,
 ) -> Answer:
     """Which object to pick next in a frame.
 
@@ -45,17 +45,15 @@ def decide_frame(
             2F-85) and takes every pose as reachable.
         volume: the occlusion volume after the frame before, None for the first frame.
         seed: decides all random draws.
-        min_score: grasps that are less likely to deliver wait until no object has a better one; see `Pipeline`.
-        grasps: the grasp planner, by name or as "module:Class".
+        stages: depth, perception, grasp planner and their settings; the defaults if not given.
 
     Raises:
-        InputError: `min_score` is no probability, the grasp planner cannot be made, or the planner named an object that
-            is not in sight.
-        PlannerError, GraspPlannerError: a planner crashed, or answered something that is no decision or no grasps.
+        InputError: a part cannot be made, or the planner named an object that is not in sight.
+        PlannerError, PartError, GraspPlannerError: a part crashed, or its answer cannot be used.
     """
     planner = planner or make_planner("dg-select")
     before = volume if volume is not None else empty_volume(frame.grid)
-    look = _pipeline(frame, robot, min_score, grasps).look(
+    look = _pipeline(frame, robot, stages).look(
         frame.observation,
         before,
         target_description=frame.target_description,
@@ -75,30 +73,17 @@ def rehearse(
     planner: TaskPlanner,
     *,
     robot: RobotDescription | str | None = None,
-    grasps: str = DEFAULT_GRASPS,
+    stages: PipelineSpec | None = None,
 ) -> None:
     """Use every kernel that `decide_frame` may need once, on a made-up scene: then none is compiled in it."""
-    rehearse_planner(planner, rehearse_look(_pipeline(frame, robot, grasps=grasps)).context)
+    rehearse_planner(planner, rehearse_look(_pipeline(frame, robot, stages)).context)
 
 
-def _pipeline(
-    frame: Frame,
-    robot: RobotDescription | str | None,
-    min_score: float = DEFAULT_MIN_SCORE,
-    grasps: str = DEFAULT_GRASPS,
-) -> Pipeline:
+def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: PipelineSpec | None) -> Pipeline:
     description = load_robot(robot) if isinstance(robot, str) else robot
-    gripper = description.gripper if description is not None else load_robot(DEFAULT_ROBOT).gripper
-    perception = LabelPerception()
-    return Pipeline(
-        perception=perception,
-        grasp_planner=make_grasp_planner(grasps, gripper, frame.support_z_m),
-        robot=description if description is not None else gripper,
-        workspace=_workspace(frame, with_robot=description is not None),
-        # Frames come from any distance: what perception takes for a reading, the volume does too.
-        occlusion=replace(FIXED_CAMERA, max_depth_m=perception.config.max_depth_m),
-        min_score=min_score,
-    )
+    who = load_robot(DEFAULT_ROBOT).gripper if description is None else description
+    workspace = _workspace(frame, with_robot=description is not None)
+    return build_pipeline(stages or PipelineSpec(), who, workspace, occlusion=_ANY_DISTANCE)
 
 
 def _workspace(frame: Frame, *, with_robot: bool) -> Workspace:

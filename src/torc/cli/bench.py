@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from torc.cli.vlm_options import VlmOptions
-from torc.grasping.names import DEFAULT_GRASPS
-from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.robots.names import DEFAULT_ROBOT
+from torc.specs.conditions import Conditions
 
 if TYPE_CHECKING:
     from torc.benchmark.dispatch import Backend
@@ -33,6 +32,14 @@ class BenchCommand:
 
     Run the same command again after Ctrl-C, a crash or a power cut: only what is missing or errored is played. With
     other planners, problems or more repeats, the same directory grows. `torc report DIR` says which planner is best.
+
+    An experiment can be a file: `torc bench experiment.yaml --out DIR` takes from it what is not given as an option:
+
+      problems: validation
+      planners: [random, {name: dg-select, settings: {relations.closeness_m: 0.01}}]
+      repeats: 3
+      sweep: {occlusion.smooth_px: [0, 3]}
+      conditions: {noise: true, settings: {grasps.candidates.max_blocked: 40}}
 
     A planner that crashes, hangs, eats memory or raises costs only its own trials: these are errored, with the cause,
     and never count as failed retrievals. Your own planner, in my_module.py here, against the baselines:
@@ -57,10 +64,9 @@ class BenchCommand:
     planners: Annotated[str, tyro.conf.arg(metavar="A,B,...")] = "random,dg-select"
     """Task planners, comma-separated, as for `torc run --planner`. One that asks a model may name its own behind it
     (vlm-select:gemini:MODEL, vlm-fixes-dg:simulated:0.9), so that several models meet; else --vlm is asked."""
-    grasps: str = DEFAULT_GRASPS
-    """Grasp planner of all trials: geometric, or your own as module:Class or path/to/file.py:Class."""
-    robot: str = DEFAULT_ROBOT
-    """Robot of all trials: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    sweep: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME=A,B,...")] = ()
+    """Play everything under each of these conditions, which then stand side by side in the report: a stage
+    (perception=labels,my_module:Mine) or a setting (occlusion.smooth_px=0,3). May be given several times."""
     repeats: int = 10
     """Trials of each planner on each problem: seeds 0 to N-1. All planners get the same seeds."""
     workers: int = 0
@@ -74,16 +80,21 @@ class BenchCommand:
     """Seconds after which a trial is ended and counts as errored."""
     memory: float = 8.0
     """Bound on the memory of a worker, GiB of address space (Linux); 0 for none."""
-    max_picks: int = 15
-    """Attempts per trial, failed ones included."""
-    noise: bool = False
-    """Add the noise of a stereo camera."""
-    min_score: float = DEFAULT_MIN_SCORE
-    """Grasps that are less likely to deliver wait until no object has a better one; 0 keeps to the paper."""
+    own_planners: tuple[tuple[str, dict[str, Any]], ...] = ()
+    """Planners of an experiment file that have settings: by name, in place of --planners."""
     dry_run: bool = False
     """Only say what would be played."""
     json: Annotated[bool, tyro.conf.arg(help="Print a JSON summary to stdout.")] = False
+    conditions: Conditions = field(default_factory=Conditions)
     vlm: VlmOptions = field(default_factory=VlmOptions)
+
+    @classmethod
+    def prepared(cls, arguments: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
+        """What an experiment file among the arguments sets, and the other arguments. Raises InputError."""
+        from torc.cli.experiments import read_experiment
+
+        files = [a for a in arguments[:1] if a.endswith((".yaml", ".yml"))]
+        return (read_experiment(Path(files[0])) if files else {}), list(arguments[len(files) :])
 
     def run(self) -> int:
         """Play what is missing; returns the exit code."""
@@ -111,9 +122,8 @@ class BenchCommand:
             raise InputError("--timeout must be above 0 and --memory at least 0.")
         if self.ray is not None:
             from torc.benchmark.remote.ray_pool import load_ray
-            from torc.robots.loading import robot_names
 
-            if self.robot not in robot_names():
+            if self.conditions.robot != DEFAULT_ROBOT:
                 raise InputError("--ray sends no robot along: leave out --robot, or play without --ray.")
             load_ray()  # now rather than after the planners were looked at
 
@@ -170,32 +180,45 @@ class BenchCommand:
     def _plan(self, log_directory: Path) -> tuple[BenchSpec, dict[str, Problem]]:
         """What the options ask for, and the problems by name."""
         import torc
-        from torc.benchmark.preflight import find_planners, find_problems, find_settings
-        from torc.benchmark.spec import Settings, make_spec
+        from torc.benchmark.preflight import find_around, find_planners, find_problems
+        from torc.benchmark.spec import make_spec
         from torc.robots.loading import load_robot
         from torc.scenes.made_for import robot_hint
+        from torc.specs.variants import variants
 
-        problems, robot = find_problems(self.problems), load_robot(self.robot)
+        problems, robot = find_problems(self.problems), load_robot(self.conditions.robot)
         hints = Counter(robot_hint(problem, robot.name, robot.source) for problem in problems.values())
         for hint in filter(None, hints):
             _say(f"{hints[hint]} of {len(problems)} problem(s): {hint}")
-        settings = Settings(self.max_picks, self.noise, self.robot, self.min_score, self.grasps)
-        settings = find_settings(settings, self._backend(), log_directory)
+        changes = variants(self.sweep)
+        around, sources = find_around(self.conditions, changes, self._backend(), log_directory)
         planners = find_planners(self._questions(), self._backend(), log_directory)
-        spec = make_spec(tuple(problems), planners, range(self.repeats), settings, torc.__version__)
+        under = [
+            replace(p, variant=variant, variant_sources=own if variant else {})
+            for variant, own in zip(changes, sources)
+            for p in planners
+        ]
+        spec = make_spec(tuple(problems), under, range(self.repeats), around, torc.__version__)
         return spec, {problem.name: problem for problem in problems.values()}
 
     def _questions(self) -> list[Question]:
         """What --planners names, each with its own VLM or that of --vlm."""
         from torc.benchmark.preflight import Question, split_vlm
+        from torc.specs.trial import PlannerSpec
 
-        named = [split_vlm(text.strip()) for text in self.planners.split(",") if text.strip()]
+        of_file = self.own_planners if self.planners == type(self).planners else ()
+        given = of_file or tuple((text.strip(), {}) for text in self.planners.split(","))
+        named = [(*split_vlm(text), settings) for text, settings in given if text]
         # Options of a VLM may be meant for those named in --planners alone.
-        for_all = self.vlm.config() if self.vlm.vlm or all(vlm is None for _, vlm in named) else None
+        for_all = self.vlm.config() if self.vlm.vlm or all(vlm is None for _, vlm, _ in named) else None
         cache = self.vlm.cache()
         return [
-            Question(name, for_all if vlm is None else self.vlm.config(vlm), cache, vlm is not None)
-            for name, vlm in named
+            Question(
+                PlannerSpec(name, for_all if vlm is None else self.vlm.config(vlm), settings),
+                cache,
+                vlm is not None,
+            )
+            for name, vlm, settings in named
         ]
 
     @contextmanager
@@ -211,7 +234,7 @@ class BenchCommand:
 
         with shared_cache(self.vlm.cache()) as (cache, probe):
             luggage = pack_luggage(
-                self._limits(1), spec.planners, problems.values(), Path.cwd(), probe, self.grasps
+                self._limits(1), spec.planners, problems.values(), Path.cwd(), probe, self.conditions.grasps
             )
             with ray_pool(self.ray, self.workers, luggage, _say) as pool:
                 facts = pool.facts()

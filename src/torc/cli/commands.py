@@ -3,13 +3,14 @@
 import inspect
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 from types import MappingProxyType
 from typing import Any, Protocol, cast
 
 import tyro
 
 from torc.cli.help_text import explained, filled
+from torc.cli.settings_flags import split_settings, with_settings
 from torc.errors import UnknownNameError
 
 _HELP = ("-h", "--help")
@@ -67,5 +68,11 @@ def parse_command(command: "type[Any] | Group", prog: str, arguments: Sequence[s
         return parse_command(command.commands[name][1], f"{prog} {name}", rest)
     if any(a in _HELP for a in arguments):
         print(filled(inspect.cleandoc(command.__doc__ or "")))
-    cls = explained(command)
-    return cast(Runnable, tyro.cli(cls, prog=prog, description="", args=list(arguments), config=_CONFIG))
+    plain, settings = split_settings(arguments)
+    cls, default = explained(command), {}
+    if hasattr(command, "prepared"):
+        given, plain = command.prepared(plain)
+        required = (f.name for f in fields(command) if f.default is MISSING and f.default_factory is MISSING)
+        default = {"default": command(**dict.fromkeys(required, tyro.MISSING), **given)}
+    parsed = tyro.cli(cls, prog=prog, description="", args=plain, config=_CONFIG, **default)
+    return cast(Runnable, with_settings(parsed, settings))

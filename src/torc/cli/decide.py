@@ -7,8 +7,7 @@ from typing import Annotated
 import tyro
 
 from torc.cli.vlm_options import VlmOptions
-from torc.grasping.names import DEFAULT_GRASPS
-from torc.pipeline.min_score import DEFAULT_MIN_SCORE
+from torc.specs.conditions import PipelineSpec
 
 NO_CHOICE = 3
 """Exit code of a decision without an object."""
@@ -42,18 +41,15 @@ class DecideCommand:
     planner: str = "dg-select"
     """Task planner: dg-select, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your
     own as module:Class or path/to/file.py:Class."""
-    grasps: str = DEFAULT_GRASPS
-    """Grasp planner: geometric, or your own as module:Class or path/to/file.py:Class."""
     robot: str = "none"
     """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, or a robot description file. With a
     robot the world is its base frame."""
     seed: int = 0
     """Decides all random draws."""
-    min_score: float = DEFAULT_MIN_SCORE
-    """Grasps that are less likely to deliver wait until no object has a better one; 0 keeps to the paper."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Directory for decision.json, seen.png and graph.png."""
     json: Annotated[bool, tyro.conf.arg(help="Print decision.json instead of text.")] = False
+    stages: PipelineSpec = field(default_factory=PipelineSpec)
     vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
@@ -77,10 +73,8 @@ class DecideCommand:
         planner, frame = make_planner(self.planner, **options), load_frame(self.frame)
         robot = None if self.robot == "none" else self.robot
         with announced_compilation(lambda text: print(text, file=sys.stderr)):
-            rehearse(frame, planner, robot=robot, grasps=self.grasps)
-        answer = decide_frame(
-            frame, planner, robot=robot, seed=self.seed, min_score=self.min_score, grasps=self.grasps
-        )
+            rehearse(frame, planner, robot=robot, stages=self.stages)
+        answer = decide_frame(frame, planner, robot=robot, seed=self.seed, stages=self.stages)
         if self.out is not None:
             try:
                 self.out.mkdir(parents=True, exist_ok=True)

@@ -11,6 +11,8 @@ from typing import Annotated, Any
 import tyro
 
 _WIDEST = 100
+_NOT_FLAGS = ("settings", "planner_settings", "own_planners")
+"""Fields of commands that are no options: they come from --STAGE.SETTING or an experiment file."""
 
 
 def filled(text: str) -> str:
@@ -35,15 +37,18 @@ def explained(command: type[Any]) -> type[Any]:
 
     tyro would take those docstrings itself, but keep their line breaks. Options in groups (dataclasses) count, too.
     """
-    docs = _field_docs(command)
+    docs = {k: v for cls in reversed(command.__mro__[:-1]) for k, v in _field_docs(cls).items()}
     for field in dataclasses.fields(command):
         if isinstance(field.default_factory, type) and dataclasses.is_dataclass(field.default_factory):
             explained(field.default_factory)
+        elif field.name in _NOT_FLAGS:
+            command.__annotations__[field.name] = Annotated[Any, tyro.conf.Suppress, tyro.conf.Fixed]
         else:
             # A default that says nothing ("None", "False") is not told.
             empty = field.default is None or field.default is False or field.default in ("", ())
             help_ = tyro.conf.arg(help=docs.get(field.name), help_behavior_hint="" if empty else None)
-            command.__annotations__[field.name] = Annotated[command.__annotations__[field.name], help_]
+            declared = next(c.__annotations__ for c in command.__mro__ if field.name in c.__annotations__)
+            command.__annotations__[field.name] = Annotated[declared[field.name], help_]
     return command
 
 

@@ -1,16 +1,17 @@
 """`torc human`: a person as task planner."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from torc.episode.viewer_links import VIEWER_PORT
-from torc.robots.names import DEFAULT_ROBOT
+from torc.specs.conditions import Conditions
 
 if TYPE_CHECKING:
-    from torc.episode.trial import Trial, TrialSpec
+    from torc.episode.trial import Trial
+    from torc.specs.trial import TrialSpec
     from torc.web.frames import FrameBoard
     from torc.web.session import Session
 
@@ -36,12 +37,6 @@ class HumanCommand:
     """Decides all random draws."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("runs/human")
     """Where the trials are recorded, a directory each."""
-    max_picks: int = 15
-    """Attempts, failed ones included."""
-    noise: bool = False
-    """Add the noise of a stereo camera."""
-    robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     video: bool = False
     """Also write video.mp4 of each trial: the robot from outside. The page shows it once nobody has to play the problem
     any more."""
@@ -54,6 +49,7 @@ class HumanCommand:
     """0 for any free one."""
     open: bool = False
     """Open the browser."""
+    conditions: Conditions = field(default_factory=Conditions)
 
     def run(self) -> int:
         """Play until everything is complete, then keep the page until Ctrl-C."""
@@ -62,10 +58,10 @@ class HumanCommand:
         from torc.cli.web_page import served_page, web_parts
         from torc.errors import InputError
 
-        if self.max_picks < 1 or self.seed < 0:
-            raise InputError("--max-picks must be at least 1 and --seed at least 0.")
+        if self.seed < 0:
+            raise InputError("--seed must be at least 0.")
         web_parts()
-        from torc.robots.loading import load_robot
+        from torc.pipeline.building import build_system
         from torc.scenes.problem import load_problem
         from torc.scenes.problem_sets import select_problems
         from torc.web.frames import FrameBoard
@@ -76,10 +72,11 @@ class HumanCommand:
         problems = select_problems(",".join(self.problems))
         for problem in problems:
             load_problem(problem)
-        load_robot(self.robot)
+        build_system(self.conditions)
         experts = [name.strip() for name in self.experts.split(",") if name.strip()]
-        settings = self.seed, self.max_picks, self.noise, self.robot, self.outside_view
-        queue = make_queue(problems, experts, self.out, *settings)
+        queue = make_queue(
+            problems, experts, self.out, self.seed, self.conditions, outside_view=self.outside_view
+        )
         try:
             self.out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -118,7 +115,7 @@ class HumanCommand:
             trial = run_trial(
                 spec,
                 out,
-                planner=HumanPlanner(session, spec.expert),
+                planner=HumanPlanner(session, spec.planner.expert),
                 listeners=[SessionListener(session)],
                 observers=[camera.observe] if camera is not None else [],
                 video=self.video,

@@ -20,6 +20,7 @@ from torc.cli.printing import printable
 from torc.cli.problems import PROBLEMS
 from torc.cli.report import ReportCommand
 from torc.cli.run import RunCommand
+from torc.cli.settings import SettingsCommand
 from torc.cli.view import ViewCommand
 from torc.errors import InputError, TorcError
 
@@ -35,6 +36,7 @@ TORC = Group(
         "decide": ("only the decision, for your own camera's frame", DecideCommand),
         "problems": ("problems to play: list, make, check, solve them", PROBLEMS),
         "objects": ("what can lie on the table; import adds your meshes", OBJECTS),
+        "settings": ("what can be set in each stage", SettingsCommand),
         "doctor": ("what is missing on this machine, and how to get it", DoctorCommand),
     },
     "Begin with `torc run`. `torc --version` says which version this is.",

@@ -7,6 +7,7 @@ from typing import Annotated
 import tyro
 
 from torc.robots.names import DEFAULT_ROBOT
+from torc.specs.conditions import DEFAULT_WORKSPACE
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,8 @@ class GalleryCommand:
     problem's file states, if any."""
     robot: str = DEFAULT_ROBOT
     """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    workspace: str = DEFAULT_WORKSPACE
+    """Table, bin and camera: paper, or a workspace file of your own (docs/workspaces.md)."""
     title: str = ""
     """Heading of the pages; made of SELECTION if not given."""
     json: Annotated[bool, tyro.conf.arg(help="Print what the cards say as JSON.")] = False
@@ -74,7 +77,9 @@ class GalleryCommand:
             title = (
                 self.title or f"{self.problems}: {len(problems)} problem{'s' if len(problems) > 1 else ''}"
             )
-            cards = make_gallery(title, problems, inspector_for(self.robot), self.out, orders, tell)
+            cards = make_gallery(
+                title, problems, inspector_for(self.robot, self.workspace), self.out, orders, tell
+            )
         for name in left_over(problems, self.out):
             say(f"Of an earlier gallery, and on no page now: {self.out / 'cards' / name}")
         if self.json:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from torc.robots.names import DEFAULT_ROBOT
+from torc.specs.conditions import DEFAULT_WORKSPACE
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -66,6 +67,8 @@ class GenerateCommand:
     """Also use objects that you have imported (`torc objects import`). --models may name such ones anyway."""
     robot: str = DEFAULT_ROBOT
     """Robot that the problems are made for: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    workspace: str = DEFAULT_WORKSPACE
+    """Table, bin and camera: paper, or a workspace file of your own (docs/workspaces.md)."""
     attempts: int = 60
     """Scenes tried for each problem before it is given up."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("problems")
@@ -85,8 +88,10 @@ class GenerateCommand:
 
         from torc.generation.batch import generate_batch, inspector_for
         from torc.pipeline.warm_up import announced_compilation
+        from torc.specs.conditions import Conditions
 
-        robot = inspector_for(self.robot).robot  # an unknown one is refused before any work
+        conditions = Conditions(robot=self.robot, workspace=self.workspace)
+        robot = inspector_for(self.robot, self.workspace).robot  # an unknown one is refused before any work
         all_jobs, console = self._jobs(), Console(stderr=True)
         there = self._there(all_jobs, robot)
         jobs, summary = [job for job in all_jobs if job not in there], _Summary(list(there.values()))
@@ -94,7 +99,7 @@ class GenerateCommand:
         if there:
             print(f"{len(there)} of {len(all_jobs)} are in {self.out} already.", file=told, flush=True)
         with announced_compilation(lambda text: console.print(text, style="dim")):
-            batch = generate_batch(jobs, self.robot, self.workers, progress=_teller(console))
+            batch = generate_batch(jobs, conditions, self.workers, progress=_teller(console))
             for job, made in batch:
                 self._keep(job, made, summary, robot)
                 print(summary.lines[-1], file=told, flush=True)

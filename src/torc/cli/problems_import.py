@@ -71,10 +71,9 @@ class ImportCommand:
         """Import; returns the exit code."""
         from rich.console import Console
 
+        from torc.generation.batch import inspector_for
         from torc.generation.graspclutter6d.runs import ImportRequest, run_import
         from torc.generation.graspclutter6d.settling import ImportConfig
-        from torc.generation.inspection import Inspector
-        from torc.robots.loading import load_robot
 
         console = Console(stderr=self.json)
         if self.paper:
@@ -89,7 +88,7 @@ class ImportCommand:
         )
         attempts = run_import(
             request,
-            Inspector(load_robot(self.robot)),
+            inspector_for(self.robot),
             self.out,
             self.overwrite,
             say=lambda text: console.print(text, style="dim", highlight=False, markup=False),

@@ -1,12 +1,12 @@
 """`torc problems solve`: the best order of picks for a problem."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import tyro
 
 from torc.episode.oracle.budget import DEFAULT_BUDGET
-from torc.robots.names import DEFAULT_ROBOT
+from torc.specs.conditions import Conditions
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,7 @@ class SolveCommand:
     """Seed of the trial: `torc run PROBLEM --planner oracle` with the same seed goes as foreseen here."""
     budget: float = DEFAULT_BUDGET
     """How much to try, in simulated picks; a look counts as half of one. 80 take about a minute at most."""
-    max_picks: int = 15
-    """Longer orders do not count."""
-    robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    conditions: Conditions = field(default_factory=Conditions)
     json: Annotated[bool, tyro.conf.arg(help="Print the answer as JSON; progress goes to stderr.")] = False
 
     def run(self) -> int:
@@ -38,30 +35,21 @@ class SolveCommand:
 
         from torc.episode.oracle.solve import solve_problem
         from torc.errors import InputError
+        from torc.pipeline.building import build_system
         from torc.pipeline.warm_up import announced_compilation
-        from torc.robots.loading import load_robot
         from torc.scenes.made_for import robot_hint
         from torc.scenes.problem import load_problem
-        from torc.scenes.workspace import Workspace
 
-        if self.max_picks < 1 or self.seed < 0:
-            raise InputError("--max-picks must be at least 1 and --seed at least 0.")
+        if self.seed < 0:
+            raise InputError("--seed must be at least 0.")
 
         def say(text: str) -> None:
             print(text, file=sys.stderr, flush=True)
 
-        problem, robot = load_problem(self.problem), load_robot(self.robot)
-        if hint := robot_hint(problem, robot.name, robot.source):
+        problem, system = load_problem(self.problem), build_system(self.conditions)
+        if hint := robot_hint(problem, system.robot.name, system.robot.source):
             say(hint)
         with announced_compilation(say):
-            answer = solve_problem(
-                problem,
-                robot,
-                Workspace(),
-                self.seed,
-                self.budget,
-                max_picks=self.max_picks,
-                say=say,
-            )
+            answer = solve_problem(problem, system, self.seed, self.budget, say=say)
         print(json.dumps(answer.to_dict(), indent=2) if self.json else answer.text())
         return 0 if answer.solved else 1

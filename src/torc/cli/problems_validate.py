@@ -9,6 +9,7 @@ import tyro
 from torc.cli.printing import printable
 from torc.episode.oracle.budget import DEFAULT_BUDGET
 from torc.robots.names import DEFAULT_ROBOT
+from torc.specs.conditions import DEFAULT_WORKSPACE
 
 if TYPE_CHECKING:
     from torc.generation.validation import Check, ValidationReport
@@ -41,6 +42,8 @@ class ValidateCommand:
     """Seed of the oracle's trial."""
     robot: str = DEFAULT_ROBOT
     """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    workspace: str = DEFAULT_WORKSPACE
+    """Table, bin and camera: paper, or a workspace file of your own (docs/workspaces.md)."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
     def run(self) -> int:
@@ -61,7 +64,7 @@ class ValidateCommand:
             raise InputError("Name at least one problem, e.g. `torc problems validate structured-01`.")
         if self.seed < 0:
             raise InputError("--seed must be at least 0.")
-        inspector = inspector_for(self.robot)
+        inspector = inspector_for(self.robot, self.workspace)
         resolve = oracle_check(inspector, self.seed, self.budget, _on_stderr) if not self.no_oracle else None
         names = [name for given in self.problems for name in select_problems(given)]
         problems = {name: load_problem(name) for name in dict.fromkeys(names)}

@@ -7,9 +7,8 @@ from typing import Annotated
 import tyro
 
 from torc.cli.vlm_options import VlmOptions
-from torc.grasping.names import DEFAULT_GRASPS
-from torc.pipeline.min_score import DEFAULT_MIN_SCORE
-from torc.robots.names import DEFAULT_ROBOT
+from torc.specs.conditions import Conditions
+from torc.specs.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -24,20 +23,12 @@ class RunCommand:
     planner: str = "dg-select"
     """Task planner: dg-select, random, oracle (tries picks out in the simulation), vlm-select, vlm-grasps,
     vlm-fixes-dg (these three ask the model --vlm), or your own as module:Class or path/to/file.py:Class."""
-    grasps: str = DEFAULT_GRASPS
-    """Grasp planner: geometric, or your own as module:Class or path/to/file.py:Class."""
-    robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    planner_settings: Settings = field(default_factory=dict)
+    """Settings of the task planner by dotted path: --planner.SETTING VALUE."""
     seed: int = 0
     """Decides all random draws: same problem, planner and seed, same trial."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Directory for results and pictures; runs/PROBLEM-PLANNER-SEED if not given."""
-    max_picks: int = 15
-    """Attempts, failed ones included."""
-    noise: bool = False
-    """Add the noise of a stereo camera: depth errors that grow with distance, lost edges, eroded masks."""
-    min_score: float = DEFAULT_MIN_SCORE
-    """Grasps that are less likely to deliver wait until no object has a better one; 0 keeps to the paper."""
     video: bool = False
     """Also write video.mp4 (an outside view, with what the planner saw)."""
     trajectory: bool = False
@@ -48,6 +39,7 @@ class RunCommand:
     overwrite: bool = False
     """Replace the output directory if it exists."""
     json: Annotated[bool, tyro.conf.arg(help="Print result.json instead of progress.")] = False
+    conditions: Conditions = field(default_factory=Conditions)
     vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
@@ -55,24 +47,12 @@ class RunCommand:
         from rich.console import Console
         from rich.markup import escape
 
-        from torc.errors import InputError
-
-        if self.max_picks < 1 or self.seed < 0:
-            raise InputError("--max-picks must be at least 1 and --seed at least 0.")
         from torc.episode.progress import TerminalProgress
-        from torc.episode.trial import TrialSpec, run_trial
+        from torc.episode.trial import run_trial
+        from torc.specs.trial import PlannerSpec, TrialSpec
 
-        spec = TrialSpec(
-            self.problem,
-            self.planner,
-            self.seed,
-            self.max_picks,
-            self.noise,
-            self.robot,
-            vlm=self.vlm.config(),
-            min_score=self.min_score,
-            grasps=self.grasps,
-        )
+        planner = PlannerSpec(self.planner, self.vlm.config(), self.planner_settings)
+        spec = TrialSpec(self.problem, planner, self.seed, self.conditions)
         console = Console(stderr=self.json)
         out = self.out or Path("runs") / spec.default_name
         # On a terminal, a line that moves: compiling and the simulated motions take their time.

@@ -34,7 +34,7 @@ def run_episode(
             listener(event)
 
     tell(started)
-    episode = Episode(Steps(parts.pick_parts, started.target_description, config, tell))
+    episode = Episode(Steps(parts.picking, started.target_description, config, tell))
     while (look := episode.look()) is not None:
         pick = episode.state.pick
         with episode.steps.clock.stage("decide") as lap:
@@ -53,7 +53,7 @@ def rehearse(parts: EpisodeParts) -> Look:
     Returns:
         The look at that scene, for whoever has kernels of his own to rehearse.
     """
-    look = rehearse_picks(parts.pick_parts)
+    look = rehearse_picks(parts.picking)
     rehearse_planner(parts.task_planner, look.context)
     return look
 

@@ -13,18 +13,16 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from torc.episode.events import Event, Looked
+from torc.episode.simulated import needs_color, pick_parts, simulated_robot
 from torc.episode.state import EpisodeState, first_state
-from torc.episode.steps import EpisodeConfig, PickParts, Steps
-from torc.motion.protocol import MotionPlanner
-from torc.perception.privileged import LabelPerception
-from torc.pipeline.look import Look, Pipeline
+from torc.episode.steps import EpisodeConfig, Steps
+from torc.pipeline.building import System
+from torc.pipeline.look import Look
 from torc.records import Decision, PickOutcome, PickResult
-from torc.robots.description import RobotDescription
 from torc.scenes.problem import Problem
 from torc.sim.contacts import lies_on
-from torc.sim.robot import RobotState, SimulatedRobot, SimulatedRobotConfig
+from torc.sim.robot import RobotState, SimulatedRobot
 from torc.sim.visibility import Visibility, measure_visibility
-from torc.sim.world import build_world
 from torc.task_planning.protocol import TaskPlanner
 
 
@@ -164,17 +162,9 @@ class PrivilegedPlanner(TaskPlanner, Privileged, Protocol):
 
 
 @contextmanager
-def open_sandbox(
-    problem: Problem,
-    robot: RobotDescription,
-    pipeline: Pipeline,
-    motion_planner: MotionPlanner,
-    config: EpisodeConfig,
-) -> Iterator[Sandbox]:
+def open_sandbox(problem: Problem, system: System, config: EpisodeConfig) -> Iterator[Sandbox]:
     """A sandbox for a problem, in which it is looked, planned and picked as in a trial with these parts."""
-    # Who reads masks and depth alone needs no colour picture, which takes most of the camera's time.
-    color = not isinstance(pipeline.perception, LabelPerception)
-    world = build_world(problem, robot, pipeline.workspace)
-    with SimulatedRobot(world, SimulatedRobotConfig(color=color)) as simulated:
-        parts = PickParts(simulated, pipeline, motion_planner)
-        yield Sandbox(simulated, Steps(parts, problem.description, config))
+    # The colour picture takes most of the camera's time.
+    with simulated_robot(system, problem, color=needs_color(system)) as simulated:
+        steps = Steps(pick_parts(system, simulated), problem.description, config)
+        yield Sandbox(simulated, steps)

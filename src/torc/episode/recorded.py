@@ -5,20 +5,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torc.episode.pick_view import PickView, load_view
-from torc.episode.trial_lines import (
+from torc.episode.log_lines import (
     DecidedLine,
     ExecutedLine,
     LookedLine,
     PlannedLine,
-    ResultFacts,
-    SpecFacts,
+    ResultFile,
     StartedLine,
-    read_events,
-    read_facts,
 )
+from torc.episode.pick_view import PickView, load_view
+from torc.episode.trial_files import read_events, read_result, read_spec
 from torc.errors import InputError
 from torc.scenes.strict_files import read_bytes
+from torc.specs.trial import TrialSpec
 
 LOG, VIDEO = "events.jsonl", "video.mp4"
 MAX_TRIALS, MAX_DEPTH = 20_000, 6
@@ -49,10 +48,10 @@ class RecordedTrial:
     """
 
     directory: Path
-    spec: SpecFacts
+    spec: TrialSpec
     started: StartedLine | None
     picks: tuple[RecordedPick, ...]
-    result: ResultFacts | None
+    result: ResultFile | None
 
     def pick(self, number: int) -> RecordedPick:
         """Raises InputError where there is none."""
@@ -90,14 +89,14 @@ def read_trial(directory: Path) -> RecordedTrial:
     result = directory / "result.json"
     return RecordedTrial(
         directory,
-        read_facts(directory / "spec.json", SpecFacts),
+        read_spec(directory / "spec.json").spec,
         next((e for e in events if isinstance(e, StartedLine)), None),
-        _picks(events),
-        read_facts(result, ResultFacts) if result.exists() else None,
+        picks_of(events),
+        read_result(result) if result.exists() else None,
     )
 
 
-def _picks(events: list[Any]) -> tuple[RecordedPick, ...]:
+def picks_of(events: list[Any]) -> tuple[RecordedPick, ...]:
     """The picks in order, up to the first that was not looked at."""
     parts: dict[int, dict[str, Any]] = {}
     for event in events:

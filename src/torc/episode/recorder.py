@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from torc.episode.event_log import event_line
 from torc.episode.events import Decided, Event, Executed, Looked
+from torc.episode.log_writing import log_line
 from torc.episode.pick_view import view_of
 from torc.episode.pictures import Crop, Frame, crop_around_objects, picture_strip
 from torc.episode.recorded import LOG
@@ -62,7 +62,7 @@ class TrialRecorder:
     def __call__(self, event: Event) -> None:
         """Record one event; lines are flushed so that nothing is lost in a crash."""
         self.begun = True
-        self._log.write(json.dumps(event_line(event)) + "\n")
+        self._log.write(json.dumps(log_line(event)) + "\n")
         self._log.flush()
         match event:
             case Looked():

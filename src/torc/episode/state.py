@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.failures import FailedGrasp
-from torc.records import OcclusionVolume, PickOutcome, PickResult, VoxelGrid
+from torc.records import OcclusionVolume, PickOutcome, PickResult, SegmentedScene, VoxelGrid
 
 
 class EndReason(StrEnum):
@@ -27,11 +27,13 @@ class EpisodeState:
         volume: the occlusion volume as the latest look left it.
         failed: grasps that failed and are remembered.
         outcomes: one per pick so far.
+        scene: what perception made of the latest snapshot; None before the first.
     """
 
     volume: OcclusionVolume
     failed: tuple[FailedGrasp, ...] = ()
     outcomes: tuple[PickOutcome, ...] = ()
+    scene: SegmentedScene | None = None
 
     @property
     def pick(self) -> int:

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 from torc.episode.events import Event, Executed, Listener, Looked, Planned
 from torc.episode.state import EpisodeState
+from torc.motion.asking import ask_motion_planner
 from torc.motion.protocol import MotionPlanner, PickRequest
+from torc.perception.asking import ask_camera
 from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.seeding import stage_rng
@@ -41,17 +43,10 @@ class PickParts:
 
 @dataclass(frozen=True)
 class EpisodeParts:
-    """Who does what; each can be exchanged."""
+    """Those, and who chooses."""
 
-    robot: Robot
-    pipeline: Pipeline
+    picking: PickParts
     task_planner: TaskPlanner
-    motion_planner: MotionPlanner
-
-    @property
-    def pick_parts(self) -> PickParts:
-        """All but the task planner."""
-        return PickParts(self.robot, self.pipeline, self.motion_planner)
 
 
 class Steps:
@@ -75,7 +70,7 @@ class Steps:
     def look(self, state: EpisodeState) -> Look:
         """What the robot sees now, and what follows from it."""
         with self.clock.stage("capture") as lap:
-            observation = self.parts.robot.capture()
+            observation = ask_camera(self.parts.robot)
         look = self.parts.pipeline.look(
             observation,
             state.volume,
@@ -84,6 +79,7 @@ class Steps:
             history=tuple(outcome.as_felt for outcome in state.outcomes),
             picks_left=self.config.max_picks - state.pick,
             failed=state.failed,
+            before=state.scene,
         )
         self.clock.add(look.seconds)
         self._tell(Looked(state.pick, look, lap.seconds + sum(look.seconds.values()), state))
@@ -109,14 +105,14 @@ class Steps:
             outcome, seconds = self._execute(plan, choice)
             failed = remembered(failed, look, plan, outcome.as_felt, self.parts.robot.description)
         self._tell(Executed(state.pick, outcome, seconds))
-        return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome))
+        return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), look.context.scene)
 
     def plan(self, state: EpisodeState, look: Look, object_id: int) -> PickPlan | PlanFailure:
         """Motions for the pick of an object."""
         request = pick_request(look, object_id)
         with self.clock.stage("plan motions") as lap:
             rng = stage_rng(self.config.seed, state.pick, "motion")
-            plan = self.parts.motion_planner.plan_pick(request, rng)
+            plan = ask_motion_planner(self.parts.motion_planner, request, rng)
         self._tell(Planned(state.pick, look, plan, lap.seconds))
         return plan
 

@@ -2,8 +2,8 @@
 
 import json
 
+from torc.episode.log_lines import LookedLine
 from torc.episode.recorded import RecordedTrial
-from torc.episode.trial_lines import LookedLine
 from torc.exports.selection import succeeded
 from torc.records import TARGET_ID
 from torc.vlm.asking import filled_prompt

@@ -157,7 +157,7 @@ def _write_episode(
         "meta/episodes/chunk_index": 0,
         "meta/episodes/file_index": 0,
         "problem": episode.source.problem,
-        "planner": episode.source.trial.spec.planner,
+        "planner": episode.source.trial.spec.planner.name,
         "seed": episode.source.trial.spec.seed,
         "retrieved": episode.source.retrieved,
     }

@@ -54,9 +54,9 @@ def _row(
             "prompt_name": PROMPT,
             "chosen_id": good,
             "rejected_id": bad,
-            "chosen_by": source.trial.spec.planner,
-            "rejected_by": other.trial.spec.planner,
-            "expert": source.trial.spec.expert,
+            "chosen_by": source.trial.spec.planner.name,
+            "rejected_by": other.trial.spec.planner.name,
+            "expert": source.trial.spec.planner.expert,
             "seed": source.trial.spec.seed,
         },
     )

@@ -37,7 +37,7 @@ class Source:
     @property
     def planner(self) -> str:
         """Name of the task planner."""
-        return self.trial.spec.planner
+        return self.trial.spec.planner.name
 
     @property
     def retrieved(self) -> bool:

@@ -8,9 +8,10 @@ from torc.generation.config import GenerationConfig
 from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem
 from torc.generation.inspection import Inspector
 from torc.generation.rejections import Reason
+from torc.pipeline.building import build_system
 from torc.processes import open_pool
-from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
+from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
 
 Progress = Callable[["Job", int, Reason], None]
 """Told which job, the number of a rejected attempt, and why it was rejected."""
@@ -25,13 +26,16 @@ class Job:
 
 
 def generate_batch(
-    jobs: Sequence[Job], robot: str = DEFAULT_ROBOT, workers: int = 1, progress: Progress | None = None
+    jobs: Sequence[Job],
+    conditions: Conditions,
+    workers: int = 1,
+    progress: Progress | None = None,
 ) -> Iterator[tuple[Job, GeneratedProblem | NotGenerated]]:
     """The problems of some jobs, each as soon as it and those before it are done.
 
     Args:
         jobs: what to make.
-        robot: name or file of the robot that will have to solve them.
+        conditions: the robot that will have to solve them, and its workspace.
         workers: processes; with more than one, progress is not told.
         progress: told of rejected attempts.
 
@@ -41,20 +45,24 @@ def generate_batch(
     if workers <= 1:
         for job in jobs:
             told = None if progress is None else _for_job(progress, job)
-            yield job, generate_problem(job.config, job.seed, inspector_for(robot), progress=told)
+            yield job, generate_problem(job.config, job.seed, _inspector(conditions), progress=told)
         return
     with open_pool(workers) as pool:
-        yield from zip(jobs, pool.map(_generate, jobs, [robot] * len(jobs)))
+        yield from zip(jobs, pool.map(_generate, jobs, [conditions] * len(jobs)))
 
 
 @cache
-def inspector_for(robot: str) -> Inspector:
-    """An inspector with that robot, one per process. Raises InputError for an unknown robot."""
-    return Inspector(load_robot(robot))
+def inspector_for(robot: str = DEFAULT_ROBOT, workspace: str = DEFAULT_WORKSPACE) -> Inspector:
+    """An inspector with that robot, one per process. Raises InputError for an unknown one."""
+    return Inspector(build_system(Conditions(robot=robot, workspace=workspace)))
 
 
-def _generate(job: Job, robot: str) -> GeneratedProblem | NotGenerated:
-    return generate_problem(job.config, job.seed, inspector_for(robot))
+def _inspector(conditions: Conditions) -> Inspector:
+    return inspector_for(conditions.robot, conditions.workspace)
+
+
+def _generate(job: Job, conditions: Conditions) -> GeneratedProblem | NotGenerated:
+    return generate_problem(job.config, job.seed, _inspector(conditions))
 
 
 def _for_job(progress: Progress, job: Job) -> Callable[[int, Reason], None]:

@@ -1,6 +1,6 @@
 """What the robot makes of a problem before the first pick: what it sees, and what it could grasp."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -8,10 +8,9 @@ import numpy as np
 from torc.generation.config import Hiddenness, hiddenness_of
 from torc.generation.grasps import ModelGrasping
 from torc.generation.surroundings import Surroundings, surroundings
-from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.protocol import GraspPlanner
 from torc.occlusion.volume import empty_volume
-from torc.perception.privileged import LabelPerception
+from torc.pipeline.building import System
 from torc.pipeline.look import Pipeline
 from torc.records import TARGET_ID, GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
@@ -70,15 +69,19 @@ def robot_facts(robot: RobotDescription) -> dict[str, Scalar]:
 
 @dataclass(frozen=True)
 class Inspector:
-    """Looks at problems with a robot in its workspace.
+    """Looks at problems with the system that will have to solve them."""
 
-    Attributes:
-        robot: who will have to solve them.
-        workspace: table, bin and camera.
-    """
+    system: System
 
-    robot: RobotDescription
-    workspace: Workspace = field(default_factory=Workspace)
+    @property
+    def robot(self) -> RobotDescription:
+        """Who will have to solve them."""
+        return self.system.robot
+
+    @property
+    def workspace(self) -> Workspace:
+        """Table, bin and camera."""
+        return self.system.workspace
 
     @cached_property
     def grasping(self) -> ModelGrasping:
@@ -134,14 +137,8 @@ class Inspector:
 
     @cached_property
     def _eyes(self) -> Pipeline:
-        planner = GeometricGraspPlanner(self.robot.gripper, self.workspace.support_z_m)
-        return Pipeline(
-            perception=LabelPerception(),
-            grasp_planner=_TargetOnly(planner),
-            robot=self.robot,
-            workspace=self.workspace,
-            min_score=0.0,
-        )
+        pipeline = self.system.pipeline
+        return replace(pipeline, grasp_planner=_TargetOnly(pipeline.grasp_planner), min_score=0.0)
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ def oracle_check(
 
     def resolve(problem: Problem) -> Check:
         try:
-            answer = solve_problem(problem, inspector.robot, inspector.workspace, seed, budget, say=say)
+            answer = solve_problem(problem, inspector.system, seed, budget, say=say)
         except (InputError, PhysicsError) as error:
             return Check("solution", False, f"It cannot be played: {error}")
         text = answer.verdict()

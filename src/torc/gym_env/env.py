@@ -11,17 +11,17 @@ from jaxtyping import Bool, UInt8
 from torc.episode.state import EndReason
 from torc.episode.steps import EpisodeConfig
 from torc.episode.stepwise import Episode
-from torc.errors import InputError, PhysicsError
+from torc.errors import InputError, PhysicsError, UnknownNameError
 from torc.gym_env.features import action_mask, observed
 from torc.gym_env.playground import Playground, SimulatedPlayground
 from torc.gym_env.rewards import RewardConfig, reward
 from torc.perception.marking import mark_image
 from torc.pipeline.look import Look
-from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.records import MAX_OBJECTS, Decision, PickOutcome
-from torc.robots.names import DEFAULT_ROBOT
 from torc.scenes.problem_sets import select_problems
-from torc.scenes.workspace import Workspace
+from torc.scenes.workspace import CameraMount
+from torc.scenes.workspace_files import load_workspace
+from torc.specs.conditions import Conditions
 
 RESET_OPTIONS = ("problem", "episode_seed")
 _SEEDS = 2**31
@@ -34,10 +34,9 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
 
     Args:
         problems: as `torc problems list` names them: sets, problems, files, directories; comma-separated or a sequence.
-        max_picks: attempts per episode, failed ones included.
         image: also observe the marked image.
         pick_cost, drop_cost, retrieval_bonus: see `RewardConfig`.
-        noise, min_score, robot: as in `TrialSpec`.
+        conditions: what is around the agent (max_picks, noise, robot, perception, settings, ...), see `Conditions`.
         render_mode: None, or "rgb_array" for the robot's camera.
         playground: where episodes take place; the simulation if not given.
 
@@ -51,29 +50,26 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         self,
         problems: str | Sequence[str] = "torc40",
         *,
-        max_picks: int = 15,
         image: bool = False,
         pick_cost: float = RewardConfig.pick_cost,
         drop_cost: float = RewardConfig.drop_cost,
         retrieval_bonus: float = RewardConfig.retrieval_bonus,
-        noise: bool = False,
-        min_score: float = DEFAULT_MIN_SCORE,
-        robot: str = DEFAULT_ROBOT,
         render_mode: str | None = None,
         playground: Playground | None = None,
+        **conditions: Any,
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise InputError(f"The render mode '{render_mode}' is none of this environment: 'rgb_array' is.")
-        if max_picks < 1:
-            raise InputError("max_picks must be at least 1.")
+        chosen = _conditions(conditions)
         self.problems = select_problems(problems if isinstance(problems, str) else ",".join(problems))
-        self.max_picks, self.image, self.render_mode = max_picks, image, render_mode
+        self.max_picks, self.image, self.render_mode = chosen.max_picks, image, render_mode
         self.rewards = RewardConfig(pick_cost, drop_cost, retrieval_bonus)
         self._playground: Playground = playground or SimulatedPlayground(
-            noise=noise, min_score=min_score, robot=robot, color=image or render_mode is not None
+            chosen, color=image or render_mode is not None
         )
         self.action_space = spaces.Discrete(MAX_OBJECTS)
-        self.observation_space = spaces.Dict(_spaces(image))  # type: ignore[assignment]
+        mount = load_workspace(chosen.workspace).camera
+        self.observation_space = spaces.Dict(_spaces(image, mount))  # type: ignore[assignment]
         self._episode: Episode | None = None
         self._look: Look | None = None
         self._facts: dict[str, Any] = {}
@@ -184,7 +180,15 @@ def _told(episode: Episode, outcome: PickOutcome) -> dict[str, Any]:
     return facts
 
 
-def _spaces(image: bool) -> dict[str, spaces.Space[Any]]:
+def _conditions(given: dict[str, Any]) -> Conditions:
+    """Raises InputError for a name that is none of theirs."""
+    for name in given:
+        if name not in Conditions.__dataclass_fields__:
+            raise UnknownNameError("argument of the environment", name, [*Conditions.__dataclass_fields__])
+    return Conditions(**given)
+
+
+def _spaces(image: bool, mount: CameraMount) -> dict[str, spaces.Space[Any]]:
     def share(*shape: int, low: float = 0.0) -> spaces.Box:
         return spaces.Box(low, 1.0, shape, np.float32)
 
@@ -197,6 +201,5 @@ def _spaces(image: bool) -> dict[str, spaces.Space[Any]]:
         "picks_left": share(1),
     }
     if image:
-        mount = Workspace().camera
         found["image"] = spaces.Box(0, 255, (mount.height, mount.width, 3), np.uint8)
     return found

@@ -5,17 +5,15 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from torc.episode.loop import rehearse_picks
-from torc.episode.steps import EpisodeConfig, PickParts, Steps
+from torc.episode.simulated import needs_color, pick_parts, simulated_robot
+from torc.episode.steps import EpisodeConfig, Steps
 from torc.episode.stepwise import Episode
-from torc.motion.planner import OmplMotionPlanner
-from torc.pipeline.defaults import default_pipeline
+from torc.pipeline.building import build_system
 from torc.pipeline.warm_up import announced_compilation
-from torc.robots.loading import load_robot
 from torc.scenes.problem import load_problem
-from torc.scenes.workspace import Workspace
 from torc.sim.closing import Closing
-from torc.sim.robot import RobotState, SimulatedRobot, SimulatedRobotConfig
-from torc.sim.world import build_world
+from torc.sim.robot import RobotState, SimulatedRobot
+from torc.specs.conditions import Conditions
 
 
 class Playground(Protocol):
@@ -45,16 +43,14 @@ class SimulatedPlayground(Closing):
     The world of the latest problem is kept: another episode in it need not be built anew.
     """
 
-    def __init__(self, *, noise: bool, min_score: float, robot: str, color: bool) -> None:
-        """color: whether pictures are needed; without, each look is faster. The others as in `TrialSpec`.
+    def __init__(self, conditions: Conditions, *, color: bool) -> None:
+        """color: whether pictures are needed; without, each look is faster.
 
         Raises:
-            InputError: the robot or min_score cannot be used.
+            InputError: a part cannot be made.
         """
-        self._robot, self._workspace = load_robot(robot), Workspace()
-        self._pipeline = default_pipeline(self._robot, self._workspace, noise=noise, min_score=min_score)
-        self._motion_planner = OmplMotionPlanner(self._robot, self._workspace)
-        self._config = SimulatedRobotConfig(color=color)
+        self._system = build_system(conditions)
+        self._color = color or needs_color(self._system)
         self._open: _OpenWorld | None = None
         self._rehearsed = False
 
@@ -67,7 +63,7 @@ class SimulatedPlayground(Closing):
         """
         simulated = self._as_built(problem)
         simulated.take_over()
-        parts = PickParts(simulated, self._pipeline, self._motion_planner)
+        parts = pick_parts(self._system, simulated)
         if not self._rehearsed:
             with announced_compilation(lambda text: print(text, file=sys.stderr)):
                 rehearse_picks(parts)
@@ -84,8 +80,7 @@ class SimulatedPlayground(Closing):
         """The robot in the problem's world, as that was built."""
         if self._open is None or self._open.problem != problem:
             self.close()
-            world = build_world(load_problem(problem), self._robot, self._workspace)
-            simulated = SimulatedRobot(world, self._config)
+            simulated = simulated_robot(self._system, load_problem(problem), color=self._color)
             self._open = _OpenWorld(problem, simulated, simulated.save())
         self._open.robot.restore(self._open.built)
         return self._open.robot

@@ -1,6 +1,7 @@
 """Perception that is given the labels: a simulator's truth or an annotated data set."""
 
 from torc.errors import InputError
+from torc.perception.protocol import Wanted
 from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig, segment
 from torc.records import Observation, SegmentedScene
 
@@ -11,8 +12,10 @@ class LabelPerception:
     def __init__(self, config: PerceptionConfig | None = None) -> None:
         self.config = PerceptionConfig() if config is None else config
 
-    def perceive(self, observation: Observation) -> SegmentedScene:
-        """The objects under the observation's labels. Raises InputError if it has none."""
+    def perceive(
+        self, observation: Observation, wanted: Wanted | None = None, before: SegmentedScene | None = None
+    ) -> SegmentedScene:
+        """The objects under the observation's labels, whatever is wanted. Raises InputError if it has none."""
         if observation.label_image is None:
             raise InputError(
                 "This observation has no label image. Give one (object id per pixel, -1 for the background), "

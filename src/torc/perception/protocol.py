@@ -1,13 +1,50 @@
-"""What every perception offers."""
+"""What every perception offers, and what is asked of it."""
 
-from typing import Protocol
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import UInt8
 
 from torc.records import Observation, SegmentedScene
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """The target as its user describes it.
+
+    Attributes:
+        description: in words, e.g. "the blue tuna can".
+        pictures: reference pictures of it, RGB; none if there are none.
+    """
+
+    description: str
+    pictures: tuple[UInt8[np.ndarray, "h w 3"], ...] = ()
+
+
+@runtime_checkable
 class Perception(Protocol):
     """Finds the objects of a snapshot."""
 
-    def perceive(self, observation: Observation) -> SegmentedScene:
-        """The visible objects with their clouds; the target has id 0 where it is recognised."""
+    def perceive(
+        self, observation: Observation, wanted: Wanted, before: SegmentedScene | None
+    ) -> SegmentedScene:
+        """The visible objects with their clouds.
+
+        An object keeps its id from snapshot to snapshot; the target has id 0 where it is recognised.
+
+        Args:
+            observation: the snapshot.
+            wanted: the target.
+            before: what it made of the snapshot before; None for the first one of an episode.
+        """
+        ...
+
+
+@runtime_checkable
+class Depth(Protocol):
+    """Makes the depth image that the later stages read: as it is, mended, or from two pictures."""
+
+    def measure(self, observation: Observation) -> Observation:
+        """The observation with its depth in metres along the optical axis, 0 or NaN for no reading."""
         ...

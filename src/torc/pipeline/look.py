@@ -13,8 +13,10 @@ from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robo
 from torc.motion.config import MotionConfig
 from torc.motion.executable import without_lines
 from torc.occlusion.volume import FIXED_CAMERA, OcclusionConfig, update_volume
+from torc.perception.asking import ask_depth, ask_perception
+from torc.perception.depth import AsMeasured
 from torc.perception.noise import NoiseConfig, add_sensor_noise
-from torc.perception.protocol import Perception
+from torc.perception.protocol import Depth, Perception, Wanted
 from torc.pipeline.better_bet import BetConfig, hold_back_worse_bets
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
 from torc.pipeline.min_score import DEFAULT_MIN_SCORE
@@ -71,6 +73,7 @@ class Pipeline:
             without a better grasp for one that is not graspable. 0 keeps to the paper: then no grasp waits.
         bets: when a doubtful grasp waits until a neighbour is cleared; see torc.pipeline.better_bet.
         motion: settings of the motion planner: a valid grasp has straight motions by these.
+        depth: makes the depth that perception is given.
     """
 
     perception: Perception
@@ -83,6 +86,7 @@ class Pipeline:
     min_score: float = DEFAULT_MIN_SCORE
     bets: BetConfig = field(default_factory=BetConfig)
     motion: MotionConfig = field(default_factory=MotionConfig)
+    depth: Depth = field(default_factory=AsMeasured)
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.min_score <= 1.0:
@@ -99,6 +103,7 @@ class Pipeline:
         picks_left: int = 1,
         failed: tuple[FailedGrasp, ...] = (),
         labels: Mapping[int, int] | None = None,
+        before: SegmentedScene | None = None,
     ) -> Look:
         """Perceive, update the occlusion volume, plan and check grasps.
 
@@ -111,15 +116,17 @@ class Pipeline:
             picks_left: attempts left, this one included.
             failed: grasps that failed in earlier picks.
             labels: the user's own label per object id, for the planner's reasons; none in simulation.
+            before: what perception made of the snapshot before; None for the first one.
 
         Raises:
-            GraspPlannerError: the grasp planner crashed, or what it returned is no set of grasps.
+            PartError, GraspPlannerError: a part crashed, or what it returned cannot be used.
         """
         pick, clock = len(history), StageClock()
         with clock.stage("perceive"):
             if self.noise is not None:
                 observation = add_sensor_noise(observation, self.noise, stage_rng(seed, pick, "noise"))
-            scene = self.perception.perceive(observation)
+            observation = ask_depth(self.depth, observation)
+            scene = ask_perception(self.perception, observation, Wanted(target_description), before)
         with clock.stage("occlusion"):
             volume = update_volume(volume, scene, self.occlusion)
             scene = _reported(scene)

@@ -84,6 +84,9 @@ class Workspace:
         camera: the one camera.
         grid: the region the occlusion volume covers; its floor is the support surface.
         drop_position: TCP position above the bin at which the gripper opens.
+        obstacles: further boxes that are always there.
+        name: of the set-up.
+        source: fingerprint of the file that it was read from; "" if none was.
     """
 
     table: Box = Box("table", (0.76, -0.06, 1.00), (0.68, 1.24, 0.10))
@@ -91,6 +94,9 @@ class Workspace:
     camera: CameraMount = field(default_factory=CameraMount)
     grid: VoxelGrid = field(default_factory=_default_grid)
     drop_position: tuple[float, float, float] = (0.26, -0.84, 1.12)
+    obstacles: tuple[Box, ...] = ()
+    name: str = "paper"
+    source: str = ""
 
     @property
     def support_z_m(self) -> float:
@@ -98,5 +104,5 @@ class Workspace:
         return self.table.center[2] + self.table.size[2] / 2
 
     def static_boxes(self) -> tuple[Box, ...]:
-        """All fixed obstacles: the table's board and the bin."""
-        return (self.table, *self.bin.boxes())
+        """All fixed obstacles: the table's board, the bin, and what else stands there."""
+        return (self.table, *self.bin.boxes(), *self.obstacles)

@@ -43,3 +43,8 @@ class SimulatedCamera(Closing):
         if robot is None:
             return np.zeros(0)
         return np.array([self._world.data.joint(name).qpos[0] for name in robot.arm.joint_names])
+
+
+def as_simulated(camera: SimulatedCamera) -> SimulatedCamera:
+    """The simulated camera itself: the default of the stage `camera`."""
+    return camera

@@ -10,6 +10,7 @@ from torc.errors import InputError
 from torc.records import TARGET_ID, FeltOutcome, Observation, PickOutcome, PickPlan, PickResult
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, Phase, PhaseTrace, execute_pick
+from torc.robots.protocols import Camera
 from torc.sim.actuation import ActuationConfig, GripState, SimulatedArm, SimulatedGripper
 from torc.sim.camera import SimulatedCamera
 from torc.sim.closing import Closing
@@ -84,6 +85,7 @@ class SimulatedRobot(Closing):
         self.gripper = SimulatedGripper(self._stepper, world.robot, self.config.actuation)
         self.arm = SimulatedArm(self._stepper, world.robot, self.gripper, self.config.actuation)
         self.camera = SimulatedCamera(world, self.config.backend, self.config.color)
+        self._eye: Camera = self.camera
         self._contacts = ContactReader(world, world.robot)
         self.last_trace: ExecutionTrace | None = None
         """What was commanded in the latest pick, and what the robot itself felt."""
@@ -117,7 +119,11 @@ class SimulatedRobot(Closing):
 
     def capture(self) -> Observation:
         """One snapshot, now."""
-        return self.camera.capture()
+        return self._eye.capture()
+
+    def look_through(self, camera: Camera) -> None:
+        """Take further snapshots with another camera, which may look through the simulated one."""
+        self._eye = camera
 
     def execute(self, plan: PickPlan) -> PickOutcome:
         """Carries out one pick and tells what came of it, by the simulator's truth, and what the gripper felt.

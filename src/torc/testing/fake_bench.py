@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,15 +22,18 @@ import numpy as np
 
 from torc.benchmark.dispatch import Backend, Ending, Failure, FailureKind, Task, Work
 from torc.benchmark.local_pool import LocalPool, PoolConfig
-from torc.benchmark.playing import TRIAL, Order, trial_spec
+from torc.benchmark.playing import TRIAL, Order
 from torc.benchmark.remote.errand import Luggage
 from torc.benchmark.remote.ray_pool import ray_pool
 from torc.benchmark.runner import run_missing
-from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, Settings, make_spec
+from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, BenchSpec, make_spec
 from torc.benchmark.store import Store
 from torc.episode.trial import RESULT_FORMAT
 from torc.fingerprints import forget_files
 from torc.records.files import write_json, write_png
+from torc.specs.conditions import Conditions
+from torc.specs.files import to_plain
+from torc.specs.trial import PlannerSpec
 
 MISBEHAVING = ("segfaults", "aborts", "hangs", "eats-memory", "raises")
 _FAR_TOO_MUCH = 2**45
@@ -75,18 +78,18 @@ def fake_spec(
         for i in range(1, problems // 2 + 1)
         for kind in ("structured", "unstructured")
     ]
-    chosen = [BenchPlanner(name) for name in planners]
-    return make_spec(made, chosen, range(repeats), Settings(max_picks), "0.0")
+    chosen = [BenchPlanner(PlannerSpec(name)) for name in planners]
+    return make_spec(made, chosen, range(repeats), Around(Conditions(max_picks=max_picks)), "0.0")
 
 
 def play_quickly(order: Order) -> None:
     """Write a trial that is decided by its id alone, or misbehave if the planner's name says so."""
-    misbehave(order.trial.planner.name)
+    misbehave(order.trial.planner.spec.name)
     out = order.work / TRIAL
     aside = out.with_name(TRIAL + ".partial")
     (aside / "picks").mkdir(parents=True)
-    write_json(aside / "spec.json", asdict(trial_spec(order.trial, order.problem)))
-    result, events = fake_trial(order.trial.id, order.trial.settings.max_picks)
+    write_json(aside / "spec.json", to_plain(order.trial.spec(order.problem), {}))
+    result, events = fake_trial(order.trial.id, order.trial.around.conditions.max_picks)
     (aside / "events.jsonl").write_text("".join(json.dumps(event) + "\n" for event in events))
     for pick in range(result["picks"]):
         write_png(aside / "picks" / f"{pick:02d}_seen.png", np.full((48, 64, 3), 16 * pick, np.uint8))
@@ -119,8 +122,21 @@ def fake_trial(trial_id: str, max_picks: int = 15) -> tuple[dict[str, Any], list
         dropped = [7] if rng.random() < 0.1 else []
         held = outcome != "missed"
         events += [
-            {"event": "looked", "pick": i, "seconds": {"perceive": 0.1, "grasps": 0.2}},
-            {"event": "decided", "pick": i, "attempts": 1, "seconds": float(rng.lognormal(-4, 1))},
+            {
+                "event": "looked",
+                "pick": i,
+                "target_visible": i == picks - 1,
+                "objects": [],
+                "graspable": [],
+                "seconds": {"perceive": 0.1, "grasps": 0.2},
+            },
+            {
+                "event": "decided",
+                "pick": i,
+                "object_id": 0 if i == picks - 1 else i + 1,
+                "reason": "",
+                "seconds": float(rng.lognormal(-4, 1)),
+            },
             {"event": "planned", "pick": i, "seconds": 0.1},
             {
                 "event": "executed",

@@ -2,6 +2,7 @@
 planners that do as they are told. Nothing here simulates physics."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -47,7 +48,8 @@ class FakeRobot:
 
     def capture(self) -> Observation:
         """Ray-cast what is left."""
-        return synthetic_observation(self.shapes, stamp_s=float(len(self.executed)))
+        seen = synthetic_observation(self.shapes, stamp_s=float(len(self.executed)))
+        return replace(seen, qpos=self.description.arm.rest_qpos)
 
     def execute(self, plan: PickPlan) -> PickOutcome:
         """Take the object away, or what the script says."""
@@ -71,7 +73,8 @@ class FakeMotionPlanner:
             return PlanFailure(PlanStage.FREE, "told to fail", 1)
         valid = [g for g in request.grasps.of(request.object_id) if request.report.status[g] == 0]
         g = int(valid[0])
-        still = Trajectory(np.array([0.0, 1.0]), np.zeros((2, 7)), np.zeros((2, 7)))
+        here = np.asarray(request.qpos_start, dtype=float)
+        still = Trajectory(np.array([0.0, 1.0]), np.tile(here, (2, 1)), np.zeros((2, len(here))))
         pose, width = request.grasps.Ts_world_tcp[g], float(request.grasps.widths_m[g])
         return PickPlan(request.object_id, g, pose, width, still, still, still, still, still, 1)
 

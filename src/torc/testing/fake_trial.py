@@ -1,21 +1,22 @@
 """A whole trial without physics: analytic shapes, a robot that obeys, real perception and grasps, a real directory."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 
-from torc.episode.event_log import result_facts
 from torc.episode.events import Listener, Started
+from torc.episode.log_writing import result_facts
 from torc.episode.loop import run_episode
 from torc.episode.recorder import TrialRecorder
-from torc.episode.steps import EpisodeConfig, EpisodeParts
-from torc.episode.trial import RESULT_FORMAT, Trial, TrialSpec
+from torc.episode.steps import EpisodeConfig, EpisodeParts, PickParts
+from torc.episode.trial import RESULT_FORMAT, Trial
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
 from torc.records import PickOutcome
 from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
+from torc.specs.files import to_plain
+from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.testing.fake_episode import FakeMotionPlanner, FakeRobot
 from torc.testing.synthetic import Shape, SyntheticBox
@@ -49,12 +50,17 @@ def play_fake_trial(
     robot, workspace = load_robot(), Workspace()
     grasps = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
     pipeline = Pipeline(LabelPerception(), grasps, robot.gripper, workspace)
-    parts = EpisodeParts(FakeRobot(robot, shapes, results), pipeline, planner, FakeMotionPlanner())
-    recorder = TrialRecorder(out, asdict(spec), overwrite=True)
+    picking = PickParts(FakeRobot(robot, shapes, results), pipeline, FakeMotionPlanner())
+    parts = EpisodeParts(picking, planner)
+    recorder = TrialRecorder(out, to_plain(spec, {}), overwrite=True)
     names = tuple(f"thing {s.id}" for s in shapes)
-    started = Started(spec.problem, planner.name, spec.seed, "the small box", spec.max_picks, names)
+    started = Started(
+        spec.problem, planner.name, spec.seed, "the small box", spec.conditions.max_picks, names
+    )
     try:
-        ended = run_episode(parts, started, EpisodeConfig(spec.max_picks, spec.seed), [recorder, *listeners])
+        ended = run_episode(
+            parts, started, EpisodeConfig(spec.conditions.max_picks, spec.seed), [recorder, *listeners]
+        )
     except KeyboardInterrupt:
         result = {"format": RESULT_FORMAT, "status": "interrupted"}
         recorder.write_result(result)

@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from torc.episode.events import Event, Planned
-from torc.episode.trial import Trial, TrialSpec
+from torc.episode.trial import Trial
+from torc.specs.conditions import Conditions
+from torc.specs.trial import TrialSpec
 from torc.testing.fake_trial import SHAPES, play_fake_trial
 from torc.testing.synthetic import Shape
 from torc.web.app import Site, TrialList, make_app
@@ -119,7 +121,7 @@ class Game:
         self.root, self.session, self._shapes = root, Session(), shapes
         self.board = FrameBoard() if outside_view else None
         root.mkdir(parents=True, exist_ok=True)
-        self.queue = make_queue(problems, experts, root, 0, 15, False, outside_view=outside_view)
+        self.queue = make_queue(problems, experts, root, 0, Conditions(), outside_view=outside_view)
         self.may_move = threading.Event()
         self.may_move.set()
         threading.Thread(target=self.queue.play, args=(self.session, self._play), daemon=True).start()
@@ -144,5 +146,5 @@ class Game:
             if isinstance(event, Planned):
                 self.may_move.wait()
 
-        planner, tell = HumanPlanner(self.session, spec.expert), SessionListener(self.session)
+        planner, tell = HumanPlanner(self.session, spec.planner.expert), SessionListener(self.session)
         return play_fake_trial(spec, out, planner, [tell, move], self._shapes)

@@ -5,7 +5,7 @@ from typing import Any
 
 from torc.errors import InputError
 from torc.plugins import make_part, refuses, takes
-from torc.task_planning.registry import ASKING
+from torc.stages import ASKING
 from torc.vlm.cache import CacheConfig, CachedClient, CacheMode
 from torc.vlm.config import CLIENTS, VlmConfig
 from torc.vlm.protocol import VlmClient

@@ -3,17 +3,19 @@
 import re
 import shutil
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from torc.episode.conditions import Conditions, sources
 from torc.episode.recorded import VIDEO, RecordedTrial
-from torc.episode.trial import Trial, TrialSpec
-from torc.episode.trial_lines import ResultFacts, SpecFacts, read_facts
+from torc.episode.trial import Trial
+from torc.episode.trial_files import read_result, read_spec
 from torc.episode.viewer_links import PARTIAL, trial_key
 from torc.errors import InputError
-from torc.robots.names import DEFAULT_ROBOT
+from torc.pipeline.building import sources
+from torc.specs.conditions import Conditions
+from torc.specs.files import RecordedSpec
+from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.web.expert import NAME
 from torc.web.session import Phase, Session
 
@@ -39,7 +41,7 @@ class QueuedTrial:
         """ "completed", "errored", "interrupted" or "waiting"; only the first is not played again."""
         result = self.directory / "result.json"
         if result.exists():
-            return read_facts(result, ResultFacts).status
+            return read_result(result).status
         return (
             "interrupted" if self.directory.with_name(self.directory.name + PARTIAL).exists() else "waiting"
         )
@@ -106,9 +108,8 @@ def make_queue(
     experts: Iterable[str],
     out: Path,
     seed: int,
-    max_picks: int,
-    noise: bool,
-    robot: str = DEFAULT_ROBOT,
+    conditions: Conditions,
+    *,
     outside_view: bool = False,
 ) -> HumanQueue:
     """Every expert's turn at every problem, expert by expert.
@@ -124,7 +125,7 @@ def make_queue(
                 f"'{name}' cannot be an expert's name: at most 32 letters (a-z), digits, '.', '_' and '-'."
             )
     specs = [
-        TrialSpec(problem, NAME, seed, max_picks, noise, robot, expert=expert, outside_view=outside_view)
+        TrialSpec(problem, PlannerSpec(NAME, expert=expert, outside_view=outside_view), seed, conditions)
         for expert in names
         for problem in problems
     ]
@@ -135,25 +136,21 @@ def make_queue(
     return queue
 
 
-class _Played(Conditions):
-    """What of spec.json says whether a trial is of the wanted kind."""
-
-    max_picks: int = 15
-
-    @property
-    def words(self) -> str:
-        return ", ".join(filter(None, (f"at most {self.max_picks} picks", self.text)))
-
-
 def _refuse_another_kind(trial: QueuedTrial) -> None:
     """Raises InputError where a trial was played with other settings than it would be now."""
-    there = read_facts(trial.directory / "spec.json", _Played)
-    here = _Played.model_validate(asdict(trial.spec) | sources(trial.spec.robot, trial.spec.grasps))
-    if there.words != here.words:
+    there = _around(read_spec(trial.directory / "spec.json"))
+    here = _around(RecordedSpec(trial.spec, sources(trial.spec.conditions)))
+    if there != here:
         raise InputError(
-            f"The trial in '{trial.directory}' was played with {there.words}; now it would be {here.words}. Choose "
+            f"The trial in '{trial.directory}' was played with {there}; now it would be {here}. Choose "
             "another --out, or move it away."
         )
+
+
+def _around(recorded: RecordedSpec) -> str:
+    """The conditions as text, the budget among them."""
+    budget = f"at most {recorded.spec.conditions.max_picks} picks"
+    return ", ".join(filter(None, (budget, recorded.conditions_text)))
 
 
 def _set_aside(directory: Path) -> None:
@@ -164,7 +161,7 @@ def _set_aside(directory: Path) -> None:
         directory.rename(aside)
 
 
-def _problem(spec: TrialSpec | SpecFacts) -> str:
+def _problem(spec: TrialSpec) -> str:
     return Path(spec.problem).stem
 
 
@@ -178,9 +175,9 @@ def _line(trial: QueuedTrial) -> dict[str, Any]:
         "name": trial.directory.name,
         "problem": _problem(trial.spec),
         "planner": NAME,
-        "expert": trial.spec.expert,
+        "expert": trial.spec.planner.expert,
         "seed": trial.spec.seed,
         "status": trial.status,
     }
     result = trial.directory / "result.json"
-    return line | (read_facts(result, ResultFacts).model_dump() if result.exists() else {})
+    return line | (read_result(result).summary if result.exists() else {})

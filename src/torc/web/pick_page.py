@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int8
 
+from torc.episode.log_lines import LookedLine
 from torc.episode.pick_view import ObjectView, PickView
 from torc.episode.recorded import RecordedPick, RecordedTrial
-from torc.episode.trial_lines import LookedLine
 from torc.records import GraspStatus
 from torc.web.graph_page import graph_page, hex_color
 
@@ -30,8 +30,8 @@ def trial_page(trial: RecordedTrial) -> dict[str, Any]:
     started = trial.started
     return {
         "problem": started.problem if started else trial.spec.problem,
-        "planner": trial.spec.who,
-        "expert": trial.spec.expert,
+        "planner": trial.spec.planner.asking,
+        "expert": trial.spec.planner.expert,
         "seed": trial.spec.seed,
         "target": started.target_description if started else "",
         "result": trial.result.model_dump() if trial.result else None,

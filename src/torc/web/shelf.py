@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.episode.recorded import LOG, RecordedTrial, check_directory, find_trials, read_trial
-from torc.episode.trial_lines import ResultFacts, SpecFacts, read_facts
+from torc.episode.trial_files import read_result, read_spec
 from torc.episode.viewer_links import PARTIAL, trial_key
 from torc.errors import InputError
 
@@ -74,11 +74,17 @@ def _line(directory: Path, root: Path) -> dict[str, Any]:
     name = directory.relative_to(root).as_posix()
     line: dict[str, Any] = {"name": directory.resolve().name if name == "." else name}
     try:
-        line |= read_facts(directory / "spec.json", SpecFacts).model_dump()
+        spec = read_spec(directory / "spec.json").spec
+        line |= {
+            "problem": spec.problem,
+            "planner": spec.planner.name,
+            "seed": spec.seed,
+            "expert": spec.planner.expert,
+        }
         result = directory / "result.json"
         status: dict[str, Any] = {"status": "unfinished"}
         if result.exists():
-            status = read_facts(result, ResultFacts).model_dump()
+            status = read_result(result).summary
         return {**line, **status}
     except InputError as error:
         return {**line, "status": "unreadable", "error": str(error)}

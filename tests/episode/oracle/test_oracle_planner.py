@@ -14,16 +14,18 @@ from torc.episode.oracle.solve import solve_problem
 from torc.episode.privileged import Moment
 from torc.episode.state import EpisodeState
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trial import TrialSpec, run_trial
+from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.occlusion.volume import empty_volume
+from torc.pipeline.building import build_system
 from torc.records import PickOutcome, PickResult
-from torc.robots.loading import load_robot
 from torc.scenes.problem import load_problem
 from torc.scenes.workspace import Workspace
 from torc.sim.actuation import GripState
 from torc.sim.robot import RobotState
 from torc.sim.stepping import StepperState
+from torc.specs.conditions import Conditions
+from torc.specs.trial import TrialSpec
 from torc.testing import contexts
 
 PROBLEM = load_problem("structured-04")
@@ -40,7 +42,7 @@ REMOVED, RETRIEVED = (
 def test_a_trial_goes_as_the_oracle_foresees(name, seed, picks, tmp_path):
     problem = load_problem(name)
     names = [placement.name for placement in problem.ordered()]
-    answer = solve_problem(problem, load_robot(), Workspace(), seed)
+    answer = solve_problem(problem, build_system(Conditions()), seed)
     assert answer.picks == picks
     assert answer.solved
     assert answer.proved
@@ -53,7 +55,7 @@ def test_a_trial_goes_as_the_oracle_foresees(name, seed, picks, tmp_path):
             outcomes.append(event.outcome)
 
     trial = run_trial(
-        TrialSpec(name, "oracle", seed), tmp_path / "trial", listeners=[listen], say=said.append
+        TrialSpec.of(name, "oracle", seed), tmp_path / "trial", listeners=[listen], say=said.append
     )
     assert trial.result["retrieved"]
     assert (trial.result["picks"], trial.result["drops"]) == (answer.picks, answer.drops)
@@ -69,7 +71,7 @@ def test_a_trial_goes_as_the_oracle_foresees(name, seed, picks, tmp_path):
 
 
 def test_too_small_a_budget_gives_a_beginning_and_says_so():
-    answer = solve_problem(PROBLEM, load_robot(), Workspace(), budget=LOOK_COST)
+    answer = solve_problem(PROBLEM, build_system(Conditions()), budget=LOOK_COST)
     assert (answer.solved, answer.proved, answer.foreseen, answer.looks) == (False, False, (), 1)
     assert answer.lower_bound == 2
     assert "A larger budget may find one" in answer.verdict()

@@ -20,7 +20,6 @@ from torc.benchmark.remote.parcel import Parcel, pack, unpack
 from torc.benchmark.spec import BenchPlanner
 from torc.benchmark.store import MAX_SAID
 from torc.errors import InputError
-from torc.grasping.names import DEFAULT_GRASPS
 from torc.plugins import file_of_part
 from torc.records.files import write_json
 from torc.scenes.object_store import find_stored
@@ -39,7 +38,7 @@ def pack_luggage(
     problems: Iterable[Problem],
     directory: Path,
     probe: Path | None = None,
-    grasps: str = DEFAULT_GRASPS,
+    grasps: str = "geometric",
 ) -> Luggage:
     """What these planners and problems need.
 
@@ -54,7 +53,10 @@ def pack_luggage(
     Raises:
         InputError: there are too many Python files.
     """
-    named = [grasps, *(name for p in planners for name in (p.name, p.vlm.provider if p.vlm else ""))]
+    named = [
+        grasps,
+        *(name for p in planners for name in (p.spec.name, p.spec.vlm.provider if p.spec.vlm else "")),
+    ]
     code = _code(directory) if any(_lies_in(directory, name) for name in named) else Parcel()
     models = sorted({o.model for problem in problems for o in problem.objects})
     return Luggage(limits, code, _objects(models), probe)

@@ -10,21 +10,16 @@ from torc.episode.oracle.narration import Narration
 from torc.episode.oracle.search import search
 from torc.episode.privileged import Moment, Sandbox, open_sandbox
 from torc.episode.steps import EpisodeConfig
-from torc.motion.planner import OmplMotionPlanner
-from torc.pipeline.defaults import default_pipeline
-from torc.robots.description import RobotDescription
+from torc.pipeline.building import System
 from torc.scenes.problem import Problem
-from torc.scenes.workspace import Workspace
 
 
 def solve_problem(
     problem: Problem,
-    robot: RobotDescription,
-    workspace: Workspace,
+    system: System,
     seed: int = 0,
     budget: float = DEFAULT_BUDGET,
     *,
-    max_picks: int = 15,
     likely_suffices: bool = False,
     say: Callable[[str], None] = lambda text: None,
 ) -> OracleAnswer:
@@ -33,10 +28,10 @@ def solve_problem(
     A trial with the same seed that picks in this order goes exactly as foreseen.
 
     Args:
-        problem, robot, workspace: what is simulated.
+        problem: what stands on the table.
+        system: what is simulated; longer orders than its conditions allow do not count.
         seed: of the trial; grasps and motions depend on it.
         budget: how much to try, in simulated picks (a look counts as half of one).
-        max_picks: longer orders do not count.
         likely_suffices: end with an order that is likely the best, unless the budget allows for the proof.
         say: told about progress.
 
@@ -45,9 +40,8 @@ def solve_problem(
         PhysicsError: the simulation broke before the first pick.
     """
     check_budget(budget)
-    config = EpisodeConfig(max_picks, seed)
-    pipeline, motion = default_pipeline(robot, workspace), OmplMotionPlanner(robot, workspace)
-    with open_sandbox(problem, robot, pipeline, motion, config) as sandbox:
+    max_picks = system.conditions.max_picks
+    with open_sandbox(problem, system, EpisodeConfig(max_picks, seed)) as sandbox:
         found = best_order(sandbox, sandbox.begin(), max_picks, budget, say, likely_suffices=likely_suffices)
     return answer_from(found, problem, seed, budget)
 

@@ -1,26 +1,19 @@
-"""The lines of events.jsonl and the other small files of a trial, checked: they may come from a stranger."""
+"""The lines of events.jsonl, as they are written and as they are read: what is read may come from a stranger.
 
-import json
-import re
-from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+Wall times stand under keys named "seconds" only: without those, logs are comparable.
+"""
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationError
+from typing import Annotated, Any, Literal
 
-from torc.errors import InputError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter
+
 from torc.records import MAX_OBJECTS, PlanStage
-from torc.scenes.strict_files import read_bytes
 
-MAX_LOG_BYTES, MAX_FACTS_BYTES = 64 * 2**20, 2**20
 MAX_PICKS = 1000
 _Id = Annotated[int, Field(ge=-1, lt=MAX_OBJECTS)]
 _Count = Annotated[int, Field(ge=0)]
 _Pick = Annotated[int, Field(ge=0, lt=MAX_PICKS)]
 _Text = Annotated[str, Field(max_length=1_000_000)]
-_HALF_PAIR = re.compile(
-    r"\\u[dD][89abAB][0-9a-fA-F]{2}(?!\\u[dD][c-fC-F])|(?<!\\u[dD][89abAB]..)\\u[dD][c-fC-F][0-9a-fA-F]{2}"
-)
-_Model = TypeVar("_Model", bound=BaseModel)
 
 
 class _Line(BaseModel):
@@ -37,6 +30,8 @@ class StartedLine(_Line):
     target_description: _Text
     max_picks: _Count
     names: tuple[_Text, ...] = ()
+    absent: tuple[_Id, ...] = ()
+    vlm: _Text = ""
 
 
 class SeenObject(_Line):
@@ -61,10 +56,13 @@ class LookedLine(_Line):
     pick: _Pick
     target_visible: bool
     objects: Annotated[tuple[SeenObject, ...], Field(max_length=MAX_OBJECTS)]
+    unknown_voxels: _Count = 0
     graspable: tuple[_Id, ...]
+    grasps: dict[str, _Count] = {}
     valid_grasps: dict[str, _Count] = {}
     blocking: tuple[Blocking, ...] = ()
     digest: _Text = ""
+    seconds: dict[str, FiniteFloat] = {}
 
 
 class ExchangeText(_Line):
@@ -102,6 +100,10 @@ class PlannedLine(_Line):
     event: Literal["planned"]
     pick: _Pick
     failure: FailureText | None = None
+    object_id: _Id | None = None
+    generator: _Text = ""
+    T_world_tcp: tuple[tuple[FiniteFloat, ...], ...] = ()
+    digest: _Text = ""
     score: FiniteFloat | None = None
     width_m: FiniteFloat | None = None
     grasps_tried: _Count | None = None
@@ -113,6 +115,16 @@ class FeltText(_Line):
     """`FeltOutcome`."""
 
     result: _Text
+    held_after_lift: bool = False
+    delivered: bool = False
+
+
+class TouchText(_Line):
+    """`Touch`."""
+
+    qpos: tuple[FiniteFloat, ...]
+    width_m: FiniteFloat
+    relief_m: FiniteFloat = 0.0
 
 
 class ExecutedLine(_Line):
@@ -123,12 +135,16 @@ class ExecutedLine(_Line):
     result: _Text
     object_id: _Id
     held_id: _Id | None = None
+    held_after_lift: bool = False
     delivered: bool = False
     dropped: tuple[_Id, ...] = ()
     target_lost: bool = False
     detail: _Text = ""
     duration_s: FiniteFloat = 0.0
+    at_home: bool = True
+    touch: TouchText | None = None
     felt: FeltText | None = None
+    seconds: FiniteFloat = 0.0
 
     @property
     def felt_result(self) -> str:
@@ -136,87 +152,48 @@ class ExecutedLine(_Line):
         return self.felt.result if self.felt is not None else self.result
 
 
-class EndedLine(_Line):
-    """`events.Ended`."""
-
-    event: Literal["ended"]
-
-
-class AskedModel(_Line):
-    """The VLM that a planner asks."""
-
-    provider: _Text
-    model: _Text = ""
-
-
-class SpecFacts(_Line):
-    """spec.json."""
-
-    problem: _Text
-    planner: _Text
-    seed: int = 0
-    expert: _Text = ""
-    vlm: AskedModel | None = None
-
-    @property
-    def who(self) -> str:
-        """The planner, and the VLM that it asks: "simulated:..." is none."""
-        if self.vlm is None:
-            return self.planner
-        return f"{self.planner} asking {self.vlm.provider}:{self.vlm.model}".rstrip(":")
-
-
 class ResultFacts(_Line):
-    """result.json."""
+    """`EpisodeResult`: what the last line and result.json tell of it."""
 
-    status: _Text
     retrieved: bool | None = None
+    held_target: bool | None = None
     end: _Text | None = None
     picks: _Count | None = None
     drops: _Count | None = None
+    dropped: tuple[_Id, ...] = ()
+    outcomes: tuple[_Text, ...] = ()
+    grasps_executed: _Count = 0
+    grasps_held: _Count = 0
+    grasps_delivered: _Count = 0
+    seconds: dict[str, FiniteFloat] = {}
+
+
+class ResultFile(ResultFacts):
+    """result.json.
+
+    Attributes:
+        status: completed, errored or interrupted.
+        error: why it errored.
+    """
+
+    status: _Text
     error: _Text | None = None
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """What a list of trials shows of it."""
+        return self.model_dump(include={"status", "retrieved", "end", "picks", "drops", "error"})
+
+
+class EndedLine(ResultFacts):
+    """`events.Ended`."""
+
+    event: Literal["ended"]
 
 
 EventLine = Annotated[
     StartedLine | LookedLine | DecidedLine | PlannedLine | ExecutedLine | EndedLine,
     Field(discriminator="event"),
 ]
-_ADAPTER: TypeAdapter[Any] = TypeAdapter(EventLine)
-
-
-def read_events(path: Path) -> list[Any]:
-    """The lines of a log, as far as it is complete: a trial that is being played may be writing the last one.
-
-    Raises:
-        InputError: missing, too large, or a line that is no event; names the line.
-    """
-    text = read_bytes(path, MAX_LOG_BYTES, "the log of a trial").decode("utf-8", "replace")
-    whole, _, _ = text.rpartition("\n")
-    events = []
-    for number, line in enumerate(whole.split("\n") if whole else [], start=1):
-        try:
-            events.append(_ADAPTER.validate_python(_parse(line)))
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{path}, line {number}: {_said(error)}. This is no log of a trial.") from None
-    return events
-
-
-def read_facts(path: Path, model: type[_Model]) -> _Model:
-    """spec.json or result.json. Raises InputError as `read_events`."""
-    raw = read_bytes(path, MAX_FACTS_BYTES, "facts of a trial").decode("utf-8", "replace")
-    try:
-        return model.model_validate(_parse(raw))
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: {_said(error)}. It was not written by torc.") from None
-
-
-def _parse(text: str) -> Any:
-    # Half a surrogate pair is no text; NaN and Infinity are no JSON, and no browser takes them.
-    return json.loads(_HALF_PAIR.sub(r"\\ufffd", text), parse_constant=lambda _: None)
-
-
-def _said(error: Exception) -> str:
-    if isinstance(error, ValidationError):
-        first = error.errors()[0]
-        return f"{'.'.join(map(str, first['loc'])) or 'the whole'}: {first['msg']}"
-    return "nested too deeply" if isinstance(error, RecursionError) else str(error)
+LOG_LINE: TypeAdapter[Any] = TypeAdapter(EventLine)
+"""Checks a line, whoever wrote it."""

@@ -1,4 +1,4 @@
-"""Events as lines of JSON. Wall times stand under keys named "seconds" only: without those, logs are comparable."""
+"""Events to lines of the log."""
 
 import hashlib
 from collections.abc import Mapping
@@ -7,13 +7,20 @@ from typing import Any
 import numpy as np
 
 from torc.episode.events import Decided, Ended, EpisodeResult, Event, Executed, Looked, Planned, Started
+from torc.episode.log_lines import LOG_LINE
 from torc.pipeline.look import Look
 from torc.records import GraspStatus, PickPlan, PlanFailure
 from torc.records.serialization import to_plain
 
 
-def event_line(event: Event) -> dict[str, Any]:
-    """An event as JSON-compatible data."""
+def log_line(event: Event) -> dict[str, Any]:
+    """An event as JSON-compatible data. What is written can be read: it goes through the models that read it."""
+    line = LOG_LINE.validate_python(_facts(event))
+    plain: dict[str, Any] = line.model_dump(mode="json", exclude_unset=True)
+    return plain
+
+
+def _facts(event: Event) -> dict[str, Any]:
     match event:
         case Started():
             return {"event": "started", **to_plain(event)}

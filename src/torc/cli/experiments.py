@@ -1,0 +1,67 @@
+"""An experiment as a YAML file: what `torc bench` plays."""
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from torc.errors import InputError
+from torc.scenes.strict_yaml import explain_faults, parse_plain_yaml
+from torc.specs.conditions import Conditions
+
+_MAX_BYTES = 100_000
+_REMEDY = "docs/benchmarking.md shows one."
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class _Planner(_Strict):
+    name: str
+    settings: dict[str, Any] = {}
+
+
+class _Experiment(_Strict):
+    """The whole file."""
+
+    problems: str | list[str] | None = None
+    planners: list[str | _Planner] | None = None
+    repeats: int | None = Field(default=None, ge=1)
+    sweep: dict[str, list[Any]] = {}
+    conditions: dict[str, Any] = {}
+
+
+def read_experiment(path: Path) -> dict[str, Any]:
+    """What a file says, as fields of the command. Raises InputError naming file and field."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Cannot read the experiment {path}: {error}.") from None
+    content = parse_plain_yaml(text, str(path), "experiment", _MAX_BYTES, _REMEDY)
+    try:
+        found = _Experiment.model_validate(content)
+    except ValidationError as error:
+        raise InputError(f"{path} is not a valid experiment. {_REMEDY}\n{explain_faults(error)}") from None
+    known = {f.name for f in fields(Conditions)}
+    unknown = sorted(set(found.conditions) - known)
+    if unknown:
+        raise InputError(f"{path}: conditions.{unknown[0]} is none; there are {', '.join(sorted(known))}.")
+    told: dict[str, Any] = {"conditions": Conditions(**found.conditions)}
+    if found.problems is not None:
+        told["problems"] = found.problems if isinstance(found.problems, str) else ",".join(found.problems)
+    if found.planners is not None:
+        named = [_Planner(name=p) if isinstance(p, str) else p for p in found.planners]
+        told["own_planners"] = tuple((p.name, p.settings) for p in named)
+    if found.repeats is not None:
+        told["repeats"] = found.repeats
+    told["sweep"] = tuple(f"{name}={_listed(values)}" for name, values in found.sweep.items())
+    return told
+
+
+def _listed(values: list[Any]) -> str:
+    """As --sweep takes them."""
+    import json
+
+    return ",".join(v if isinstance(v, str) else json.dumps(v) for v in values)

@@ -1,0 +1,43 @@
+"""A simulated robot at a problem, with the parts that its conditions name."""
+
+from dataclasses import replace
+
+from torc.episode.steps import PickParts
+from torc.pipeline.building import System, configured, make_stage
+from torc.scenes.problem import Problem
+from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
+from torc.sim.stepping import Observer
+from torc.sim.world import build_world
+
+
+def simulated_robot(
+    system: System, problem: Problem, *, color: bool = True, observer: Observer | None = None
+) -> SimulatedRobot:
+    """The system's robot in the problem's world, as it was built. Close it, or use it in a `with`.
+
+    Args:
+        system: robot, workspace and conditions.
+        problem: what stands on the table.
+        color: False spares the colour pictures, for parts that read depth and labels alone.
+        observer: called with the world about 25 times per simulated second.
+
+    Raises:
+        InputError: the problem cannot be built, or the camera cannot be made.
+    """
+    config = configured(system.conditions, "simulation", SimulatedRobotConfig())
+    world = build_world(problem, system.robot, system.workspace)
+    simulated = SimulatedRobot(world, replace(config, color=color and config.color), observer)
+    camera = make_stage(system.conditions, "camera", camera=simulated.camera, workspace=system.workspace)
+    simulated.look_through(camera)
+    return simulated
+
+
+def pick_parts(system: System, simulated: SimulatedRobot) -> PickParts:
+    """Who looks and picks in that simulation."""
+    return PickParts(simulated, system.pipeline, system.motion_planner)
+
+
+def needs_color(system: System) -> bool:
+    """Whether any part may read the colour picture: those that come with torc read depth and masks."""
+    used = system.conditions
+    return (used.camera, used.depth, used.perception) != ("simulated", "as-measured", "labels")

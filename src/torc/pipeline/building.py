@@ -1,0 +1,138 @@
+"""The one place where the parts around a task planner are made from their conditions."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from torc.errors import InputError, UnknownNameError
+from torc.fingerprints import part_source
+from torc.motion.config import MotionConfig
+from torc.motion.protocol import MotionPlanner
+from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, OcclusionConfig
+from torc.perception.noise import stereo_camera
+from torc.perception.segmentation import REAL_CAMERA
+from torc.pipeline.better_bet import BetConfig
+from torc.pipeline.failures import FailureConfig
+from torc.pipeline.look import Pipeline
+from torc.plugins import PartKind, load_part, make_part
+from torc.robots.description import GripperDescription, RobotDescription
+from torc.robots.loading import load_robot, own_source
+from torc.scenes.workspace import Workspace
+from torc.scenes.workspace_files import load_workspace, own_workspace_source
+from torc.specs.conditions import Conditions, PipelineSpec
+from torc.specs.settings import arguments, changed, in_stage, under
+from torc.stages import CONFIGURED, STAGES
+
+
+@dataclass(frozen=True)
+class System:
+    """The parts around a task planner, but for the camera and the robot's hardware.
+
+    Attributes:
+        conditions: what they were made from.
+        robot, workspace: who works where.
+        pipeline: from a snapshot to a planning context.
+        motion_planner: the motions of a pick.
+    """
+
+    conditions: Conditions
+    robot: RobotDescription
+    workspace: Workspace
+    pipeline: Pipeline
+    motion_planner: MotionPlanner
+
+
+def build_system(conditions: Conditions, workspace: Workspace | None = None) -> System:
+    """All parts, made from their conditions.
+
+    Args:
+        conditions: which parts, with which settings.
+        workspace: in place of the one that the conditions name.
+
+    Raises InputError for a part that is unknown or cannot be made, and for a setting that it has not.
+    """
+    robot = load_robot(conditions.robot)
+    workspace = load_workspace(conditions.workspace) if workspace is None else workspace
+    motion_planner = make_stage(conditions, "motion", robot=robot, workspace=workspace)
+    pipeline = build_pipeline(conditions, robot, workspace, noisy=conditions.noise)
+    config = getattr(motion_planner, "config", None)
+    if isinstance(config, MotionConfig):
+        pipeline = replace(pipeline, motion=config)
+    return System(conditions, robot, workspace, pipeline, motion_planner)
+
+
+def build_pipeline(
+    stages: PipelineSpec,
+    robot: RobotDescription | GripperDescription,
+    workspace: Workspace,
+    *,
+    noisy: bool = False,
+    occlusion: OcclusionConfig | None = None,
+) -> Pipeline:
+    """The parts between camera and task planner. Raises as `build_system`.
+
+    Args:
+        stages: which parts, with which settings.
+        robot: whose reach counts; a gripper alone takes every pose as reachable.
+        workspace: fixed obstacles, and the region that is watched.
+        noisy: add the noise of a stereo camera, and expect it.
+        occlusion: how snapshots change the occlusion volume, but for the settings; None for the default.
+    """
+    check_settings(stages, noisy)
+    gripper = robot.gripper if isinstance(robot, RobotDescription) else robot
+    usual = FIXED_REAL_CAMERA if noisy else FIXED_CAMERA
+    return Pipeline(
+        perception=make_stage(stages, "perception", REAL_CAMERA if noisy else None),
+        depth=make_stage(stages, "depth", workspace=workspace),
+        grasp_planner=make_stage(
+            stages, "grasps", gripper=gripper, support_z_m=workspace.support_z_m, workspace=workspace
+        ),
+        robot=robot,
+        workspace=workspace,
+        noise=configured(stages, "noise", stereo_camera()) if noisy else None,
+        occlusion=configured(stages, "occlusion", usual if occlusion is None else occlusion),
+        failures=configured(stages, "failures", FailureConfig()),
+        bets=configured(stages, "bets", BetConfig()),
+        min_score=stages.min_score,
+    )
+
+
+def make_stage(stages: PipelineSpec, stage: str, default: Any = None, **offered: Any) -> Any:
+    """The part of a stage.
+
+    Args:
+        stages: its name and settings.
+        stage: which, see `torc.stages.STAGES`.
+        default: its configuration without settings, for a part that takes this kind of `config`.
+        offered: handed to a part that has parameters of these names.
+    """
+    kind, name = STAGES[stage], getattr(stages, stage)
+    settings = under(stages.settings, stage)
+    return make_part(kind, name, arguments(load_part(kind, name), settings, stage, default), offered)
+
+
+def configured(stages: PipelineSpec, stage: str, default: Any) -> Any:
+    """A configuration with the settings of a stage. Raises InputError."""
+    return changed(default, under(stages.settings, stage), stage)
+
+
+def check_settings(stages: PipelineSpec, noisy: bool) -> None:
+    """Raises InputError for settings of what there is not, or of what is not used."""
+    known = [*STAGES, *CONFIGURED]
+    for path in stages.settings:
+        stage = path.partition(".")[0]
+        if stage not in known or not in_stage(path, stage):
+            raise UnknownNameError("stage in the setting", path, [f"{s}." for s in known])
+    if not noisy and under(stages.settings, "noise"):
+        raise InputError("There are settings of the noise, but no noise: add --noise.")
+
+
+def sources(conditions: Conditions) -> dict[str, str]:
+    """Fingerprints of what does not come with torc, by field of the conditions. Raises InputError for unknown parts."""
+    found = {stage: _own_source(kind, getattr(conditions, stage)) for stage, kind in STAGES.items()}
+    found["robot"] = own_source(conditions.robot)
+    found["workspace"] = own_workspace_source(conditions.workspace)
+    return {name: source for name, source in found.items() if source}
+
+
+def _own_source(kind: PartKind, name: str) -> str:
+    return "" if name in kind.built_in else part_source(load_part(kind, name))

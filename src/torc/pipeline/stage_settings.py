@@ -1,0 +1,28 @@
+"""The configuration of each shipped stage, as it is without settings."""
+
+from typing import Any
+
+from torc.plugins import load_part
+from torc.specs.settings import config_class
+from torc.stages import CONFIGURED, STAGES
+
+
+def stage_configs() -> dict[str, Any]:
+    """By stage; the default part of a stage that can be exchanged."""
+    found: dict[str, Any] = {}
+    for stage, kind in STAGES.items():
+        config = config_class(load_part(kind, next(iter(kind.built_in))))
+        if config is not None:
+            found[stage] = config()
+    for stage, path in CONFIGURED.items():
+        value = _named(path)
+        found[stage] = value() if callable(value) else value
+    return found
+
+
+def _named(path: str) -> Any:
+    """What "module:name" names."""
+    from importlib import import_module
+
+    module, _, name = path.partition(":")
+    return getattr(import_module(module), name)

@@ -1,0 +1,1 @@
+"""What is played: plain frozen data, from which everything else is made."""

@@ -1,0 +1,91 @@
+"""All that is around the task planner: what trials must share to be compared."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from torc.errors import InputError
+from torc.pipeline.min_score import DEFAULT_MIN_SCORE
+from torc.plugins import short_part_name
+from torc.robots.names import DEFAULT_ROBOT
+from torc.specs.settings import Settings
+
+DEFAULT_WORKSPACE = "paper"
+_DIGITS = 8
+
+
+@dataclass(frozen=True)
+class PipelineSpec:
+    """The stages between camera and task planner. They have settings: --STAGE.SETTING VALUE, e.g.
+    --occlusion.smooth-px 3; `torc settings` lists them.
+    """
+
+    depth: str = "as-measured"
+    """Depth: as-measured (what the camera gives), or your own as module:Class or path/to/file.py:Class."""
+    perception: str = "labels"
+    """Perception: labels (masks that come with the picture), or your own."""
+    grasps: str = "geometric"
+    """Grasp planner: geometric, or your own."""
+    min_score: float = DEFAULT_MIN_SCORE
+    """Grasps that are less likely to deliver wait until no object has a better one; 0 keeps to the paper."""
+    settings: Settings = field(default_factory=dict)
+    """Settings of the stages, by dotted path ({"occlusion.smooth_px": 3}); on the command line
+    --occlusion.smooth-px 3."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.min_score <= 1.0:
+            raise InputError(f"--min-score {self.min_score} is no probability, from 0 to 1.")
+        object.__setattr__(self, "min_score", float(self.min_score))
+        object.__setattr__(self, "settings", dict(sorted(self.settings.items())))
+
+
+@dataclass(frozen=True)
+class Conditions(PipelineSpec):
+    """The stages around the task planner, and the budget. Stages have settings: --STAGE.SETTING VALUE, e.g.
+    --occlusion.smooth-px 3; `torc settings` lists them.
+    """
+
+    camera: str = "simulated"
+    """Camera: simulated, or your own."""
+    motion: str = "sampling"
+    """Motion planner: sampling, or your own."""
+    robot: str = DEFAULT_ROBOT
+    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    workspace: str = DEFAULT_WORKSPACE
+    """Table, bin and camera pose: paper, or a workspace file of your own (docs/workspaces.md)."""
+    noise: bool = False
+    """Add the noise of a stereo camera: depth errors that grow with distance, lost edges, eroded masks."""
+    max_picks: int = 15
+    """Attempts, failed ones included."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.max_picks < 1:
+            raise InputError("--max-picks must be at least 1.")
+
+    def facts(self, sources: Mapping[str, str]) -> dict[str, Any]:
+        """What differs from the defaults: plain data, in which parts of a user's own count by what is in their files.
+
+        Args:
+            sources: fingerprints of those files by field, see `torc.pipeline.building.sources`.
+        """
+        changed = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "settings"}
+        default = Conditions()
+        facts = {k: sources.get(k) or v for k, v in changed.items() if v != getattr(default, k)}
+        return facts | dict(self.settings)
+
+    def text(self, sources: Mapping[str, str]) -> str:
+        """What differs from the defaults, as text; the budget aside. Trials with the same text can be compared."""
+        told = {k: v for k, v in self.facts({}).items() if k != "max_picks"}
+        return ", ".join(_told(name, value, sources.get(name, "")) for name, value in told.items())
+
+
+def _told(name: str, value: Any, source: str) -> str:
+    """One condition as text: with the beginning of its fingerprint if it is the user's own."""
+    if value is True:
+        return name
+    if isinstance(value, float):
+        return f"{name} {value:g}"
+    shown = Path(value).stem if name in ("robot", "workspace") else short_part_name(str(value))
+    return f"{name} {shown} ({source[:_DIGITS]})" if source else f"{name} {shown}"

@@ -1,0 +1,120 @@
+"""One trial: a problem, who chooses, a seed, and the conditions."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from torc.errors import InputError
+from torc.plugins import short_part_name
+from torc.robots.names import DEFAULT_ROBOT
+from torc.specs.conditions import Conditions
+from torc.specs.settings import Settings
+from torc.vlm.config import VlmConfig
+
+SIMULATED = "simulated "
+"""In a label, before the profile of a simulated VLM."""
+
+
+@dataclass(frozen=True)
+class PlannerSpec:
+    """Who chooses the object to pick.
+
+    Attributes:
+        name: in the registry of task planners, module:Class or path/to/file.py:Class.
+        vlm: the model that it asks, for planners that ask one.
+        settings: its own settings, by dotted path.
+        expert: the person's name, where the planner is a person.
+        outside_view: that person sees the scene from outside while playing.
+    """
+
+    name: str
+    vlm: VlmConfig | None = None
+    settings: Settings = field(default_factory=dict)
+    expert: str = ""
+    outside_view: bool = False
+
+    @property
+    def asking(self) -> str:
+        """Its name, and the VLM that it asks."""
+        return self.name if self.vlm is None else f"{self.name} asking {self.vlm.text}"
+
+    @property
+    def label(self) -> str:
+        """Its name in tables."""
+        label = self.name
+        if self.vlm is not None:
+            label += f"[{SIMULATED if self.vlm.simulated else ''}{self.vlm.model}]"
+        if self.settings:
+            label += f" ({settings_text(self.settings)})"
+        label += f" {self.expert}" if self.expert else ""
+        return label + (" (outside view)" if self.outside_view else "")
+
+
+@dataclass(frozen=True)
+class TrialSpec:
+    """All that decides a trial's result.
+
+    Attributes:
+        problem: name of a shipped problem or path of a problem file.
+        planner: who chooses.
+        seed: decides all random draws.
+        conditions: what is around the planner.
+    """
+
+    problem: str
+    planner: PlannerSpec
+    seed: int = 0
+    conditions: Conditions = field(default_factory=Conditions)
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise InputError("--seed must be at least 0.")
+
+    @classmethod
+    def of(
+        cls,
+        problem: str,
+        planner: str = "dg-select",
+        seed: int = 0,
+        *,
+        vlm: VlmConfig | None = None,
+        **conditions: Any,
+    ) -> "TrialSpec":
+        """A spec from its most used parts: TrialSpec.of("structured-04", "random", noise=True).
+
+        Args:
+            problem, seed: as above.
+            planner: its name.
+            vlm: the model that the planner asks.
+            conditions: fields of `Conditions`.
+        """
+        return cls(problem, PlannerSpec(planner, vlm), seed, Conditions(**conditions))
+
+    @property
+    def problem_name(self) -> str:
+        """The problem's name, or that of its file."""
+        return Path(self.problem).stem if self.problem.endswith((".yaml", ".yml")) else self.problem
+
+    @property
+    def default_name(self) -> str:
+        """A directory name for the trial."""
+        who, around = self.planner, self.conditions
+        default = Conditions()
+        parts = [Path(self.problem).stem, short_part_name(who.name)]
+        parts += [re.sub(r"[^\w.]+", "-", who.vlm.short_name)] if who.vlm is not None else []
+        parts += [who.expert] if who.expert else []
+        for name in ("camera", "depth", "perception", "grasps", "motion"):
+            used = getattr(around, name)
+            parts += [short_part_name(used)] if used != getattr(default, name) else []
+        parts += [Path(around.robot).stem] if around.robot != DEFAULT_ROBOT else []
+        parts += [Path(around.workspace).stem] if around.workspace != default.workspace else []
+        parts += ["outside"] if who.outside_view else []
+        settings = settings_text({**around.settings, **who.settings})
+        parts += [re.sub(r"[^\w.=]+", "-", settings)] if settings else []
+        return "-".join([*parts, str(self.seed)])
+
+
+def settings_text(settings: Settings) -> str:
+    """Settings on one line, each by the last part of its path."""
+    return ", ".join(f"{path.rpartition('.')[2]}={value}" for path, value in settings.items())

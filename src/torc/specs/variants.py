@@ -1,0 +1,42 @@
+"""Variants of conditions, to be compared with each other: "occlusion.smooth_px=0,3"."""
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from itertools import product
+from typing import Any
+
+from torc.errors import InputError, UnknownNameError
+from torc.specs.conditions import Conditions
+from torc.specs.settings import Settings
+from torc.specs.values import plain_value
+
+
+def variants(sweeps: Sequence[str]) -> list[dict[str, Any]]:
+    """Every combination of the values that are named; one without changes if nothing is named.
+
+    Args:
+        sweeps: texts like "occlusion.smooth_px=0,3" or "perception=labels,my_module:Mine".
+
+    Raises InputError for a text of another form.
+    """
+    parsed = dict(_parsed(sweep) for sweep in sweeps)
+    return [dict(zip(parsed, values)) for values in product(*parsed.values())]
+
+
+def varied(conditions: Conditions, variant: Settings) -> Conditions:
+    """The conditions with what a variant changes. Raises UnknownNameError for a field that there is not."""
+    names = [f.name for f in fields(Conditions) if f.name != "settings"]
+    settings = {k: v for k, v in variant.items() if "." in k}
+    changes = {k: v for k, v in variant.items() if "." not in k}
+    for name in changes:
+        if name not in names:
+            raise UnknownNameError("condition to compare", name, names)
+    return replace(conditions, **changes, settings={**conditions.settings, **settings})
+
+
+def _parsed(text: str) -> tuple[str, list[Any]]:
+    name, equals, values = text.partition("=")
+    found = plain_value(f"[{values}]") if equals else None
+    if not name or not isinstance(found, list) or len(found) < 1:
+        raise InputError(f"--sweep {text} names no values to compare: write e.g. occlusion.smooth_px=0,3.")
+    return name.replace("-", "_"), found

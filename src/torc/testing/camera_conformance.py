@@ -1,0 +1,29 @@
+"""What every camera must do, as checks that the author of one runs on it: `check_camera(my_camera)`."""
+
+import numpy as np
+
+from torc.perception.asking import ask_camera
+from torc.robots.protocols import Camera
+from torc.testing.conformance import NonConformanceError
+
+
+def check_camera(camera: Camera) -> None:
+    """Takes two snapshots of a scene at rest. Raises NonConformanceError naming what was broken, or PartError."""
+    found = []
+    for observation in (ask_camera(camera), ask_camera(camera)):
+        height, width = observation.depth_m.shape
+        K, T = observation.K, observation.T_world_camera
+        if K.shape != (3, 3) or K[0, 0] <= 0 or K[1, 1] <= 0 or K[2].tolist() != [0, 0, 1]:
+            found.append("K must be the 3x3 intrinsics in pixels")
+        elif not (0 < K[0, 2] < width and 0 < K[1, 2] < height):
+            found.append("the principal point of K lies outside of the image: K is of another image size")
+        R = T[:3, :3]
+        if T.shape != (4, 4) or not np.allclose(R @ R.T, np.eye(3), atol=1e-4) or np.linalg.det(R) < 0:
+            found.append("T_world_camera must be a rigid 4x4 transform")
+        good = np.isfinite(observation.depth_m) & (observation.depth_m > 0)
+        if not good.any():
+            found.append("no pixel has a depth")
+        elif np.median(observation.depth_m[good]) > 20:
+            found.append("depths are above 20 m: they must be metres, not millimetres")
+    if found:
+        raise NonConformanceError("This camera does not conform:\n- " + "\n- ".join(dict.fromkeys(found)))

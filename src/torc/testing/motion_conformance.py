@@ -1,0 +1,72 @@
+"""What every motion planner must do, as checks that the author of one runs on it: `check_motion_planner(MyPlanner)`.
+
+The class is made as `torc run --motion` makes it: with `robot` and `workspace`, if it has parameters of these names. A
+NonConformanceError lists what was broken. Collisions are not looked for here; `benchmarks/motion_safety.py` does that.
+"""
+
+import pickle
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from torc.episode.steps import pick_request
+from torc.motion.asking import plan_faults
+from torc.motion.protocol import MotionPlanner, PickRequest
+from torc.occlusion.volume import empty_volume
+from torc.pipeline.building import System, build_system
+from torc.plugins import parameters
+from torc.specs.conditions import Conditions
+from torc.testing.conformance import NonConformanceError
+from torc.testing.contexts import box
+from torc.testing.synthetic import synthetic_observation
+
+_SHAPES = (
+    box(0, 0.62, 0.0, (0.05, 0.05, 0.10)),
+    box(1, 0.62, -0.2, (0.05, 0.05, 0.12)),
+    box(2, 0.74, -0.1, (0.06, 0.06, 0.20)),
+)
+
+
+@cache
+def _system() -> System:
+    return build_system(Conditions())
+
+
+@cache
+def requests() -> tuple[PickRequest, ...]:
+    """A request per object that the shipped robot can grasp, in a small scene."""
+    system, rest = _system(), _system().robot.arm.rest_qpos
+    look = system.pipeline.look(
+        replace(synthetic_observation(_SHAPES, system.workspace.camera), qpos=rest),
+        empty_volume(system.workspace.grid),
+        target_description="the box",
+    )
+    return tuple(pick_request(look, k) for k in look.context.report.graspable_ids)
+
+
+def check_motion_planner(make: Callable[..., MotionPlanner]) -> None:
+    """Plans all requests with fresh planners. Raises NonConformanceError with everything that was broken."""
+    broken = [f"object {r.object_id}: {text}" for r in requests() for text in violations(make, r)]
+    if broken:
+        raise NonConformanceError("This motion planner does not conform:\n- " + "\n- ".join(broken))
+
+
+def violations(make: Callable[..., MotionPlanner], request: PickRequest) -> list[str]:
+    """The rules that a motion planner breaks for one request; empty if none."""
+    try:
+        plan = _made(make).plan_pick(request, np.random.default_rng(0))
+        again = _made(make).plan_pick(request, np.random.default_rng(0))
+    except (Exception, SystemExit) as error:  # whatever a stranger's part raises is the finding
+        return [f"it raised {type(error).__name__}: {error}"]
+    found = list(plan_faults(plan, request))
+    if not found and pickle.dumps(again) != pickle.dumps(plan):
+        found.append("the same rng gave two different plans")
+    return found
+
+
+def _made(make: Callable[..., MotionPlanner]) -> MotionPlanner:
+    offered: dict[str, Any] = {"robot": _system().robot, "workspace": _system().workspace}
+    return make(**{name: value for name, value in offered.items() if name in parameters(make)})

@@ -1,0 +1,74 @@
+"""What every perception must do, as checks that the author of one runs on it: `check_perception(MyPerception)`.
+
+It raises NonConformanceError, which lists what was broken. How well it finds objects is not judged here.
+"""
+
+import pickle
+from collections.abc import Callable
+
+import numpy as np
+
+from torc.perception.asking import scene_faults
+from torc.perception.protocol import Perception, Wanted
+from torc.records import SegmentedScene
+from torc.testing.conformance import NonConformanceError
+from torc.testing.contexts import box
+from torc.testing.synthetic import Shape, synthetic_observation
+
+WANTED = Wanted("the blue tuna can")
+CASES: dict[str, tuple[Shape, ...]] = {
+    "a single box": (box(1, 0.62, -0.10, (0.05, 0.06, 0.10)),),
+    "one behind another": (box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12))),
+    "one on another": (box(0, 0.65, -0.1, (0.12, 0.12, 0.06)), box(1, 0.65, -0.1, (0.05, 0.05, 0.06), 0.06)),
+    "nothing in sight": (),
+}
+"""What stands on the table, by name."""
+
+
+def check_perception(make: Callable[[], Perception]) -> None:
+    """Runs all cases with fresh perceptions. Raises NonConformanceError with everything that was broken."""
+    broken = [f"{name}: {text}" for name, shapes in CASES.items() for text in violations(make, shapes)]
+    if broken:
+        raise NonConformanceError("This perception does not conform:\n- " + "\n- ".join(broken))
+
+
+def violations(make: Callable[[], Perception], shapes: tuple[Shape, ...]) -> list[str]:
+    """The rules that a perception breaks in an episode of two looks, the second without the first object."""
+    found: list[str] = []
+    perception, before = make(), None
+    for left in (shapes, shapes[1:]):
+        observation = synthetic_observation(left)
+        untouched = pickle.dumps(observation)
+        try:
+            scene = perception.perceive(observation, WANTED, before)
+            again = perception.perceive(observation, WANTED, before)
+        except (Exception, SystemExit) as error:  # whatever a stranger's part raises is the finding
+            return [*found, f"it raised {type(error).__name__}: {error}"]
+        found += scene_faults(scene, observation)
+        if found:
+            return found
+        if pickle.dumps(observation) != untouched:
+            found.append("it changed the observation")
+        if not _alike(again, scene):
+            found.append("the same snapshot gave two different scenes")
+        found += _id_faults(scene, before) if before is not None else []
+        before = scene
+    return found
+
+
+def _alike(a: SegmentedScene, b: SegmentedScene) -> bool:
+    same_points = all(np.array_equal(p.points, q.points) for p, q in zip(a.objects, b.objects))
+    return a.ids == b.ids and same_points and np.array_equal(a.label_image, b.label_image)
+
+
+def _id_faults(scene: SegmentedScene, before: SegmentedScene) -> list[str]:
+    """Objects that stayed where they were and have another id now."""
+    there = {o.id: o.points.mean(axis=0) for o in before.objects}
+    faults = []
+    for o in scene.objects:
+        middle = o.points.mean(axis=0)
+        was = min(there, key=lambda k: float(((there[k] - middle) ** 2).sum()), default=None)
+        alike = was is not None and ((there[was] - middle) ** 2).sum() < 0.005**2
+        if alike and was != o.id:
+            faults.append(f"object {was} stayed where it was, and is called {o.id} in the next snapshot")
+    return faults
