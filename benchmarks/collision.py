@@ -1,6 +1,6 @@
 """How long the collision world and its checks take, beside coal on the same spheres and voxels.
 
-    python benchmarks/collision.py [--objects 15] [--configurations 1000]
+    python -m benchmarks.collision [--objects 15] [--configurations 1000]
 
 coal (a development dependency) gets one octree per object, since it has to say who is touched, not only whether.
 """
@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tests.helpers.reaching import reaching_qpos
 from torc.collision.checks import blockers, collides, edges_collide, robot_arrays
 from torc.collision.distance import distance_field
 from torc.collision.world import CollisionWorld, build_collision_world
@@ -18,7 +19,7 @@ from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
 from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
-from torc.testing.views import reaching_qpos, view_of_clutter
+from torc.testing.views import view_of_clutter
 
 
 def main() -> None:

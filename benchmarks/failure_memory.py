@@ -1,7 +1,7 @@
 """How much harder than it looks an object is that failed: measures `FailureConfig.log_odds`.
 
     torc problems generate --count 60 --seed 760000 --out runs/memory_problems
-    python benchmarks/failure_memory.py --problems runs/memory_problems --seeds 2 --workers 2
+    python -m benchmarks.failure_memory --problems runs/memory_problems --seeds 2 --workers 2
 
 Plays trials without that memory (`--log-odds 0`, the default here), and notes for every grasp that was tried the
 probability that it was given, and how often a try with the same object had failed before. The table compares what was
@@ -21,7 +21,7 @@ from jaxtyping import Float
 from scipy.optimize import brentq
 from scipy.special import expit, logit
 
-from processes import run_jobs
+from benchmarks.processes import run_jobs
 
 _MOST = 5
 """Rows of the table: this many failures and more are one."""

@@ -1,6 +1,6 @@
 """Freshly generated problems: how many are made and hold up, why scenes are rejected, how long it takes.
 
-    python benchmarks/generation.py --count 200 --workers 2
+    python -m benchmarks.generation --count 200 --workers 2
 
 Half structured, half unstructured. Every problem is saved, loaded again and checked as `torc problems validate` does:
 10 simulated seconds of rest, the visible fraction, the first look, the pruning rule. Seconds are those of making a

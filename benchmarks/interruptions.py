@@ -1,6 +1,6 @@
 """Kills a benchmark again and again and compares what it ends with to one left alone.
 
-    python benchmarks/interruptions.py --problems validation --repeats 9 --kills 10
+    python -m benchmarks.interruptions --problems validation --repeats 9 --kills 10
 
 Plays the same trials into two directories. One runner is left alone; the other gets SIGKILL, which nobody can catch, at
 random moments, is started again each time, and at last left to end. All rows of the two tables, a row per trial and a

@@ -1,7 +1,7 @@
 """What readings that are missing from the depth cost: grasps and choices, with and without bridged holes.
 
     torc problems generate --count 8 --seed 880000 --out runs/missing_depth_problems
-    python benchmarks/missing_depth.py --problems validation,runs/missing_depth_problems
+    python -m benchmarks.missing_depth --problems validation,runs/missing_depth_problems
 
 DG-SELECT plays the problems; each of its first looks is a frame. Readings are then taken away from each frame in
 several ways, and the pipeline of a trial looks at what is left as if it were its first look. The table compares that
@@ -27,7 +27,7 @@ import numpy as np
 import tyro
 from jaxtyping import Bool, Float32
 
-from processes import run_jobs
+from benchmarks.processes import run_jobs
 from torc.episode.events import Event, Looked, Started
 from torc.episode.loop import run_episode
 from torc.episode.simulated import pick_parts, simulated_robot

@@ -1,6 +1,6 @@
 """How long the motions of a pick take to plan, how often they are found, and by which search.
 
-    python benchmarks/motion.py [--scenes 6] [--objects 15]
+    python -m benchmarks.motion [--scenes 6] [--objects 15]
 
 Wall-clock times after a warm-up. The rival is OMPL as most people use it: a validity check in Python per state.
 """

@@ -1,10 +1,10 @@
 """Every motion of many picks on the shipped problems against the independent checker (full geometry, not spheres).
 
-    python benchmarks/motion_safety.py --picks 200
+    python -m benchmarks.motion_safety --picks 200
 
 For each problem, object after object is planned for and taken away, so that scenes of all stages are met. Checked
 are joint limits and speeds, continuity, straightness of the Cartesian parts, and collisions (see
-torc.testing.motion_checker).
+tests.helpers.motion_checker).
 """
 
 import itertools
@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import tyro
 
+from tests.helpers.motion_checker import PlanChecker
 from torc.episode.steps import pick_request
 from torc.motion.planner import OmplMotionPlanner
 from torc.motion.protocol import PickRequest
@@ -32,7 +33,6 @@ from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot
 from torc.sim.world import build_world
 from torc.specs.conditions import Conditions
-from torc.testing.motion_checker import PlanChecker
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """ORACLE's search: how many picks it needs, what is proved, and what it takes to get there.
 
-    python benchmarks/oracle.py --out runs/oracle --seeds 3 --workers 2
+    python -m benchmarks.oracle --out runs/oracle --seeds 3 --workers 2
 
 CPU seconds are of one process. Answers already in --out are not sought again, but for those that found no order within
 a smaller budget. The table is printed and written to
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from processes import run_jobs
+from benchmarks.processes import run_jobs
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """How long a DG-SELECT decision takes, and how the exact sums compare with enumerating all simple paths.
 
-    python benchmarks/paths.py [--repeats 5] [--decisions 20]
+    python -m benchmarks.paths [--repeats 5] [--decisions 20]
 
 Ratios are of two measurements in the same run, so they hold on any machine; times
 are this machine's.

@@ -4,7 +4,7 @@ Budget: 60 ms median, 100 ms at the 95th percentile, kernels warm. As machines d
 projection is also timed against the same thing written in plain numpy, in the same run, and processor time is
 printed beside wall time.
 
-    python benchmarks/perception_occlusion.py [--repeats N] [--objects N]
+    python -m benchmarks.perception_occlusion [--repeats N] [--objects N]
 """
 
 import argparse

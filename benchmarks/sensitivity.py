@@ -1,6 +1,6 @@
 """What the numbers of a set hang on: the same trials in other worlds.
 
-    python benchmarks/sensitivity.py --problems torc40 --seeds 3 --workers 2
+    python -m benchmarks.sensitivity --problems torc40 --seeds 3 --workers 2
 
 The simulation has to take masses, friction and a robot's sense of touch from somewhere. This plays the set as it
 is, and with one thing changed at a time (see CONDITIONS), and prints a table. Trials already in --out are not played
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import tyro
 
-from processes import run_jobs
+from benchmarks.processes import run_jobs
 from torc.benchmark import intervals
 from torc.benchmark.intervals import by_problem
 from torc.errors import TorcError

@@ -1,6 +1,6 @@
 """Each stage of a pick against its budget, and against what the paper's system took.
 
-    python benchmarks/stages.py [--seeds 1] [--picks 3]
+    python -m benchmarks.stages [--seeds 1] [--picks 3]
 
 Plays the first picks of every problem of torc40 with DG-SELECT, kernels warm, one process. The paper's times are its
 authors': grasp planning 16-20 s, motion planning 4-5 s, DG-SELECT 27 s (5 s in a later rerun), an episode

@@ -1,6 +1,6 @@
 """How good must a VLM be before it pays? The VLM planners with simulated VLMs of rising accuracy, beside the others.
 
-    python benchmarks/vlm_break_even.py --out runs/vlm_break_even --problems validation --seeds 5 --workers 2
+    python -m benchmarks.vlm_break_even --out runs/vlm_break_even --problems validation --seeds 5 --workers 2
 
 No model is asked: the simulated VLM answers from the simulator's truth, and each fact that it makes out is right with
 the accuracy on the x axis (1/2 is knowing nothing; docs/vlm.md). Trials already in --out are not played again, so that
@@ -15,8 +15,8 @@ from pathlib import Path
 
 import tyro
 
-from break_even_figure import Line, Panel, draw
-from processes import run_jobs
+from benchmarks.break_even_figure import Line, Panel, draw
+from benchmarks.processes import run_jobs
 from torc.benchmark.intervals import Estimate, by_problem, difference, mean, share
 from torc.episode.steps import EpisodeConfig
 

@@ -2,7 +2,7 @@
 
     torc problems generate --count 20 --seed 730000 --out runs/calibration
     torc problems generate --structured --count 4 --seed 740000 --hidden hidden --out runs/calibration_hidden
-    python benchmarks/vlm_calibration.py --problems runs/calibration,runs/calibration_hidden --workers 2
+    python -m benchmarks.vlm_calibration --problems runs/calibration,runs/calibration_hidden --workers 2
 
 RANDOM plays every problem; each moment at which it decides is a situation in which a VLM might be asked. The paper's
 VLM lost .447 of VLM-SELECT's picks, and .085 of VLM+GRASPS', because three answers named nothing graspable. A planner
@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from processes import run_jobs
+from benchmarks.processes import run_jobs
 
 LOST_BY_SELECT, LOST_BY_GRASPS = 1557 / 3480, 194 / 2288
 _SLIPS = 0.02

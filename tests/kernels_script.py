@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.helpers.fake_episode import FakeRobot
+from tests.helpers.kernels import all_signatures, compiled_since
 from torc.brain import decide_frame, load_frame, rehearse
 from torc.episode.loop import rehearse as rehearse_episode
 from torc.episode.pick_view import view_of
@@ -23,8 +25,6 @@ from torc.scenes.workspace import Workspace
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
-from torc.testing.fake_episode import FakeRobot
-from torc.testing.kernels import all_signatures, compiled_since
 from torc.testing.synthetic import random_clutter, synthetic_observation
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.helpers.kernels import all_signatures, compiled_since
 from torc.collision.checks import collides, edges_collide
 from torc.collision.world import build_collision_world
 from torc.grasping.planner import GeometricGraspPlanner
@@ -18,7 +19,6 @@ from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception
 from torc.robots.ik import solve_ik
 from torc.task_planning.relations import find_relations
-from torc.testing.kernels import all_signatures, compiled_since
 from torc.testing.synthetic import random_clutter, synthetic_observation
 
 UNUSED = [
@@ -76,10 +76,10 @@ def test_memory_order_and_protection_change_neither_results_nor_what_is_compiled
 @pytest.mark.slow
 def test_nothing_is_compiled_after_a_rehearsal(tmp_path):
     """From an empty cache: then whole trials, clean and with noise, and a decision on a frame from a file."""
-    script = Path(__file__).with_name("kernels_script.py")
     trials = ["structured-01,dg-select,clean", "unstructured-03,random,clean", "unstructured-03,random,noise"]
     run = subprocess.run(
-        [sys.executable, script, tmp_path, *trials],
+        [sys.executable, "-m", "tests.kernels_script", tmp_path, *trials],
+        cwd=Path(__file__).parents[1],
         env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
         capture_output=True,
         text=True,

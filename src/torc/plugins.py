@@ -146,6 +146,17 @@ def blamed(what: str, error_class: type[TorcError], remedy: str) -> Iterator[Non
         ) from error
 
 
+def warm_up(part: object, seen: object) -> None:
+    """Calls `part.warm_up(seen)`, a method that parts with kernels of their own may have.
+
+    It uses each of them once on what a planner would be given: a PlanningContext for a task planner, a PickRequest
+    for a motion planner.
+    """
+    method = getattr(part, "warm_up", None)
+    if callable(method):
+        method(seen)
+
+
 def kind_of_value(value: Any) -> str:
     """What a value is, for messages."""
     return "None" if value is None else f"a {type(value).__name__}"

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.helpers.fake_bench import InlineBackend, fake_spec, play_quickly
 from torc.benchmark.dispatch import Failure, FailureKind
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.benchmark.runner import run_missing
 from torc.benchmark.store import Store
-from torc.testing.fake_bench import InlineBackend, fake_spec, play_quickly
 
 STRANGE = "<b>&amp;|`*_"
 

@@ -2,9 +2,9 @@
 
 import io
 
+from tests.helpers.fake_bench import fake_spec
 from torc.benchmark.progress import Tally, line_of, shown
 from torc.benchmark.runner import Played
-from torc.testing.fake_bench import fake_spec
 
 TRIALS = fake_spec().trials
 GOT = {"status": "completed", "retrieved": True, "end": "retrieved", "picks": 3, "drops": 1}

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from tests.helpers.fake_bench import fake_spec
 from torc.benchmark.identity import problem_fingerprint
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, make_spec, merged, planned
 from torc.benchmark.spec_files import from_json, to_json
@@ -14,7 +15,6 @@ from torc.scenes.problem import load_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
 from torc.specs.variants import variants, varied
-from torc.testing.fake_bench import fake_spec
 from torc.vlm.config import VlmConfig
 
 PROBLEM = BenchProblem("structured-01", "structured", "ab12", shipped=True)

@@ -8,9 +8,11 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
+from tests.helpers.fake_bench import MISBEHAVING, InlineBackend, fake_spec, play_quickly
 from torc.benchmark import store as store_module
 from torc.benchmark.dispatch import Failure, FailureKind
 from torc.benchmark.local_pool import LocalPool, PoolConfig
@@ -20,7 +22,8 @@ from torc.benchmark.spec import planned
 from torc.benchmark.store import WORK, Store
 from torc.benchmark.table_files import trial_records
 from torc.errors import InputError
-from torc.testing.fake_bench import MISBEHAVING, InlineBackend, fake_spec, play_quickly
+
+CHECKOUT = Path(__file__).parents[2]
 
 
 def _play(root, spec, backend=None, **options):
@@ -172,10 +175,10 @@ def test_a_damaged_store_is_explained(tmp_path):
 
 @pytest.mark.slow
 def test_killed_at_random_moments_it_ends_with_the_same_table(tmp_path, whole, rng):
-    command = [sys.executable, "-m", "torc.testing.fake_bench", str(tmp_path)]
+    command = [sys.executable, "-m", "tests.helpers.fake_bench", str(tmp_path)]
     killed = 0
     for _ in range(40):
-        runner = subprocess.Popen(command)
+        runner = subprocess.Popen(command, cwd=CHECKOUT)
         try:
             runner.wait(float(rng.uniform(0.5, 3.0)))
         except subprocess.TimeoutExpired:
@@ -187,7 +190,7 @@ def test_killed_at_random_moments_it_ends_with_the_same_table(tmp_path, whole, r
             assert runner.returncode == 0
             break
     assert killed >= 2
-    subprocess.run(command, check=True)
+    subprocess.run(command, cwd=CHECKOUT, check=True)
     assert _table(tmp_path) == whole
 
 

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from tests.helpers.fake_bench import fake_spec
 from torc.benchmark.reading import read_table
 from torc.benchmark.spec import merged
 from torc.benchmark.store import Store
 from torc.episode.recorded import read_trial
 from torc.errors import InputError
 from torc.specs.conditions import Conditions
-from torc.testing.fake_bench import fake_spec
 from torc.web.shelf import open_shelf
 
 STORE = Path(__file__).parent / "store_of_0_1"

@@ -4,10 +4,10 @@ import os
 
 import pytest
 
+from tests.helpers.fake_bench import fake_spec, play_quickly
 from torc.benchmark.playing import TRIAL, Order
 from torc.benchmark.remote.parcel import Parcel, pack, unpack
 from torc.errors import InputError
-from torc.testing.fake_bench import fake_spec, play_quickly
 
 
 def tree(root):

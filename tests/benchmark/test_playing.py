@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from tests.helpers.fake_bench import fake_spec
 from torc.benchmark.identity import problem_fingerprint
 from torc.benchmark.playing import Order, changed_part, play
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem
@@ -18,7 +19,6 @@ from torc.scenes.object_files import save_object
 from torc.scenes.problem import load_problem, save_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
-from torc.testing.fake_bench import fake_spec
 
 PARTS = """
 class Decides:

@@ -4,15 +4,16 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
+from tests.helpers.fake_bench import MISBEHAVING, InlineBackend, fake_spec, play_quickly
 from torc.benchmark.reading import read_table
 from torc.benchmark.remote.ray_pool import load_ray
 from torc.benchmark.runner import run_missing
 from torc.benchmark.store import WORK, Store
 from torc.benchmark.table_files import trial_records
-from torc.testing.fake_bench import MISBEHAVING, InlineBackend, fake_spec, play_quickly
 
 pytestmark = [
     pytest.mark.slow,
@@ -20,6 +21,7 @@ pytestmark = [
     # Ray's own, about its future.
     pytest.mark.filterwarnings("ignore"),
 ]
+CHECKOUT = Path(__file__).parents[2]
 NODE = {"num_cpus": 1, "object_store_memory": 100_000_000}
 
 
@@ -53,9 +55,18 @@ def _table(root):
 
 
 def _runner(root, cluster, *options):
-    command = [sys.executable, "-m", "torc.testing.fake_bench", str(root), "--ray", cluster.address, *options]
+    command = [
+        sys.executable,
+        "-m",
+        "tests.helpers.fake_bench",
+        str(root),
+        "--ray",
+        cluster.address,
+        *options,
+    ]
     return subprocess.Popen(
         command,
+        cwd=CHECKOUT,
         stdout=subprocess.PIPE,
         text=True,
         # Tests that run in the background are deaf to Ctrl-C, and so would be what they start.

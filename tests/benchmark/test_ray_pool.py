@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from tests.helpers.fake_bench import fake_spec, play_quickly
 from torc.benchmark.dispatch import Failure, FailureKind, Task
 from torc.benchmark.local_pool import PoolConfig
 from torc.benchmark.playing import OUTPUT, TRIAL, Order
@@ -13,7 +14,6 @@ from torc.benchmark.remote.errand import Luggage, Returned
 from torc.benchmark.remote.parcel import Parcel
 from torc.benchmark.remote.ray_pool import RayPool, load_ray, ray_pool
 from torc.errors import InputError, MissingDependencyError, TorcError
-from torc.testing.fake_bench import fake_spec, play_quickly
 
 LUGGAGE = Luggage(PoolConfig())
 ANSWER = Returned("answer", Parcel(((f"{TRIAL}/result.json", b"{}"), (OUTPUT, b"said"))))

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from test_parcel import tree
 
+from tests.helpers.fake_bench import fake_spec, play_quickly
 from torc.benchmark.dispatch import FailureKind
 from torc.benchmark.identity import file_fingerprint
 from torc.benchmark.local_pool import PoolConfig
@@ -25,7 +26,6 @@ from torc.benchmark.remote.parcel import Parcel
 from torc.benchmark.remote.sending import errand_of, pack_luggage, shared_cache, take_home
 from torc.benchmark.spec import BenchPlanner
 from torc.errors import InputError
-from torc.testing.fake_bench import fake_spec, play_quickly
 from torc.vlm.cache import CacheConfig, CacheMode
 
 LIMITS = PoolConfig(1, 500.0, 4 * 2**30)

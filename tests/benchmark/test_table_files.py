@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from tests.helpers.fake_bench import InlineBackend, play_quickly
 from torc.benchmark.ranking import rank
 from torc.benchmark.reading import read_table, read_tables
 from torc.benchmark.report.content import difficulty_table
@@ -21,7 +22,6 @@ from torc.generation.difficulty import Difficulty
 from torc.scenes.problem import load_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
-from torc.testing.fake_bench import InlineBackend, play_quickly
 
 
 @pytest.fixture

@@ -2,11 +2,11 @@
 
 import json
 import sys
-from pathlib import Path
 
 import pytest
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+from benchmarks import vlm_break_even
+
 PROBLEMS = ("structured-04", "unstructured-02")
 OPTIONS = (
     "--problems",
@@ -23,10 +23,7 @@ OPTIONS = (
 
 @pytest.fixture
 def study(monkeypatch, tmp_path):
-    """The script with a `play` that makes trials up: all succeed but those of a VLM that knows nothing."""
-    before = set(sys.modules)
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-    import vlm_break_even
+    """The study with a `play` that makes trials up: all succeed but those of a VLM that knows nothing."""
 
     def play(problem, planner, seed, out, vlm):
         good, lost = vlm not in ("simulated:0.5", "simulated:paper"), 2 if vlm else 0
@@ -55,10 +52,7 @@ def study(monkeypatch, tmp_path):
         vlm_break_even.main()
         return vlm_break_even.played, (tmp_path / "table.md").read_text()
 
-    yield run
-    for name in set(sys.modules) - before:
-        if str(BENCHMARKS) in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
+    return run
 
 
 def _row(text, *first):
@@ -93,7 +87,7 @@ def test_the_table_and_the_figure_of_made_up_trials(study, tmp_path, capsys):
 
 
 def test_what_is_not_there_is_played_and_said(study, tmp_path, monkeypatch):
-    monkeypatch.setattr("vlm_break_even.draw", lambda *arguments: None)
+    monkeypatch.setattr("benchmarks.vlm_break_even.draw", lambda *arguments: None)
     study()
     (tmp_path / "structured-04-oracle-0" / "result.json").unlink()
     (tmp_path / "structured-04-oracle-0").rmdir()

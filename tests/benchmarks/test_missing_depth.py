@@ -1,28 +1,12 @@
 """The benchmark of missing depth: what its damages take, and what its table counts."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+from benchmarks import missing_depth
 
 
-@pytest.fixture
-def missing_depth(monkeypatch):
-    """The script as a module, forgotten afterwards."""
-    before = set(sys.modules)
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-    import missing_depth
-
-    yield missing_depth
-    for name in set(sys.modules) - before:
-        if str(BENCHMARKS) in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
-
-
-def test_damages_take_what_they_say(missing_depth, rng):
+def test_damages_take_what_they_say(rng):
     depth_m = np.full((240, 320), 1.0, np.float32)
     depth_m[:, 160:] = 0.8
     for share in (0.01, 0.05):
@@ -34,7 +18,7 @@ def test_damages_take_what_they_say(missing_depth, rng):
         )
 
 
-def test_the_table_counts_grasps_over_all_frames_and_choices_by_frame(missing_depth):
+def test_the_table_counts_grasps_over_all_frames_and_choices_by_frame():
     m = missing_depth
     damage = next(iter(m.DAMAGES))
     rows = [

@@ -1,11 +1,9 @@
 """Other worlds are what they say: scenes that are scaled stay in contact, densities and friction are as stated."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from benchmarks import sensitivity
 from torc.scenes.library import load_object
 from torc.scenes.problem import load_problem
 from torc.scenes.workspace import Workspace
@@ -13,16 +11,7 @@ from torc.sim.contacts import deepest_overlap
 from torc.sim.world import build_world
 
 
-@pytest.fixture
-def sensitivity(monkeypatch):
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "benchmarks"))
-    import sensitivity
-
-    yield sensitivity
-    sys.modules.pop("sensitivity", None)
-
-
-def test_a_scaled_scene_is_the_same_scene_larger(sensitivity):
+def test_a_scaled_scene_is_the_same_scene_larger():
     workspace, larger = Workspace(), sensitivity.CONDITIONS["large"]
     problem = load_problem("validation-unstructured-01")
     scaled = sensitivity.scaled_problem(problem, larger.scale, workspace.support_z_m)
@@ -40,7 +29,7 @@ def test_a_scaled_scene_is_the_same_scene_larger(sensitivity):
 
 
 @pytest.mark.parametrize("name", ["mug_red", "tuna_can_blue", "banana_red"])
-def test_objects_have_the_stated_density_size_and_friction(sensitivity, name):
+def test_objects_have_the_stated_density_size_and_friction(name):
     model = load_object(name)
     volume = sum(p.volume_m3 for p in model.pieces)
     light = sensitivity.changed_model(model, sensitivity.CONDITIONS["light"])
@@ -54,7 +43,7 @@ def test_objects_have_the_stated_density_size_and_friction(sensitivity, name):
     assert (same.mass_kg, same.friction, same.size_m) == (model.mass_kg, model.friction, model.size_m)
 
 
-def test_the_table_counts_errored_trials_apart(sensitivity):
+def test_the_table_counts_errored_trials_apart():
     rows = [
         {"problem": f"p{k}", "planner": "random", "condition": "light", "end": "retrieved", "cost": 3 + k}
         | {"retrieved": True, "drops": k % 2, "tried": 4, "held": 4, "delivered": 3}

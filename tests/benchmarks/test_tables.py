@@ -1,23 +1,11 @@
 """The benchmarks that solve: what is missing is sought, in processes of their own."""
 
 import sys
-from pathlib import Path
 
-import pytest
+from benchmarks import oracle
+from benchmarks.processes import run_jobs
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 PROBLEMS = ("structured-04", "unstructured-02")
-
-
-@pytest.fixture
-def scripts(monkeypatch):
-    """The benchmarks' modules, importable as they are for who runs one of them; forgotten afterwards."""
-    before = set(sys.modules)
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-    yield
-    for name in set(sys.modules) - before:
-        if str(BENCHMARKS) in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
 
 
 def _main(monkeypatch, module, *arguments):
@@ -25,9 +13,7 @@ def _main(monkeypatch, module, *arguments):
     module.main()
 
 
-def test_the_oracle_solves_what_is_missing_and_no_more(scripts, tmp_path, monkeypatch, capsys):
-    import oracle
-
+def test_the_oracle_solves_what_is_missing_and_no_more(tmp_path, monkeypatch, capsys):
     asked = []
 
     def solve(problem, seed, budget, likely):
@@ -56,9 +42,7 @@ def test_the_oracle_solves_what_is_missing_and_no_more(scripts, tmp_path, monkey
     assert not list(tmp_path.glob("*.partial"))
 
 
-def test_jobs_run_in_processes_of_their_own(scripts, capfd):
-    from processes import run_jobs
-
+def test_jobs_run_in_processes_of_their_own(capfd):
     run_jobs("{}-{}".format, [("a", 1), ("b", 2)], workers=2)
     lines = capfd.readouterr().out.splitlines()
     assert sorted(line.split()[1] for line in lines) == ["a-1", "b-2"]

@@ -1,15 +1,13 @@
 """The arithmetic of the calibration: lost picks as a played episode loses them, and numbers found where they are."""
 
 import json
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks import vlm_calibration as calibration
 from torc.vlm.simulated.situation import Situation
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 SITUATION = Situation(
     in_sight={0: 200, 1: 900, 2: 400},
     graspable=frozenset({2}),
@@ -20,19 +18,7 @@ SITUATION = Situation(
 )
 
 
-@pytest.fixture
-def calibration(monkeypatch):
-    before = set(sys.modules)
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-    import vlm_calibration
-
-    yield vlm_calibration
-    for name in set(sys.modules) - before:
-        if str(BENCHMARKS) in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
-
-
-def test_the_share_of_lost_picks_is_that_of_playing_on_until_none_is_lost(calibration, rng):
+def test_the_share_of_lost_picks_is_that_of_playing_on_until_none_is_lost(rng):
     p = np.array([0.9, 0.5, 0.2])
     lost = picks = 0
     for chance in np.tile(p, 3000):
@@ -43,15 +29,15 @@ def test_the_share_of_lost_picks_is_that_of_playing_on_until_none_is_lost(calibr
     assert calibration.lost_share(np.zeros(2)) == pytest.approx(15 / 16)
 
 
-def test_a_number_is_found_where_a_falling_function_has_a_value(calibration):
+def test_a_number_is_found_where_a_falling_function_has_a_value():
     assert calibration.fitted(0.25, lambda x: (1 - x) ** 2) == pytest.approx(0.5, abs=0.01)
 
 
-def test_situations_survive_being_written(calibration):
+def test_situations_survive_being_written():
     assert calibration.situation_from(json.loads(json.dumps(calibration.plain(SITUATION)))) == SITUATION
 
 
-def test_geometry_is_right_where_it_says_what_is_so(calibration):
+def test_geometry_is_right_where_it_says_what_is_so():
     row = calibration.plain(SITUATION)
     true = [(0, "behind", 1), (1, "below", 2)]
     assert calibration.geometric_accuracy([{**row, "by_geometry": true}]) == (1.0, 1.0)
@@ -62,7 +48,7 @@ def test_geometry_is_right_where_it_says_what_is_so(calibration):
     assert calibration.geometric_accuracy([{**row, "by_geometry": missed}]) == (1.0, pytest.approx(2 / 3))
 
 
-def test_answers_are_counted_through_prompt_and_parser(calibration):
+def test_answers_are_counted_through_prompt_and_parser():
     from torc.vlm.simulated.profiles import PROFILES
 
     row = {

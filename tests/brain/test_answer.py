@@ -2,8 +2,8 @@
 
 import json
 
+from tests.helpers.fake_episode import ScriptedPlanner
 from torc.brain import decide_frame
-from torc.testing.fake_episode import ScriptedPlanner
 
 
 def test_json_tells_the_label_of_every_id(frame_of):

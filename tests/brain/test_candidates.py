@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from tests.helpers.fake_episode import ScriptedPlanner
 from torc.brain import decide_frame
 from torc.brain.candidates import FATES, blockers_of, grasp_fates, valid_grasps
 from torc.records import GraspStatus
 from torc.testing.contexts import box, make_context
-from torc.testing.fake_episode import ScriptedPlanner
 
 
 def context():

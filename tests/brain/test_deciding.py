@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.helpers.fake_episode import ScriptedPlanner
 from torc.brain import decide_frame
 from torc.errors import InputError
 from torc.records import Decision
-from torc.testing.fake_episode import ScriptedPlanner
 
 
 def test_the_answer_is_in_the_frames_own_labels(frame_of):

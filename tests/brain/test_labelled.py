@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.helpers.fake_vlm import ScriptedVlm
 from torc.brain import answer_text, decide_frame
 from torc.brain.labelled import evidence_in_labels
 from torc.perception.marking import mark_image
@@ -14,7 +15,6 @@ from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.drawing import draw_decision
 from torc.task_planning.registry import make_planner
 from torc.testing import contexts
-from torc.testing.fake_vlm import ScriptedVlm
 
 IDS = {"0", "1"}
 """Ids that torc gives the labels 512 and 40000."""

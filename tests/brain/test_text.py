@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.helpers.fake_episode import ScriptedPlanner
 from torc.brain import answer_text, decide_frame
-from torc.testing.fake_episode import ScriptedPlanner
 
 
 def rows(text: str) -> list[list[str]]:

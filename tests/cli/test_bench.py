@@ -12,6 +12,7 @@ from dataclasses import replace
 import pytest
 from torc_command import run_torc
 
+from tests.helpers.fake_bench import InlineBackend, play_quickly
 from torc.benchmark.dispatch import Failure, FailureKind
 from torc.benchmark.playing import play
 from torc.benchmark.reading import read_table
@@ -19,7 +20,6 @@ from torc.benchmark.store import Store
 from torc.benchmark.table_files import trial_records
 from torc.robots.schema import EXAMPLE
 from torc.scenes.problem import load_problem, save_problem
-from torc.testing.fake_bench import InlineBackend, play_quickly
 
 PROBLEMS = "structured-04,unstructured-02"
 PLANNER = """

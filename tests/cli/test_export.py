@@ -5,9 +5,9 @@ import json
 import pytest
 from torc_command import run_torc
 
+from tests.helpers.fake_episode import ScriptedPlanner
+from tests.helpers.fake_trial import play_fake_trial
 from torc.specs.trial import TrialSpec
-from torc.testing.fake_episode import ScriptedPlanner
-from torc.testing.fake_trial import play_fake_trial
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ import urllib.request
 import pytest
 from torc_command import run_torc
 
+from tests.helpers.fake_trial import play_fake_trial
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
-from torc.testing.fake_trial import play_fake_trial
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from tests.helpers.reaching import reaching_qpos
 from torc.collision.world import CollisionWorld
 from torc.records import OcclusionVolume
 from torc.robots.description import RobotDescription
 from torc.scenes.workspace import Workspace
-from torc.testing.views import View, reaching_qpos, view_of_clutter
+from torc.testing.views import View, view_of_clutter
 
 
 @pytest.fixture(scope="session")

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.helpers.fake_episode import FakeMotionPlanner, FakeRobot, ScriptedPlanner
 from torc.episode.events import Ended, Looked, Started
 from torc.episode.log_writing import log_line, result_facts, without_seconds
 from torc.episode.loop import run_episode
@@ -23,7 +24,6 @@ from torc.robots.ik import solve_ik
 from torc.robots.kinematics import tool0_from_tcp
 from torc.scenes.workspace import Workspace
 from torc.task_planning.registry import make_planner
-from torc.testing.fake_episode import FakeMotionPlanner, FakeRobot, ScriptedPlanner
 from torc.testing.synthetic import SyntheticBox
 
 TALL = SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20))

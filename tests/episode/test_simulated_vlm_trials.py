@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from tests.helpers.fake_vlm import ScriptedVlm
 from torc.episode.log_writing import without_seconds
 from torc.episode.planners import make_trial_planner
 from torc.episode.privileged import Privileged, Truth
@@ -18,7 +19,6 @@ from torc.errors import InputError, UnknownNameError
 from torc.sim.visibility import Visibility
 from torc.specs.trial import TrialSpec
 from torc.testing import contexts
-from torc.testing.fake_vlm import ScriptedVlm
 from torc.vlm.cache import CacheConfig, CacheMode
 from torc.vlm.config import VlmConfig
 from torc.vlm.simulated.profiles import PROFILES

@@ -2,11 +2,11 @@
 
 import pytest
 
+from tests.helpers.fake_episode import FakePlayground
+from tests.helpers.fake_trial import SHAPES
 from torc.episode.state import EndReason
 from torc.episode.steps import EpisodeConfig
 from torc.records import Decision, PickOutcome, PickResult
-from torc.testing.fake_episode import FakePlayground
-from torc.testing.fake_trial import SHAPES
 
 HIDER, TARGET = Decision(1, "it hides the target"), Decision(0, "the target")
 

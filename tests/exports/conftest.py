@@ -2,10 +2,10 @@
 
 import pytest
 
+from tests.helpers.fake_episode import ScriptedPlanner
+from tests.helpers.fake_trial import play_fake_trial
 from torc.records import PickOutcome, PickResult
 from torc.specs.trial import TrialSpec
-from torc.testing.fake_episode import ScriptedPlanner
-from torc.testing.fake_trial import play_fake_trial
 
 
 class _Named(ScriptedPlanner):

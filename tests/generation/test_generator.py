@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from generation_configs import SMALL
 
+from tools.grippers import write_slides
 from torc.errors import InputError
 from torc.generation import generator as generator_module
 from torc.generation.batch import Job, generate_batch
@@ -27,7 +28,6 @@ from torc.scenes.library import load_object
 from torc.scenes.object_files import save_object
 from torc.scenes.problem import parse_problem, problem_text
 from torc.specs.conditions import Conditions
-from torc.testing.grippers import write_slides
 
 
 def test_the_same_seed_gives_the_same_problem_bit_for_bit(generated, inspector):

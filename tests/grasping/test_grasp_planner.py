@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from grasping_scenes import TABLE_Z, standing_box
 
+from tools.grippers import write_slides
 from torc.errors import InputError
 from torc.grasping.config import CandidateConfig, GraspConfig, SelectionConfig
 from torc.grasping.features import FEATURE_NAMES
@@ -13,7 +14,6 @@ from torc.grasping.planner import GeometricGraspPlanner, candidates_with_feature
 from torc.grasping.scoring import HandScore
 from torc.records import TARGET_ID
 from torc.robots.loading import load_robot
-from torc.testing.grippers import write_slides
 from torc.testing.synthetic import SyntheticCylinder, SyntheticSphere
 from torc.testing.views import view_of
 

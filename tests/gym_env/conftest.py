@@ -2,9 +2,9 @@
 
 import pytest
 
+from tests.helpers.fake_episode import FakePlayground
+from tests.helpers.fake_trial import SHAPES
 from torc.gym_env.env import RetrievalEnv
-from torc.testing.fake_episode import FakePlayground
-from torc.testing.fake_trial import SHAPES
 
 
 @pytest.fixture

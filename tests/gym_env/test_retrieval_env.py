@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+from tests.helpers.fake_episode import FakePlayground, FakeRobot, ScriptedPlanner
+from tests.helpers.fake_trial import SHAPES
 from torc.episode.trial import run_trial
 from torc.errors import InputError, PhysicsError
 from torc.gym_env.env import RetrievalEnv
 from torc.records import PickOutcome, PickResult
 from torc.specs.trial import TrialSpec
-from torc.testing.fake_episode import FakePlayground, FakeRobot, ScriptedPlanner
-from torc.testing.fake_trial import SHAPES
 
 HIDER, TARGET, BESIDE, NOBODY = 1, 0, 2, 63
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.helpers.motion_checker import PlanChecker
 from torc.geometry.transforms import invert, transform_points
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
 from torc.motion.planner import OmplMotionPlanner, with_backend
 from torc.records import GraspStatus, PickPlan, PlanFailure, PlanStage
 from torc.robots.kinematics import tool0_poses
-from torc.testing.motion_checker import PlanChecker
 
 SEGMENTS = ("free", "approach", "lift", "transfer", "home")
 

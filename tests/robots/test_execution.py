@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from fake_robot import FakeArm, FakeGripper
 
 from torc.records import TARGET_ID, PickPlan, PickResult, Trajectory
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, Phase, execute_pick, reverse, starting_from
 from torc.robots.protocols import Arm, ContactGuard, Gripper
-from torc.testing.fake_robot import FakeArm, FakeGripper
 
 REST, PRE, GRASP, UP, BIN = (
     np.array(q) for q in ([0.0, 0, 0], [1, 0, 0], [1.1, 0, 0.1], [1.1, 0, 0], [0, 1, 0])

@@ -14,7 +14,7 @@ BUILT_IN = builtin_object_names()
 
 
 def test_every_model_was_measured_as_it_is_now() -> None:
-    """If this fails, a model has changed: python -m torc.grasping.training graspable"""
+    """If this fails, a model has changed: python -m tools.grasp_model graspable"""
     facts = all_grasp_facts()
     assert tuple(facts) == BUILT_IN
     stale = [name for name in BUILT_IN if facts[name].digest != model_digest(load_object(name))]

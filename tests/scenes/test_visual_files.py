@@ -8,9 +8,9 @@ import pytest
 from PIL import Image
 
 from torc.errors import InputError
+from torc.files.strict_png import PackedPng
 from torc.scenes.library import load_object
 from torc.scenes.object_files import load_object_directory, save_object
-from torc.scenes.strict_png import PackedPng
 
 FULL = np.zeros((2048, 2048, 3), np.uint8)
 

@@ -8,9 +8,8 @@ import pytest
 from torc.errors import InputError
 from torc.records import TARGET_ID, PlanningContext
 from torc.task_planning.dg_select import decide_by_graph
-from torc.task_planning.graph import DependencyGraph
+from torc.task_planning.graph import DependencyEdge, DependencyGraph, EdgeKind
 from torc.task_planning.graph_building import build_dependency_graph
-from torc.task_planning.relations import Relation, RelationKind
 from torc.testing import contexts
 from torc.testing.contexts import box, make_context
 
@@ -21,12 +20,12 @@ def edges_of(graph: DependencyGraph) -> dict[tuple[int, int], tuple[str, float]]
     return {(e.source, e.target): (e.kind.value, pytest.approx(e.weight)) for e in graph.edges}
 
 
-def below(a: int, b: int) -> Relation:
-    return Relation(a, b, RelationKind.BELOW)
+def below(a: int, b: int) -> DependencyEdge:
+    return DependencyEdge(a, b, EdgeKind.BELOW)
 
 
-def behind(a: int, b: int) -> Relation:
-    return Relation(a, b, RelationKind.BEHIND)
+def behind(a: int, b: int) -> DependencyEdge:
+    return DependencyEdge(a, b, EdgeKind.BEHIND)
 
 
 def test_below_overrides_everything_and_shares_equally() -> None:

@@ -9,10 +9,9 @@ import pytest
 
 from torc.records import Decision, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner, decide_by_graph, graph_probabilities
-from torc.task_planning.graph import DependencyGraph
+from torc.task_planning.graph import DependencyEdge, DependencyGraph, EdgeKind
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.random_choice import RandomPlanner
-from torc.task_planning.relations import Relation, RelationKind
 from torc.testing import contexts
 from torc.testing.contexts import box, make_context
 from torc.testing.planner_conformance import CASES, NonConformanceError, check_case, check_planner
@@ -26,12 +25,12 @@ def test_own_planners_conform(planner: type, case) -> None:
     check_case(planner, case)
 
 
-def choice(context: PlanningContext, relations: list[Relation]) -> Decision:
+def choice(context: PlanningContext, relations: list[DependencyEdge]) -> Decision:
     return decide_by_graph(build_dependency_graph(context, relations=relations), context)
 
 
-def below(a: int, b: int) -> Relation:
-    return Relation(a, b, RelationKind.BELOW)
+def below(a: int, b: int) -> DependencyEdge:
+    return DependencyEdge(a, b, EdgeKind.BELOW)
 
 
 def test_target_that_is_a_graspable_sink_is_taken_at_once() -> None:

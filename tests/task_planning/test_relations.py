@@ -8,10 +8,10 @@ import pytest
 from torc.errors import InputError
 from torc.records import SegmentedScene
 from torc.scenes.workspace import CameraMount
+from torc.task_planning.graph import EdgeKind
 from torc.task_planning.relation_kernels import nearby_labels
 from torc.task_planning.relations import (
     RelationConfig,
-    RelationKind,
     behind_candidates,
     dilation_radius_px,
     find_adjacencies,
@@ -69,7 +69,7 @@ def test_stacks_in_clutter_are_found_and_nothing_else_is_below() -> None:
         top = {s.id: np.add(s.center, (0, 0, half_sizes(s)[2])) for s in shapes}
         foot = {s.id: np.subtract(s.center, (0, 0, half_sizes(s)[2])) for s in shapes}
         stacked = {(a, b) for a in scene.ids for b in scene.ids if np.allclose(top[a], foot[b])}
-        below = {(r.source, r.target) for r in find_relations(scene) if r.kind == RelationKind.BELOW}
+        below = {(r.source, r.target) for r in find_relations(scene) if r.kind == EdgeKind.BELOW}
         found, expected, wrong = (
             found + len(below & stacked),
             expected + len(stacked),

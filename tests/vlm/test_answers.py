@@ -5,14 +5,14 @@ import json
 import numpy as np
 import pytest
 
-from torc.task_planning.relations import Relation, RelationKind
+from torc.task_planning.graph import DependencyEdge, EdgeKind
 from torc.vlm.answers import Corrected, Useless, read_corrections, read_first_pick, read_id
 from torc.vlm.json_text import MAX_CHARACTERS, find_json
 from torc.vlm.protocol import Finish, Reply, Tokens
 
 OFFERED = (0, 3, 7, 12)
-BEHIND, BELOW = RelationKind.BEHIND, RelationKind.BELOW
-CANDIDATES = (Relation(1, 2, BEHIND), Relation(3, 2, BEHIND), Relation(5, 4, BEHIND))
+BEHIND, BELOW = EdgeKind.BEHIND, EdgeKind.BELOW
+CANDIDATES = (DependencyEdge(1, 2, BEHIND), DependencyEdge(3, 2, BEHIND), DependencyEdge(5, 4, BEHIND))
 
 
 def reply_of(text, finish=Finish.COMPLETE):

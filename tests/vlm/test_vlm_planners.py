@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
 from torc.perception.marking import mark_image
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.registry import make_planner
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.testing import contexts
-from torc.testing.fake_vlm import ScriptedVlm
 from torc.testing.planner_conformance import CASES, check_case
 from torc.vlm.failures import FailureKind, VlmError
 from torc.vlm.fixes_dg import VlmFixesDgPlanner

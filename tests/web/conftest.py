@@ -4,11 +4,11 @@ import shutil
 from pathlib import Path
 
 import pytest
+from page_server import served
 
+from tests.helpers.fake_trial import play_fake_trial
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
-from torc.testing.fake_trial import play_fake_trial
-from torc.testing.page_server import served
 
 
 @pytest.fixture(scope="session")

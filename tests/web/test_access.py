@@ -1,8 +1,8 @@
 """Who gets in, and what a page may load."""
 
 import pytest
+from page_server import Client, served
 
-from torc.testing.page_server import Client, served
 from torc.web.access import is_loopback, token_for
 
 

@@ -5,7 +5,9 @@ import socket
 import urllib.request
 
 import pytest
+from page_server import Game
 
+from tests.helpers.fake_trial import play_fake_trial
 from torc.episode.viewer_links import REPORT, trial_key, trial_link
 from torc.errors import InputError
 from torc.pipeline.building import sources
@@ -15,8 +17,6 @@ from torc.specs.conditions import Conditions
 from torc.specs.files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
-from torc.testing.fake_trial import play_fake_trial
-from torc.testing.page_server import Game
 from torc.web.human_queue import make_queue
 from torc.web.serving import address, listen
 from torc.web.session import Phase

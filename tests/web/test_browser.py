@@ -5,10 +5,10 @@ import shutil
 import time
 
 import pytest
+from page_server import Game, served
 
 from torc.episode.recorded import read_trial
 from torc.perception.label_places import mask_anchor
-from torc.testing.page_server import Game, served
 from torc.web.session import Phase
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -15,8 +15,8 @@ from pydantic import AfterValidator, TypeAdapter
 from torc.benchmark.participation import participant_by_name
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.errors import InputError
+from torc.files.reading import read_bytes
 from torc.records import PickResult
-from torc.scenes.strict_files import read_bytes
 
 TRIALS_FILE, PICKS_FILE = "trials.csv", "picks.csv"
 _NESTED = ("directory", "picked")

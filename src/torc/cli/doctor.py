@@ -147,9 +147,8 @@ def _extras() -> list[Check]:
         "export": ("pyarrow", "torc export --format lerobot"),
         "ray": ("ray", "torc bench --ray, on many machines"),
         "report": ("matplotlib", "the figures of torc report"),
-        "train": ("sklearn", "training the grasp model"),
         "toppra": ("toppra", "timing motions by the reference library"),
-        "dev": ("pytest", "running the tests"),
+        "dev": ("pytest", "running the tests, training the grasp model"),
     }
     return [
         Check(

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from torc.errors import InputError
-from torc.scenes.strict_yaml import explain_faults, parse_plain_yaml
+from torc.files.strict_yaml import explain_faults, parse_plain_yaml
 from torc.specs.conditions import Conditions
 
 _MAX_BYTES = 100_000

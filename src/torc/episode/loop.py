@@ -7,7 +7,8 @@ from torc.episode.steps import EpisodeConfig, EpisodeParts, PickParts, Steps, pi
 from torc.episode.stepwise import Episode
 from torc.pipeline.look import Look
 from torc.pipeline.seeding import stage_rng
-from torc.pipeline.warm_up import rehearse_look, warm_up
+from torc.pipeline.warm_up import rehearse_look
+from torc.plugins import warm_up
 from torc.task_planning.asking import ask_planner, rehearse_planner
 
 

@@ -16,7 +16,7 @@ from torc.episode.log_lines import (
 from torc.episode.pick_view import PickView, load_view
 from torc.episode.trial_files import read_events, read_result, read_spec
 from torc.errors import InputError
-from torc.scenes.strict_files import read_bytes
+from torc.files.reading import read_bytes
 from torc.specs.trial import TrialSpec
 
 LOG, VIDEO = "events.jsonl", "video.mp4"

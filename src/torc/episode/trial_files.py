@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from torc.episode.log_lines import LOG_LINE, ResultFile
 from torc.errors import InputError
-from torc.scenes.strict_files import read_bytes
+from torc.files.reading import read_bytes
 from torc.specs.files import RecordedSpec, from_plain
 
 MAX_LOG_BYTES, MAX_FACTS_BYTES = 64 * 2**20, 2**20

@@ -1,7 +1,7 @@
 """Choosing the problems of a set by measured difficulty: how the shipped sets were made, for anyone to make again.
 
-python benchmarks/generation.py --count 200 --keep candidates
-python benchmarks/oracle.py --problems candidates --seeds 1 --budget 12 --likely --out answers
+python -m benchmarks.generation --count 200 --keep candidates
+python -m benchmarks.oracle --problems candidates --seeds 1 --budget 12 --likely --out answers
 torc bench --problems candidates --planners random --repeats 3 --out measured
 python -m torc.generation.curation --candidates candidates --answers answers --trials measured/trials --out chosen
 """

@@ -1,6 +1,6 @@
 """What a grasp planner and a grasp score are."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Float32
@@ -8,6 +8,7 @@ from jaxtyping import Float, Float32
 from torc.records import GraspSet, OcclusionVolume, SegmentedScene
 
 
+@runtime_checkable
 class GraspPlanner(Protocol):
     """Proposes grasps for the visible objects of one snapshot."""
 
@@ -19,6 +20,7 @@ class GraspPlanner(Protocol):
         ...
 
 
+@runtime_checkable
 class GraspScorer(Protocol):
     """Rates candidates by their features."""
 

@@ -19,7 +19,6 @@ from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import Depth, Perception, Wanted
 from torc.pipeline.better_bet import BetConfig, hold_back_worse_bets
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
-from torc.pipeline.min_score import DEFAULT_MIN_SCORE
 from torc.pipeline.report import hold_back_unlikely, with_status
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.timing import StageClock
@@ -37,6 +36,7 @@ from torc.records import (
 )
 from torc.robots.description import GripperDescription, RobotDescription
 from torc.scenes.workspace import Workspace
+from torc.specs.conditions import DEFAULT_MIN_SCORE
 
 
 @dataclass(frozen=True)

@@ -74,17 +74,6 @@ def rehearse_look(pipeline: Pipeline, qpos: Float[np.ndarray, "dof"] | None = No
     return look
 
 
-def warm_up(part: object, seen: object) -> None:
-    """Calls `part.warm_up(seen)`, a method that parts with kernels of their own may have.
-
-    It uses each of them once on what a planner would be given: a PlanningContext for a task planner, a PickRequest
-    for a motion planner.
-    """
-    method = getattr(part, "warm_up", None)
-    if callable(method):
-        method(seen)
-
-
 def _snapshot(workspace: Workspace, column: int, qpos: np.ndarray) -> Observation:
     """Two boxes on the table from 0.8 m straight above its grid's middle; one at an image column."""
     height, width, focal, above = 120, 160, 200.0, 0.8

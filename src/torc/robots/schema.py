@@ -7,7 +7,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from torc.errors import InputError
-from torc.scenes.strict_yaml import Number
+from torc.files.strict_yaml import Number
 
 DATA = Path(__file__).parent / "data"
 """Where the shipped robots are."""

@@ -17,6 +17,7 @@ import numpy as np
 import yaml
 
 from torc.errors import InputError
+from torc.files.reading import ArraySpec, read_arrays, read_bytes
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.scenes.models import CollisionPiece, ObjectModel, Quat, Vec3
 from torc.scenes.object_checks import check_model
@@ -28,7 +29,6 @@ from torc.scenes.object_schema import (
     PieceEntry,
     read_object_file,
 )
-from torc.scenes.strict_files import ArraySpec, read_arrays, read_bytes
 from torc.scenes.visual_files import read_visuals, save_textures, visual_arrays, visual_entries, visual_specs
 
 OBJECT_FILE, GEOMETRY_FILE = "object.yaml", "geometry.npz"

@@ -14,8 +14,8 @@ from pydantic import (
 )
 
 from torc.errors import InputError
+from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml, printable
 from torc.scenes.models import PieceKind, Quat
-from torc.scenes.strict_yaml import Number, explain_faults, parse_plain_yaml, printable
 
 FORMAT = "torc-object/1"
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}$"

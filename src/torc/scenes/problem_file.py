@@ -9,10 +9,10 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from torc.errors import InputError
+from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml, printable
 from torc.records.camera import MAX_OBJECTS
 from torc.scenes.library import has_object, object_names
 from torc.scenes.models import Quat, Vec3
-from torc.scenes.strict_yaml import Number, explain_faults, parse_plain_yaml, printable
 from torc.scenes.workspace import Workspace
 
 FORMAT = "torc-problem/1"

@@ -9,6 +9,8 @@ from jaxtyping import UInt8
 from PIL import Image
 
 from torc.errors import InputError
+from torc.files.reading import ArraySpec
+from torc.files.strict_png import read_png
 from torc.scenes.models import VisualMesh
 from torc.scenes.object_schema import (
     MAX_FACES,
@@ -17,8 +19,6 @@ from torc.scenes.object_schema import (
     MAX_VERTICES,
     VisualEntry,
 )
-from torc.scenes.strict_files import ArraySpec
-from torc.scenes.strict_png import read_png
 
 MAX_PNG_BYTES = 64 * 2**20
 """Of all textures of an object."""

@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from torc.errors import InputError, UnknownNameError
+from torc.files.strict_yaml import Number, parse_plain_yaml
 from torc.fingerprints import fingerprint
 from torc.geometry.transforms import look_at
 from torc.records import VoxelGrid
-from torc.scenes.strict_yaml import Number, parse_plain_yaml
 from torc.scenes.workspace import Bin, Box, CameraMount, Workspace
 
 DATA = Path(__file__).parent / "workspaces"

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from torc.errors import PlannerError
-from torc.pipeline.warm_up import warm_up
-from torc.plugins import blamed
+from torc.plugins import blamed, warm_up
 from torc.plugins import kind_of_value as _kind
 from torc.records import Decision, Exchange, PlanningContext
 from torc.records.serialization import to_plain

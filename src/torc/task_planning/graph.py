@@ -59,16 +59,16 @@ class DependencyEdge:
     """`target` has to be removed before `source`.
 
     Attributes:
-        source, target: node ids.
+        source, target: object ids.
         kind: see EdgeKind.
-        weight: share among the source's edges, 0..1.
+        weight: in a graph, share among the source's edges, 0..1; 1 for a relation that is in none yet.
         evidence: numbers it rests on, JSON-compatible.
     """
 
     source: int
     target: int
     kind: EdgeKind
-    weight: float
+    weight: float = 1.0
     evidence: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
 

@@ -1,6 +1,7 @@
 """From what a task planner sees to the dependency graph, with the authors' precedence of edges (paper: Approach 2)."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -9,7 +10,7 @@ from torc.errors import InputError
 from torc.occlusion.hidden_space import hidden_near_m3, hidden_volumes_m3
 from torc.records import TARGET_ID, PlanningContext
 from torc.task_planning.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
-from torc.task_planning.relations import Relation, RelationConfig, RelationKind, find_relations
+from torc.task_planning.relations import RelationConfig, find_relations
 
 _REACH_M = 0.05
 """How far around what is in sight of the target its hidden part is looked for."""
@@ -18,7 +19,7 @@ _REACH_M = 0.05
 def build_dependency_graph(
     context: PlanningContext,
     config: RelationConfig | None = None,
-    relations: Sequence[Relation] | None = None,
+    relations: Sequence[DependencyEdge] | None = None,
 ) -> DependencyGraph:
     """The dependency graph of a scene, with the authors' precedence of edges.
 
@@ -63,7 +64,7 @@ def build_dependency_graph(
     return DependencyGraph(tuple(nodes), tuple(sorted(edges, key=lambda e: (e.source, e.target))), target)
 
 
-def _check(relations: Sequence[Relation], ids: tuple[int, ...]) -> None:
+def _check(relations: Sequence[DependencyEdge], ids: tuple[int, ...]) -> None:
     for r in relations:
         if r.source not in ids or r.target not in ids or r.source == r.target:
             raise InputError(
@@ -77,20 +78,18 @@ def _gets_anywhere(target: int, nodes: list[DependencyNode], edges: list[Depende
 
 
 def _edges_of(
-    node: DependencyNode, relations: Sequence[Relation], context: PlanningContext
+    node: DependencyNode, relations: Sequence[DependencyEdge], context: PlanningContext
 ) -> list[DependencyEdge]:
-    below = _related(node.id, relations, RelationKind.BELOW, EdgeKind.BELOW)
+    below = _related(node.id, relations, EdgeKind.BELOW)
     if below or node.graspable:
         return below
     blocking = _blocking(node, context)
-    return blocking or _related(node.id, relations, RelationKind.BEHIND, EdgeKind.BEHIND)
+    return blocking or _related(node.id, relations, EdgeKind.BEHIND)
 
 
-def _related(
-    source: int, relations: Sequence[Relation], kind: RelationKind, edge_kind: EdgeKind
-) -> list[DependencyEdge]:
+def _related(source: int, relations: Sequence[DependencyEdge], kind: EdgeKind) -> list[DependencyEdge]:
     found = {r.target: r for r in relations if r.source == source and r.kind == kind}
-    return [DependencyEdge(source, k, edge_kind, 1 / len(found), r.evidence) for k, r in found.items()]
+    return [replace(r, kind=kind, weight=1 / len(found)) for r in found.values()]
 
 
 def _blocking(node: DependencyNode, context: PlanningContext) -> list[DependencyEdge]:

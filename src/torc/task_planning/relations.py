@@ -5,11 +5,8 @@ is 'behind' the other. The pair is 'below' instead where enough boundary points 
 to the other object, and lie lower than the point of it that is closest.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from enum import StrEnum
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float32, Int32, Int64
@@ -17,33 +14,11 @@ from jaxtyping import Float32, Int32, Int64
 from torc.errors import InputError
 from torc.geometry.arrays import kernel_array
 from torc.records import SegmentedScene
+from torc.task_planning.graph import DependencyEdge, EdgeKind
 from torc.task_planning.relation_kernels import measure_boundaries, nearby_labels
 
 _AUTHORS_ROWS = 1080
 """Image height at which the authors' pixel numbers hold; their camera has our field of view."""
-
-
-class RelationKind(StrEnum):
-    """How one object stands in the way of another."""
-
-    BEHIND = "behind"
-    BELOW = "below"
-
-
-@dataclass(frozen=True)
-class Relation:
-    """`source` is behind or below `target`: the target is to be removed first.
-
-    Attributes:
-        source, target: object ids.
-        kind: see RelationKind.
-        evidence: numbers it rests on, JSON-compatible.
-    """
-
-    source: int
-    target: int
-    kind: RelationKind
-    evidence: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
 
 @dataclass(frozen=True)
@@ -132,31 +107,31 @@ def find_adjacencies(scene: SegmentedScene, config: RelationConfig | None = None
     return tuple(found)
 
 
-def behind_candidates(adjacencies: tuple[Adjacency, ...]) -> tuple[Relation, ...]:
+def behind_candidates(adjacencies: tuple[Adjacency, ...]) -> tuple[DependencyEdge, ...]:
     """The 'behind' pairs by depth alone, before any is corrected to 'below'. Pairs at equal depth have none."""
     found = []
     for pair in adjacencies:
         a, b = pair.mean_depth_m
         if a != b:
-            found.append(_relation(pair, RelationKind.BEHIND, first_is_source=a > b))
+            found.append(_relation(pair, EdgeKind.BEHIND, first_is_source=a > b))
     return tuple(found)
 
 
-def find_relations(scene: SegmentedScene, config: RelationConfig | None = None) -> tuple[Relation, ...]:
+def find_relations(scene: SegmentedScene, config: RelationConfig | None = None) -> tuple[DependencyEdge, ...]:
     """'behind' pairs, those with enough support corrected to 'below', by rising ids."""
     config = RelationConfig() if config is None else config
     needed = needed_support(scene.label_image.shape[0], config)
-    found: list[Relation] = []
+    found: list[DependencyEdge] = []
     for pair in find_adjacencies(scene, config):
         first, second = (support > needed for support in pair.below_support)
         if first != second:
-            found.append(_relation(pair, RelationKind.BELOW, first_is_source=first))
+            found.append(_relation(pair, EdgeKind.BELOW, first_is_source=first))
         else:
             found.extend(behind_candidates((pair,)))
     return tuple(found)
 
 
-def _relation(pair: Adjacency, kind: RelationKind, first_is_source: bool) -> Relation:
+def _relation(pair: Adjacency, kind: EdgeKind, first_is_source: bool) -> DependencyEdge:
     s, t = (0, 1) if first_is_source else (1, 0)
     ids = (pair.first, pair.second)
     evidence = {
@@ -167,7 +142,7 @@ def _relation(pair: Adjacency, kind: RelationKind, first_is_source: bool) -> Rel
         "below_support": pair.below_support[s],
         "below_support_reversed": pair.below_support[t],
     }
-    return Relation(ids[s], ids[t], kind, MappingProxyType(evidence))
+    return DependencyEdge(ids[s], ids[t], kind, evidence=MappingProxyType(evidence))
 
 
 def _disk(radius_px: float) -> Int64[np.ndarray, "m 2"]:

@@ -1,1 +1,1 @@
-"""What tests, benchmarks and third parties need: synthetic scenes and fakes."""
+"""Conformance suites for parts of one's own; and what they are made of: synthetic scenes, fake VLM servers."""

@@ -9,7 +9,7 @@
 
 or all at once: `check_grasp_planner(MyGraspPlanner)`. Both raise NonConformanceError, which lists what was broken. The
 class is made as `torc run --grasps` makes it: with `gripper` and `support_z_m`, if it has parameters of these names.
-How good the grasps are is not judged here: `torc run` shows it, and `benchmarks/retrieval.py` measures it.
+How good the grasps are is not judged here: `torc run` shows it, and `torc bench` measures it.
 """
 
 import pickle
@@ -28,7 +28,7 @@ from torc.robots.description import GripperDescription
 from torc.robots.loading import load_robot
 from torc.scenes.workspace import Workspace
 from torc.testing.conformance import NonConformanceError
-from torc.testing.synthetic import Shape, SyntheticBox
+from torc.testing.contexts import box
 from torc.testing.views import View, view_of, view_of_clutter
 
 GraspPlannerFactory = Callable[..., GraspPlanner]
@@ -48,24 +48,20 @@ class Case:
     build: Callable[[], View]
 
 
-def _box(object_id: int, x: float, y: float, size: tuple[float, float, float], on: float = 0.0) -> Shape:
-    return SyntheticBox(object_id, (x, y, _TABLE_Z + on + size[2] / 2), size)
-
-
 CASES: tuple[Case, ...] = (
-    Case("a single box", lambda: view_of(_box(1, 0.62, -0.10, (0.05, 0.06, 0.10)))),
+    Case("a single box", lambda: view_of(box(1, 0.62, -0.10, (0.05, 0.06, 0.10)))),
     Case(
         "one behind another",
-        lambda: view_of(_box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), _box(1, 0.60, -0.1, (0.06, 0.08, 0.12))),
+        lambda: view_of(box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12))),
     ),
     Case(
         "one on another",
         lambda: view_of(
-            _box(0, 0.65, -0.1, (0.12, 0.12, 0.06)), _box(1, 0.65, -0.1, (0.05, 0.05, 0.06), on=0.06)
+            box(0, 0.65, -0.1, (0.12, 0.12, 0.06)), box(1, 0.65, -0.1, (0.05, 0.05, 0.06), on=0.06)
         ),
     ),
-    Case("too wide for the gripper", lambda: view_of(_box(0, 0.65, -0.1, (0.2, 0.2, 0.15)))),
-    Case("too small to tell", lambda: view_of(_box(0, 0.65, -0.1, (0.008, 0.008, 0.008)))),
+    Case("too wide for the gripper", lambda: view_of(box(0, 0.65, -0.1, (0.2, 0.2, 0.15)))),
+    Case("too small to tell", lambda: view_of(box(0, 0.65, -0.1, (0.008, 0.008, 0.008)))),
     Case("nothing in sight", view_of),
     Case("clutter", lambda: view_of_clutter(seed=5, n=9)),
 )

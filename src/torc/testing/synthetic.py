@@ -1,7 +1,7 @@
 """Analytic scenes on the table, ray-cast: exact depth, labels and normals without a physics engine."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int16, UInt8
@@ -202,11 +202,7 @@ def _random_shape(rng: np.random.Generator, object_id: int) -> Shape:
 def _moved(shape: Shape, x: float, y: float, bottom_z: float) -> Shape:
     """The shape with its centre over (x, y) and its bottom at a height."""
     center = (float(x), float(y), float(bottom_z + half_sizes(shape)[2]))
-    if isinstance(shape, SyntheticBox):
-        return SyntheticBox(shape.id, center, shape.size, shape.wxyz)
-    if isinstance(shape, SyntheticCylinder):
-        return SyntheticCylinder(shape.id, center, shape.radius_m, shape.height_m, shape.wxyz)
-    return SyntheticSphere(shape.id, center, shape.radius_m)
+    return replace(shape, center=center)
 
 
 def _stacked(

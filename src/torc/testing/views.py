@@ -1,18 +1,14 @@
-"""One snapshot of analytic shapes with all that is made of it, and arm configurations among them."""
+"""One snapshot of analytic shapes with all that is made of it."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
 
 from torc.collision.world import CollisionWorld, build_collision_world
-from torc.geometry.transforms import invert, make_pose
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception
 from torc.records import OcclusionVolume, SegmentedScene
-from torc.robots.description import RobotDescription
-from torc.robots.ik import solve_ik
 from torc.scenes.workspace import Workspace
 from torc.testing.synthetic import Shape, random_clutter, synthetic_observation
 
@@ -50,21 +46,3 @@ def view_of(*shapes: Shape, workspace: Workspace | None = None) -> View:
 def view_of_clutter(seed: int, n: int, workspace: Workspace | None = None) -> View:
     """One snapshot of n random shapes, some on top of others."""
     return view_of(*random_clutter(np.random.default_rng(seed), n), workspace=workspace)
-
-
-def reaching_qpos(robot: RobotDescription, n: int, rng: np.random.Generator) -> Float[np.ndarray, "n dof"]:
-    """Configurations with the hand low in the clutter, straight down to tilted; not all of them are free."""
-    out: list[np.ndarray] = []
-    T_tcp_tool0 = invert(robot.gripper.T_tool0_tcp(0.05))
-    while len(out) < n:
-        tilt, yaw = rng.uniform(0, 1.2), rng.uniform(-1, 1)
-        z = np.array([np.sin(tilt) * np.cos(yaw), np.sin(tilt) * np.sin(yaw), -np.cos(tilt)])
-        x = np.cross(z, rng.normal(size=3))
-        x /= np.linalg.norm(x)
-        p = rng.uniform([0.5, -0.35, 1.06], [0.75, 0.1, 1.25])
-        solutions = solve_ik(
-            robot.arm, (make_pose(np.stack([x, np.cross(z, x), z], axis=1), p) @ T_tcp_tool0)[None]
-        )
-        if solutions.count[0]:
-            out.append(solutions.of(0)[int(rng.integers(solutions.count[0]))])
-    return np.array(out)

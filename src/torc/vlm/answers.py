@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from torc.task_planning.relations import Relation, RelationKind
+from torc.task_planning.graph import DependencyEdge, EdgeKind
 from torc.vlm.protocol import Finish, Reply
 
 ACTIONS = ("remove", "pick")
 _NUMERAL = re.compile(r"\s*(?:object|id)?\s*#?([0-9]{1,3})\s*", re.IGNORECASE)
 _MAX_QUOTED = 40
-_Words = Callable[[Relation], str]
+_KINDS = EdgeKind.BEHIND, EdgeKind.BELOW
+_Words = Callable[[DependencyEdge], str]
 """Says a relation."""
 
 
@@ -32,7 +33,7 @@ PLAN_SCHEMA = _schema("plan", {"action": {"type": "string", "enum": list(ACTIONS
 """JSON schema of a sequence of actions."""
 RELATIONS_SCHEMA = _schema(
     "relations",
-    {"source": _ID, "relation": {"type": "string", "enum": [k.value for k in RelationKind]}, "target": _ID},
+    {"source": _ID, "relation": {"type": "string", "enum": [k.value for k in _KINDS]}, "target": _ID},
 )
 """JSON schema of corrected relations."""
 
@@ -54,7 +55,7 @@ class Corrected:
         refused: the entries that the rules do not allow, with the reason.
     """
 
-    relations: tuple[Relation, ...]
+    relations: tuple[DependencyEdge, ...]
     changes: tuple[str, ...]
     refused: tuple[str, ...]
 
@@ -86,7 +87,7 @@ def read_first_pick(reply: Reply, offered: Collection[int]) -> int | Useless:
 
 
 def read_corrections(
-    reply: Reply, candidates: Sequence[Relation], called: Callable[[int], str] = str
+    reply: Reply, candidates: Sequence[DependencyEdge], called: Callable[[int], str] = str
 ) -> Corrected | Useless:
     """Candidate 'behind' pairs with a model's corrections, as far as the rules allow them (paper: Approach 3).
 
@@ -96,14 +97,14 @@ def read_corrections(
     in what is said of the changes.
     """
 
-    def words(relation: Relation) -> str:
+    def words(relation: DependencyEdge) -> str:
         return f"{called(relation.source)} {relation.kind.value} {called(relation.target)}"
 
     items = _items(reply, "relations")
     if isinstance(items, Useless):
         return items
     pairs = {frozenset((r.source, r.target)): r for r in candidates}
-    stated: dict[frozenset[int], Relation] = {}
+    stated: dict[frozenset[int], DependencyEdge] = {}
     disputed: set[frozenset[int]] = set()
     refused: list[str] = []
     for item in items:
@@ -148,42 +149,44 @@ def _items(reply: Reply, key: str) -> list[Any] | Useless:
     return Useless(f'The reply has no JSON array, alone or under "{key}".')
 
 
-def _relation(item: Any) -> Relation | Useless:
+def _relation(item: Any) -> DependencyEdge | Useless:
     if not isinstance(item, dict):
         return Useless(f"{_quoted(item)} is no relation")
     source, target = read_id(item.get("source")), read_id(item.get("target"))
     kind = item.get("relation")
-    if source is None or target is None or kind not in tuple(RelationKind):
+    if source is None or target is None or kind not in _KINDS:
         return Useless(f"{_quoted(item)} is no relation of two objects")
-    return Relation(source, target, RelationKind(kind))
+    return DependencyEdge(source, target, EdgeKind(kind))
 
 
-def _fault(relation: Relation, candidate: Relation | None, earlier: Relation | None, words: _Words) -> str:
+def _fault(
+    relation: DependencyEdge, candidate: DependencyEdge | None, earlier: DependencyEdge | None, words: _Words
+) -> str:
     """Why an entry is refused; empty if it is not."""
     if candidate is None:
         return "not a pair that was asked about"
     if earlier is not None:
         same = _direction(earlier) == _direction(relation)
         return "" if same else f"it said before that {words(earlier)}"
-    if relation.kind is RelationKind.BEHIND and relation.source != candidate.source:
+    if relation.kind is EdgeKind.BEHIND and relation.source != candidate.source:
         return "a pair may be turned round only when it becomes 'below'"
     return ""
 
 
-def _corrected(candidate: Relation, relation: Relation, words: _Words) -> Relation:
+def _corrected(candidate: DependencyEdge, relation: DependencyEdge, words: _Words) -> DependencyEdge:
     """The candidate itself, if nothing was changed; else the relation, the depths having nothing to say on it."""
     if _direction(candidate) == _direction(relation):
         return candidate
     return replace(relation, evidence=MappingProxyType({"corrected_from": words(candidate)}))
 
 
-def _direction(relation: Relation) -> tuple[int, int, RelationKind]:
+def _direction(relation: DependencyEdge) -> tuple[int, int, EdgeKind]:
     return relation.source, relation.target, relation.kind
 
 
 def _changes(
-    pairs: dict[frozenset[int], Relation],
-    stated: dict[frozenset[int], Relation],
+    pairs: dict[frozenset[int], DependencyEdge],
+    stated: dict[frozenset[int], DependencyEdge],
     disputed: set[frozenset[int]],
     words: _Words,
 ) -> list[str]:

@@ -8,9 +8,10 @@ import numpy as np
 
 from torc.records import Decision, PlanningContext
 from torc.task_planning.dg_select import DgSelectConfig, DgSelectPlanner, decide_by_graph
+from torc.task_planning.graph import DependencyEdge
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.random_choice import graspable_ids
-from torc.task_planning.relations import Relation, behind_candidates, find_adjacencies
+from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.vlm.answers import RELATIONS_SCHEMA, Corrected, read_corrections
 from torc.vlm.asking import Consultation, checked_client, consult, useless_reason
 from torc.vlm.protocol import VlmClient
@@ -67,12 +68,12 @@ class VlmFixesDgPlanner:
         """Use every compiled kernel once, to no effect; the model is not asked."""
         DgSelectPlanner(self.config).warm_up(context)
 
-    def _by_graph(self, context: PlanningContext, relations: Sequence[Relation]) -> Decision:
+    def _by_graph(self, context: PlanningContext, relations: Sequence[DependencyEdge]) -> Decision:
         graph = build_dependency_graph(context, relations=relations)
         return decide_by_graph(graph, context, self.config.paths)
 
 
-def _as_json(relations: Sequence[Relation]) -> str:
+def _as_json(relations: Sequence[DependencyEdge]) -> str:
     lines = [
         json.dumps({"source": r.source, "relation": r.kind.value, "target": r.target}) for r in relations
     ]

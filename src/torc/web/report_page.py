@@ -4,7 +4,7 @@ from pathlib import Path
 
 from torc.episode.viewer_links import REPORT, VIEWER
 from torc.errors import InputError
-from torc.scenes.strict_files import read_bytes
+from torc.files.reading import read_bytes
 
 _MAX_BYTES = 128 * 2**20
 POLICY = (

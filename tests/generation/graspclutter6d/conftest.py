@@ -2,8 +2,8 @@
 
 import pytest
 
+from tests.helpers.plain_mesh_reader import read_plain_mesh
 from torc.scenes.importing.graspclutter6d import objects
-from torc.testing.plain_mesh_reader import read_plain_mesh
 
 
 @pytest.fixture(autouse=True)

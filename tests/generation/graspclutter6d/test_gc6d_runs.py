@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.helpers.graspclutter6d_tree import edit_json, upright, write_tree
 from torc.errors import InputError
 from torc.generation.graspclutter6d import runs
 from torc.generation.graspclutter6d.runs import ImportRequest, run_import
@@ -14,7 +15,6 @@ from torc.robots.loading import load_robot
 from torc.scenes.made_for import robot_wanted
 from torc.scenes.problem import load_problem
 from torc.sim.stillness import StillnessConfig
-from torc.testing.graspclutter6d_tree import edit_json, upright, write_tree
 
 SPREAD = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))
 CANS = (upright(44, 0.0, 0.0), upright(44, 0.1, 0.0), upright(44, 0.0, 0.1), upright(17, 0.1, 0.12))

@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 from settled_scenes import OBJECTS, QUICK, settled
 
+from tests.helpers.graspclutter6d_tree import upright
 from torc.errors import InputError
 from torc.generation.graspclutter6d.settling import SceneFailure
 from torc.generation.graspclutter6d.targets import choose_target, find_target
 from torc.generation.surroundings import Surroundings
-from torc.testing.graspclutter6d_tree import upright
 
 
 def test_targets_are_named_by_object_and_instance(tmp_path):

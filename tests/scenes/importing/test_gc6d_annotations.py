@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.helpers.graspclutter6d_tree import camera_poses, edit_json, upright, write_tree
 from torc.errors import InputError
 from torc.scenes.importing.graspclutter6d.alignment import align_to_table
 from torc.scenes.importing.graspclutter6d.annotations import read_scene, same_annotation
 from torc.scenes.importing.graspclutter6d.layout import check_root, find_mesh, image_id, scene_ids
 from torc.scenes.importing.graspclutter6d.masks import mask_notes
-from torc.testing.graspclutter6d_tree import camera_poses, edit_json, upright, write_tree
 
 USED = str(image_id(3, "realsense-d435"))
 OBJECTS = (

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from tests.helpers.graspclutter6d_tree import SOLIDS, upright, write_tree
+from tests.helpers.plain_mesh_reader import read_plain_mesh
 from torc.errors import InputError
 from torc.geometry.transforms import transform_points
 from torc.scenes.importing.graspclutter6d import objects
 from torc.scenes.importing.graspclutter6d.objects import convert_object
 from torc.scenes.library import load_object, object_description
-from torc.testing.graspclutter6d_tree import SOLIDS, upright, write_tree
-from torc.testing.plain_mesh_reader import read_plain_mesh
 
 IDS = (17, 44)
 

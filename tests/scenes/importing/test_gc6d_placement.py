@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from tests.helpers.graspclutter6d_tree import SOLIDS, TreeObject, upright, write_tree
+from tests.helpers.plain_mesh_reader import read_plain_mesh
 from torc.errors import InputError
 from torc.scenes.importing.graspclutter6d import objects
 from torc.scenes.importing.graspclutter6d.alignment import align_to_table
@@ -12,8 +14,6 @@ from torc.scenes.importing.graspclutter6d.annotations import read_scene
 from torc.scenes.importing.graspclutter6d.objects import convert_object
 from torc.scenes.importing.graspclutter6d.placement import PLACEMENTS, place_objects, placement_rule
 from torc.scenes.library import load_object
-from torc.testing.graspclutter6d_tree import SOLIDS, TreeObject, upright, write_tree
-from torc.testing.plain_mesh_reader import read_plain_mesh
 
 TILTED = upright(56, -0.10, 0.02, 1.0)
 OBJECTS = (

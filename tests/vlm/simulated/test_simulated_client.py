@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from situations import HIDDEN, random_situation
 
+from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError, UnknownNameError
-from torc.task_planning.relations import Relation, RelationKind, behind_candidates, find_adjacencies
+from torc.task_planning.graph import DependencyEdge, EdgeKind
+from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.testing import contexts
-from torc.testing.fake_vlm import ScriptedVlm
 from torc.testing.planner_conformance import CASES, check_case
 from torc.testing.vlm_client_conformance import check_client
 from torc.vlm.answers import (
@@ -63,7 +64,7 @@ def test_the_perfect_one_names_what_follows_from_the_truth(rng):
 
 
 def test_the_perfect_one_corrects_each_pair_as_it_is():
-    candidates = [Relation(s, t, RelationKind.BEHIND) for s, t in PAIRS]
+    candidates = [DependencyEdge(s, t, EdgeKind.BEHIND) for s, t in PAIRS]
     corrected = read_corrections(simulated("perfect").ask(relations_question()), candidates)
     assert [(r.source, r.kind.value, r.target) for r in corrected.relations] == [
         (0, "behind", 1),  # 1 hides 0
@@ -109,7 +110,7 @@ def test_made_up_ids_are_not_in_sight_and_pass_nowhere():
         answer = read_first_pick(simulated(inventive).ask(plan_question(r)), HIDDEN.in_sight)
         assert isinstance(answer, Useless)
         assert "not in sight" in answer.reason
-        candidates = [Relation(s, t, RelationKind.BEHIND) for s, t in PAIRS]
+        candidates = [DependencyEdge(s, t, EdgeKind.BEHIND) for s, t in PAIRS]
         corrected = read_corrections(simulated(inventive).ask(relations_question(r)), candidates)
         assert isinstance(corrected, Corrected)
         assert len(corrected.refused) == 1

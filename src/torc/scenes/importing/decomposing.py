@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from torc.files.reading import ArraySpec, read_arrays
 from torc.scenes.importing.closing import is_closed, parts, signed_volume
 from torc.scenes.importing.hulls import thinned
 from torc.scenes.importing.preparing import CONTACT_SPECS
-from torc.scenes.strict_files import ArraySpec, read_arrays
 
 NET_FILE, HULLS_FILE = "net.npz", "hulls.npz"
 MAX_HULL_VERTICES = 4096

@@ -11,6 +11,7 @@ from jaxtyping import Float, Int
 from pydantic import TypeAdapter, ValidationError
 
 from torc.errors import InputError
+from torc.files.reading import ArraySpec, read_arrays
 from torc.scenes.importing.closing import Net, closed_net
 from torc.scenes.importing.reading import read_surfaces
 from torc.scenes.importing.simplifying import baked, simplified
@@ -20,7 +21,6 @@ from torc.scenes.importing.texture_sizes import fitting_textures
 from torc.scenes.models import VisualMesh
 from torc.scenes.object_checks import visible_area_m2
 from torc.scenes.object_schema import MAX_SIZE_M, MAX_TEXTURE_PIXELS, MAX_VISUALS, MIN_SIZE_M, VisualEntry
-from torc.scenes.strict_files import ArraySpec, read_arrays
 from torc.scenes.visual_files import read_visuals, save_textures, visual_arrays, visual_entries, visual_specs
 
 MAX_CONTACT_FACES = 4_000

@@ -1,7 +1,7 @@
 """Which models of the library the gripper gets hold of, as measured in the simulator.
 
 Not all: a plate that lies flat, a book wider than the opening. The facts are of the gripper alone, with nothing else
-on the table; whether the arm reaches is asked of each scene. Made by `python -m torc.grasping.training graspable`.
+on the table; whether the arm reaches is asked of each scene. Made by `python -m tools.grasp_model graspable`.
 """
 
 import json
@@ -53,7 +53,7 @@ def read_facts(path: Path) -> Mapping[str, GraspFact]:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(
             f"{path} is not readable ({error}). Install torc again, or make it with: "
-            "python -m torc.grasping.training graspable"
+            "python -m tools.grasp_model graspable"
         ) from error
 
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from torc.records import MAX_OBJECTS, TARGET_ID
-from torc.task_planning.relations import RelationKind
+from torc.task_planning.graph import EdgeKind
 from torc.vlm.protocol import Finish
 from torc.vlm.simulated.confusion import ToldFacts
 from torc.vlm.simulated.situation import Pair, Situation
@@ -50,13 +50,13 @@ def relations_answer(believed: Situation, candidates: Sequence[Pair], made_up: i
     entries = []
     for source, target in candidates:
         if (target, source) in believed.lies_on:
-            entries.append(_relation(source, RelationKind.BELOW, target))
+            entries.append(_relation(source, EdgeKind.BELOW, target))
         elif (source, target) in believed.lies_on:
-            entries.append(_relation(target, RelationKind.BELOW, source))
+            entries.append(_relation(target, EdgeKind.BELOW, source))
         elif (target, source) in believed.hides or (target, source) in believed.blocks:
-            entries.append(_relation(source, RelationKind.BEHIND, target))
+            entries.append(_relation(source, EdgeKind.BEHIND, target))
     if made_up is not None and candidates:
-        entries.insert(0, _relation(made_up, RelationKind.BEHIND, candidates[0][1]))
+        entries.insert(0, _relation(made_up, EdgeKind.BEHIND, candidates[0][1]))
     return {"thoughts": _thoughts(believed), "relations": entries}
 
 
@@ -77,7 +77,7 @@ def made_up_id(in_sight: Collection[int], luck: float) -> int | None:
     return others[int(luck * len(others))] if others else None
 
 
-def _relation(source: int, kind: RelationKind, target: int) -> dict[str, Any]:
+def _relation(source: int, kind: EdgeKind, target: int) -> dict[str, Any]:
     return {"source": source, "relation": kind.value, "target": target}
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
-from torc.scenes.strict_files import read_bytes
+from torc.files.reading import read_bytes
 
 MAX_BYTES = 32_000_000
 """The largest annotation file of GraspClutter6D has well under 1 MB."""

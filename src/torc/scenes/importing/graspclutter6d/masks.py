@@ -12,8 +12,8 @@ from pathlib import Path
 from PIL import Image
 
 from torc.errors import InputError
+from torc.files.reading import read_bytes
 from torc.scenes.importing.graspclutter6d.annotations import AnnotatedScene
-from torc.scenes.strict_files import read_bytes
 
 _MAX_SIDE_PX = 4096
 _MAX_BYTES = 8 * 2**20

@@ -12,6 +12,7 @@ from jaxtyping import Int, Shaped
 from pydantic import BaseModel, ValidationError
 
 from torc.errors import InputError
+from torc.files.strict_yaml import explain_faults
 from torc.scenes.importing.reading.gltf.chunks import json_and_binary
 from torc.scenes.importing.reading.gltf.schema import (
     Accessor,
@@ -25,7 +26,6 @@ from torc.scenes.importing.reading.gltf.schema import (
     refusal,
 )
 from torc.scenes.importing.reading.limits import MAX_FILE_NUMBERS
-from torc.scenes.strict_yaml import explain_faults
 
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}

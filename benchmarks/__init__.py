@@ -1,0 +1,1 @@
+"""Measurements, each run from the checkout: `python -m benchmarks.NAME`."""

@@ -1,0 +1,1 @@
+"""Files that anybody may have written: read strictly, their faults in words."""

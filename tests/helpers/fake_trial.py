@@ -1,0 +1,70 @@
+"""A whole trial without physics: analytic shapes, a robot that obeys, real perception and grasps, a real directory."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tests.helpers.fake_episode import FakeMotionPlanner, FakeRobot
+from torc.episode.events import Listener, Started
+from torc.episode.log_writing import result_facts
+from torc.episode.loop import run_episode
+from torc.episode.recorder import TrialRecorder
+from torc.episode.steps import EpisodeConfig, EpisodeParts, PickParts
+from torc.episode.trial import RESULT_FORMAT, Trial
+from torc.grasping.planner import GeometricGraspPlanner
+from torc.perception.privileged import LabelPerception
+from torc.pipeline.look import Pipeline
+from torc.records import PickOutcome
+from torc.robots.loading import load_robot
+from torc.scenes.workspace import Workspace
+from torc.specs.files import to_plain
+from torc.specs.trial import TrialSpec
+from torc.task_planning.protocol import TaskPlanner
+from torc.testing.synthetic import Shape, SyntheticBox
+
+SHAPES: tuple[Shape, ...] = (
+    SyntheticBox(0, (0.66, -0.12, 1.08), (0.05, 0.05, 0.06)),
+    SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20)),
+    SyntheticBox(2, (0.62, -0.30, 1.10), (0.05, 0.05, 0.10)),
+)
+"""The target 0 hidden behind the tall box 1, and a box 2 beside them."""
+
+
+def play_fake_trial(
+    spec: TrialSpec,
+    out: Path,
+    planner: TaskPlanner,
+    listeners: Sequence[Listener] = (),
+    shapes: Sequence[Shape] = SHAPES,
+    results: Sequence[PickOutcome] = (),
+) -> Trial:
+    """Play a trial as `run_trial` does, with fakes for robot and motions.
+
+    Args:
+        spec: what is written down; its problem is not looked at.
+        out: the trial's directory.
+        planner: who decides.
+        listeners: called with every event.
+        shapes: what stands on the table.
+        results: what comes of the executed picks; success where the list ends.
+    """
+    robot, workspace = load_robot(), Workspace()
+    grasps = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
+    pipeline = Pipeline(LabelPerception(), grasps, robot.gripper, workspace)
+    picking = PickParts(FakeRobot(robot, shapes, results), pipeline, FakeMotionPlanner())
+    parts = EpisodeParts(picking, planner)
+    recorder = TrialRecorder(out, to_plain(spec, {}), overwrite=True)
+    names = tuple(f"thing {s.id}" for s in shapes)
+    started = Started(
+        spec.problem, planner.name, spec.seed, "the small box", spec.conditions.max_picks, names
+    )
+    try:
+        ended = run_episode(
+            parts, started, EpisodeConfig(spec.conditions.max_picks, spec.seed), [recorder, *listeners]
+        )
+    except KeyboardInterrupt:
+        result = {"format": RESULT_FORMAT, "status": "interrupted"}
+        recorder.write_result(result)
+        return Trial(recorder.partial, result)
+    result = {"format": RESULT_FORMAT, "status": "completed", **result_facts(ended)}
+    recorder.complete(result)
+    return Trial(out, result)

@@ -1,0 +1,123 @@
+"""Collecting: an interrupted collection ends like an uninterrupted one, and any snapshot can be taken again."""
+
+import numpy as np
+import pytest
+
+from tools.grasp_model.collect import Bench, CollectConfig, collect, evaluate, look, scene_stages
+from tools.grasp_model.dataset import Policy, column_names, concatenate, load_shard, shard_ranges
+from tools.grasp_model.export import export
+from tools.grasp_model.refresh import refresh
+from tools.grasp_model.sampling import SamplingConfig, choose_for_training
+from tools.grasp_model.scenes import SceneConfig, draw_models, make_scene
+from tools.grasp_model.train import TrainConfig, fit
+from torc.robots.loading import load_robot
+from torc.scenes.library import load_object
+from torc.scenes.workspace import Workspace
+
+SMALL = CollectConfig(
+    scenes=SceneConfig(min_objects=3, max_objects=4, structured_share=1.0),
+    sampling=SamplingConfig(first_trials=9, later_trials=4),
+    stages=2,
+    taken_away=1,
+    shard_trials=1,
+)
+
+
+def table(directory):
+    return concatenate([load_shard(path) for _, _, path in shard_ranges(directory)])
+
+
+@pytest.fixture(scope="module")
+def collected(tmp_path_factory):
+    out = tmp_path_factory.mktemp("whole")
+    collect(out, 2, 7, SMALL)
+    return out
+
+
+def test_interrupted_collection_ends_like_a_whole_one(collected, tmp_path):
+    collect(tmp_path, 1, 7, SMALL)
+    assert [(a, b) for a, b, _ in shard_ranges(tmp_path)] == [(0, 0)]
+    collect(tmp_path, 2, 7, SMALL)
+    whole, resumed = table(collected), table(tmp_path)
+    for name in column_names():
+        assert np.array_equal(getattr(whole, name), getattr(resumed, name)), name
+
+
+def test_rows_say_what_was_tried(collected):
+    trials = table(collected)
+    assert set(trials.stage) == {0, 1}
+    assert trials.structured.all()
+    assert not trials.held_out.any()
+    assert trials.delivered.any()
+    assert np.array_equal(trials.delivered, trials.cause == 0)
+    assert np.isfinite(trials.features).all()
+    assert (trials.p_hand >= 0).all()
+    assert (trials.p_hand <= 1).all()
+
+
+def test_a_snapshot_can_be_taken_again(collected):
+    trials = table(collected)
+    bench = Bench(load_robot(), Workspace(), 7, SMALL)
+    problem = next(iter(scene_stages(bench, 1, False)))
+    snapshot = look(bench, problem, 1, 0)
+    rows = np.flatnonzero((trials.scene == 1) & (trials.stage == 0))
+    known = {T.tobytes(): f for T, f in zip(snapshot.grasps.Ts_world_tcp, snapshot.features)}
+    for i in rows:
+        assert np.array_equal(known[trials.T_world_tcp[i].tobytes()], trials.features[i])
+
+
+def test_refreshed_trials_are_the_same_while_features_are(collected, tmp_path):
+    refresh(collected, tmp_path)
+    old, new = table(collected), table(tmp_path)
+    assert len(new) == len(old)
+    match = {T.tobytes(): i for i, T in enumerate(old.T_world_tcp)}
+    index = np.array([match[T.tobytes()] for T in new.T_world_tcp])
+    assert np.array_equal(old.delivered[index], new.delivered)
+    assert np.allclose(old.features[index], new.features, rtol=1e-4, atol=1e-5)
+    assert np.array_equal(old.valid[index], new.valid)
+
+
+def test_evaluation_tries_each_object_by_each_rule(collected, tmp_path):
+    trials = table(collected)
+    model = tmp_path / "model.npz"
+    export(fit(trials, TrainConfig(trees=3, leaves=3, folds=2)), trials, model)
+    evaluate(tmp_path / "held_out", 3, 8, model, SMALL)
+    tried = table(tmp_path / "held_out")
+    first = tried[tried.stage == 0]
+    for key in np.unique(first.object_key):
+        assert sorted(first.policy[first.object_key == key]) == [
+            Policy.TOP_HAND,
+            Policy.RANDOM,
+            Policy.TOP_MODEL,
+        ]
+    assert set(tried.scene[tried.held_out]) <= {2}
+    assert tried.held_out.any()
+
+
+def test_training_scenes_hold_no_unseen_kinds(rng):
+    for _ in range(20):
+        assert not any(load_object(n).held_out for n in draw_models(rng, False, SceneConfig()))
+    mixed = draw_models(rng, True, SceneConfig(min_objects=10, max_objects=10))
+    assert sum(load_object(n).held_out for n in mixed) == 5
+
+
+@pytest.mark.parametrize("structured", [0.0, 1.0])
+def test_scenes_are_settled_on_the_table(structured):
+    config = SceneConfig(min_objects=4, max_objects=6, structured_share=structured)
+    problem = make_scene(np.random.default_rng(3), Workspace(), False, config)
+    assert problem is not None
+    assert problem.category == ("structured" if structured else "unstructured")
+    assert all(o.position[2] > Workspace().support_z_m for o in problem.objects)
+
+
+def test_choice_has_no_duplicates_and_the_best(rng):
+    bench = Bench(load_robot(), Workspace(), 7, SMALL)
+    snapshot = look(bench, next(iter(scene_stages(bench, 0, False))), 0, 0)
+    chosen = choose_for_training(snapshot, 0, rng, SamplingConfig())
+    index = [i for i, _ in chosen]
+    assert len(set(index)) == len(index)
+    for i, policy in chosen:
+        mine = snapshot.valid & (snapshot.grasps.object_ids == snapshot.grasps.object_ids[i])
+        assert snapshot.valid[i] == (policy != Policy.INVALID)
+        if policy == Policy.TOP_HAND:
+            assert snapshot.p_hand[i] == snapshot.p_hand[mine].max()

@@ -1,0 +1,66 @@
+"""Shards: what is written comes back, what is half-written does not exist."""
+
+import numpy as np
+import pytest
+from training_trials import make_trials
+
+from tools.grasp_model.dataset import (
+    Cause,
+    column_names,
+    concatenate,
+    load_shard,
+    load_trials,
+    save_shard,
+    shard_ranges,
+)
+from torc.errors import InputError
+
+
+def test_shard_round_trip(tmp_path):
+    trials = make_trials(50, seed=1)
+    back = load_shard(save_shard(tmp_path, trials, 0, 19))
+    assert back.feature_names == trials.feature_names
+    for name in column_names():
+        a, b = getattr(trials, name), getattr(back, name)
+        assert np.array_equal(a, b), name
+        assert a.dtype == b.dtype or a.dtype.kind == "U", name
+
+
+def test_shards_are_listed_by_scene_and_parts_are_ignored(tmp_path):
+    save_shard(tmp_path, make_trials(5, seed=1), 10, 12)
+    save_shard(tmp_path, make_trials(5, seed=2), 0, 9)
+    (tmp_path / "trials-000013-000020.77.part").write_bytes(b"half")
+    assert [(a, b) for a, b, _ in shard_ranges(tmp_path)] == [(0, 9), (10, 12)]
+
+
+def test_broken_physics_is_not_trained_on(tmp_path):
+    trials = make_trials(40, seed=3)
+    trials.cause[:7] = Cause.BROKEN
+    save_shard(tmp_path, trials, 0, 19)
+    assert len(load_trials([tmp_path])) == 33
+
+
+def test_damaged_shard_is_named(tmp_path):
+    path = tmp_path / "trials-000000-000001.npz"
+    path.write_bytes(b"not an archive")
+    with pytest.raises(InputError, match="trials-000000-000001"):
+        load_shard(path)
+
+
+def test_mixed_features_are_refused():
+    a, b = make_trials(5, seed=1), make_trials(5, seed=2)
+    object.__setattr__(b, "feature_names", ("extent", "contacts", "noise_a", "noise_b", "other"))
+    with pytest.raises(InputError, match="other"):
+        concatenate([a, b])
+
+
+def test_no_trials_says_what_to_run(tmp_path):
+    with pytest.raises(InputError, match="collect"):
+        load_trials([tmp_path])
+
+
+def test_keys_separate_scenes_stages_and_objects():
+    trials = make_trials(400, seed=4)
+    assert np.array_equal(np.unique(trials.object_key // 4096), np.unique(trials.scene_key))
+    pairs = {(int(s), int(o)) for s, o in zip(trials.scene, trials.object_id)}
+    assert len(np.unique(trials.object_key)) == len(pairs)

@@ -1,0 +1,150 @@
+"""Servers for the tests of the page: over recorded trials, and over a queue that is played with fakes."""
+
+import json
+import threading
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tests.helpers.fake_trial import SHAPES, play_fake_trial
+from torc.episode.events import Event, Planned
+from torc.episode.trial import Trial
+from torc.specs.conditions import Conditions
+from torc.specs.trial import TrialSpec
+from torc.testing.synthetic import Shape
+from torc.web.app import Site, TrialList, make_app
+from torc.web.expert import HumanPlanner, SessionListener
+from torc.web.frames import FrameBoard
+from torc.web.human_queue import make_queue
+from torc.web.serving import listen, serving
+from torc.web.session import Phase, Session, SessionState
+from torc.web.shelf import Shelf
+
+
+@dataclass
+class Answer:
+    """What a server said."""
+
+    status: int
+    headers: dict[str, str]
+    body: bytes
+
+    @property
+    def json(self) -> Any:
+        """The body, decoded."""
+        return json.loads(self.body)
+
+
+class _Stay(urllib.request.HTTPRedirectHandler):
+    def redirect_request(self, *_: Any) -> None:
+        return None
+
+
+@dataclass
+class Client:
+    """Plain HTTP to a server on this machine; errors and redirections are answers like others."""
+
+    port: int
+    headers: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def url(self) -> str:
+        """Where the server is."""
+        return f"http://127.0.0.1:{self.port}"
+
+    def get(self, path: str, **headers: str) -> Answer:
+        """Ask for something."""
+        return self._send(urllib.request.Request(self.url + path, headers={**self.headers, **headers}))
+
+    def post(self, path: str, data: Any, **headers: str) -> Answer:
+        """Send JSON, or bytes as they are."""
+        body = data if isinstance(data, bytes) else json.dumps(data).encode()
+        sent = {"Content-Type": "application/json", **self.headers, **headers}
+        return self._send(urllib.request.Request(self.url + path, body, sent))
+
+    @staticmethod
+    def _send(request: urllib.request.Request) -> Answer:
+        try:
+            with urllib.request.build_opener(_Stay).open(request, timeout=60) as answer:
+                return Answer(answer.status, dict(answer.headers), answer.read())
+        except urllib.error.HTTPError as error:
+            with error:
+                return Answer(error.code, dict(error.headers), error.read())
+
+
+@contextmanager
+def served(
+    root: Path,
+    session: Session | None = None,
+    trials: TrialList | None = None,
+    board: FrameBoard | None = None,
+    token: str | None = None,
+    port: int = 0,
+) -> Iterator[Client]:
+    """A server for the trials below `root`, as `torc view` starts it; with a session, as `torc human` does."""
+    shelf = Shelf(root)
+
+    def make(real_port: int) -> Any:
+        return make_app(Site(shelf, trials or shelf, session, board, token, real_port))
+
+    with serving(make, listen("127.0.0.1", port)) as real_port:
+        yield Client(real_port)
+
+
+class Game:
+    """A queue of fake trials, played in a thread of its own.
+
+    Args:
+        root: where they are recorded.
+        problems, experts: names.
+        shapes: what stands on the table.
+        outside_view: the experts see the robot from outside.
+
+    Attributes:
+        may_move: cleared, the robot waits before its motion.
+        board: pictures from outside; None without them.
+    """
+
+    def __init__(
+        self,
+        root: Path,
+        problems: Sequence[str] = ("one",),
+        experts: Sequence[str] = ("anna",),
+        shapes: Sequence[Shape] = SHAPES,
+        outside_view: bool = False,
+    ) -> None:
+        self.root, self.session, self._shapes = root, Session(), shapes
+        self.board = FrameBoard() if outside_view else None
+        root.mkdir(parents=True, exist_ok=True)
+        self.queue = make_queue(problems, experts, root, 0, Conditions(), outside_view=outside_view)
+        self.may_move = threading.Event()
+        self.may_move.set()
+        threading.Thread(target=self.queue.play, args=(self.session, self._play), daemon=True).start()
+
+    @contextmanager
+    def served(self, port: int = 0) -> Iterator[Client]:
+        """Its server."""
+        with served(self.root, self.session, self.queue, self.board, port=port) as client:
+            yield client
+
+    def wait(self, phase: Phase, pick: int | None = None, seconds: float = 120) -> SessionState:
+        """The state once the session is in this phase, of this pick. Raises TimeoutError."""
+        for _ in range(round(seconds / 0.02)):
+            state = self.session.state
+            if state.phase == phase and pick in (None, state.pick):
+                return state
+            time.sleep(0.02)
+        raise TimeoutError(f"still {self.session.state}")
+
+    def _play(self, spec: TrialSpec, out: Path) -> Trial:
+        def move(event: Event) -> None:
+            if isinstance(event, Planned):
+                self.may_move.wait()
+
+        planner, tell = HumanPlanner(self.session, spec.planner.expert), SessionListener(self.session)
+        return play_fake_trial(spec, out, planner, [tell, move], self._shapes)

@@ -1,0 +1,1 @@
+"""What only builders of torc use; run from the checkout."""
