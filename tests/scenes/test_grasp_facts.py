@@ -7,8 +7,15 @@ from pathlib import Path
 import pytest
 
 from torc.errors import InputError
-from torc.scenes.library import builtin_object_names, graspable, load_object
-from torc.scenes.library.grasp_facts import GraspFact, all_grasp_facts, model_digest, read_facts, save_facts
+from torc.scenes.grasp_facts import (
+    GraspFact,
+    all_grasp_facts,
+    graspable,
+    model_digest,
+    read_facts,
+    save_facts,
+)
+from torc.scenes.library import builtin_object_names, load_object
 
 BUILT_IN = builtin_object_names()
 
@@ -59,7 +66,7 @@ def test_a_digest_changes_with_what_decides_a_grasp_only() -> None:
 
 def test_the_facts_need_no_numpy() -> None:
     code = (
-        "import sys; from torc.scenes.library import graspable; graspable('mug_red');"
+        "import sys; from torc.scenes.grasp_facts import graspable; graspable('mug_red');"
         "sys.exit(int(bool({'numpy', 'PIL', 'scipy'} & set(sys.modules))))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

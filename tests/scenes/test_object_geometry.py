@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from scenes_mujoco import CONTACT_GROUP, VISUAL_GROUP, mujoco_scene
 
-from torc.scenes.library import builtin_object_names, load_object
-from torc.scenes.library.catalogue import ALL_KINDS
+from torc.scenes.library import builtin_object_names, load_object, object_facts
 from torc.scenes.models import CollisionPiece, ObjectModel
 from torc.scenes.problem import ObjectPlacement, Problem
 from torc.scenes.workspace import Box, Workspace
@@ -16,7 +15,7 @@ from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import build_world
 
 NAMES = builtin_object_names()
-FIRST_OF_KIND = [kind.variants[0].name for kind in ALL_KINDS]
+FIRST_OF_KIND = list({object_facts(name).kind: name for name in reversed(NAMES)}.values())[::-1]
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 

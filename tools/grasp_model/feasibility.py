@@ -22,8 +22,8 @@ from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.protocol import GraspPlanner
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
+from torc.scenes.grasp_facts import FACTS_PATH, GraspFact, model_digest, read_facts, save_facts
 from torc.scenes.library import builtin_object_names, load_object
-from torc.scenes.library.grasp_facts import FACTS_PATH, GraspFact, model_digest, read_facts, save_facts
 from torc.scenes.problem import ObjectPlacement, Problem
 from torc.scenes.workspace import Workspace
 from torc.sim.rendering import CameraRenderer

@@ -28,7 +28,7 @@ class ListCommand:
     def run(self) -> int:
         """Print a line per object."""
         from torc.errors import UnknownNameError
-        from torc.scenes.library import graspable
+        from torc.scenes.grasp_facts import graspable
 
         found = known_objects()
         kinds = sorted({facts.kind for facts in found})
@@ -114,7 +114,8 @@ OBJECTS = Group(
 
 
 def _facts(name: str) -> dict[str, Any]:
-    from torc.scenes.library import graspable, load_object, object_facts
+    from torc.scenes.grasp_facts import graspable
+    from torc.scenes.library import load_object, object_facts
     from torc.scenes.object_files import load_source
     from torc.scenes.object_store import find_stored
 

@@ -34,6 +34,8 @@ from torc.scenes.visual_files import read_visuals, save_textures, visual_arrays,
 OBJECT_FILE, GEOMETRY_FILE = "object.yaml", "geometry.npz"
 MAX_GEOMETRY_BYTES = 48 * 2**20
 """Packed, and unpacked: all corners, triangles and pieces that are allowed together take 44 million bytes."""
+_FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""libyaml's, ten times as fast; PyYAML may be built without it."""
 _OWN_FILE = re.compile(r"object\.yaml|geometry\.npz|texture_\d+\.png")
 
 
@@ -109,10 +111,11 @@ def check_replaceable(directory: Path) -> None:
         )
 
 
-def load_object_directory(directory: Path | str) -> ObjectModel:
-    """The object in a directory. Raises InputError naming file, field and remedy."""
+def load_object_directory(directory: Path | str, trusted: bool = False) -> ObjectModel:
+    """The object in a directory. What only a stranger's can be is not looked for in a trusted one, which takes half as
+    long. Raises InputError naming file, field and remedy."""
     directory = Path(directory)
-    entry = read_entry(directory)
+    entry = _trusted_entry(directory) if trusted else read_entry(directory)
     arrays = read_arrays(directory / GEOMETRY_FILE, _specs(entry), MAX_GEOMETRY_BYTES, "an object's geometry")
     pieces = tuple(_piece(i, p, arrays) for i, p in enumerate(entry.pieces))
     model = ObjectModel(
@@ -127,7 +130,8 @@ def load_object_directory(directory: Path | str) -> ObjectModel:
         friction=entry.friction,
         held_out=entry.held_out,
     )
-    check_model(model, directory)
+    if not trusted:
+        check_model(model, directory)
     return model
 
 
@@ -144,6 +148,10 @@ def read_entry(directory: Path) -> ObjectFile:
             f"{path}: the object is called '{entry.name}', its directory '{directory.name}'. Give both one name."
         )
     return entry
+
+
+def _trusted_entry(directory: Path) -> ObjectFile:
+    return ObjectFile.model_validate(yaml.load((directory / OBJECT_FILE).read_bytes(), Loader=_FAST_LOADER))
 
 
 def load_source(directory: Path | str) -> ObjectSource:

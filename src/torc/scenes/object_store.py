@@ -1,6 +1,6 @@
-"""Where a user's own objects live: directories full of `torc-object/1` directories. Light to import.
+"""Where objects live: directories full of `torc-object/1` directories. Light to import.
 
-`TORC_OBJECTS` names the directories (several are separated as in PATH; the first is where imports go). Without it
+`TORC_OBJECTS` names those of the user (several are separated as in PATH; the first is where imports go). Without it
 there is one: `torc/objects` in the user's data directory (`XDG_DATA_HOME`, or `~/.local/share`).
 """
 
@@ -16,6 +16,8 @@ from torc.scenes.model_cache import ModelCache
 if TYPE_CHECKING:
     from torc.scenes.models import ObjectModel
 
+SHIPPED_OBJECTS = Path(__file__).parent / "data" / "objects"
+"""The objects that come with torc: drawn by `tools/objects`, never written to by torc."""
 ENVIRONMENT_VARIABLE = "TORC_OBJECTS"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}")
 _FILES = ("object.yaml", "geometry.npz")
@@ -24,7 +26,7 @@ _LOADED = ModelCache(2**30)
 
 
 def store_directories() -> tuple[Path, ...]:
-    """Directories that hold objects, in the order in which they are searched; they need not exist."""
+    """Directories that hold the user's objects, in the order in which they are searched; they need not exist."""
     given = [
         Path(p).expanduser() for p in os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep) if p.strip()
     ]
@@ -37,7 +39,7 @@ def store_directories() -> tuple[Path, ...]:
 
 
 def stored_objects() -> dict[str, Path]:
-    """Names of the stored objects, sorted, and their directories. They are not read: some may turn out damaged."""
+    """Names of the user's objects, sorted, and their directories. They are not read: some may turn out damaged."""
     found: dict[str, Path] = {}
     for store in store_directories():
         try:
@@ -51,7 +53,7 @@ def stored_objects() -> dict[str, Path]:
 
 
 def find_stored(name: str) -> Path | None:
-    """The directory of a stored object, or None. Any text may be asked for: it never leads out of the store."""
+    """The directory of an object of the user, or None. Any text may be asked for: it never leads out of the store."""
     if not _NAME.fullmatch(name):
         return None
     return next((store / name for store in store_directories() if _is_object(store / name)), None)
@@ -74,7 +76,7 @@ def load_stored(directory: Path) -> ObjectModel:
 def _load(directory: Path) -> ObjectModel:
     from torc.scenes.object_files import load_object_directory
 
-    return load_object_directory(directory)
+    return load_object_directory(directory, trusted=directory.parent == SHIPPED_OBJECTS)
 
 
 def _is_object(directory: Path) -> bool:

@@ -9,8 +9,8 @@ from tools.grasp_model.feasibility import FeasibilityConfig, measure, measure_al
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
+from torc.scenes.grasp_facts import GraspFact, all_grasp_facts, model_digest, read_facts
 from torc.scenes.library import load_object
-from torc.scenes.library.grasp_facts import GraspFact, all_grasp_facts, model_digest, read_facts
 from torc.scenes.workspace import Workspace
 
 Bench = tuple[RobotDescription, GeometricGraspPlanner, Workspace]
