@@ -7,7 +7,7 @@ import pytest
 
 from torc.benchmark.comparison import compare
 from torc.benchmark.measures import COST, DROP_FREE, MEDIAN_PICKS, SUCCESS, attempts, ends
-from torc.benchmark.paper import METHODS, paper_method, paper_result
+from torc.benchmark.paper import METHODS, paper_method, paper_success
 from torc.benchmark.participation import participant_by_name, participated
 from torc.benchmark.ranking import rank
 from torc.benchmark.report.content import ranking_table, references_table
@@ -129,9 +129,9 @@ def test_the_papers_values_are_there():
     assert paper_method("vlm-grasps[gemini-robotics-er-1.5]").name == "VLM+GRASPS"
     assert paper_method("human anna").name == "HUMAN"
     assert paper_method("mine:Planner") is None
-    assert paper_result("gc6d-198-obj_000005_0", "random").success == 0.7
-    assert paper_result("structured-01", "random") is None
-    assert paper_result("gc6d-198-obj_000005_0", "mine") is None
+    assert paper_success("gc6d-198-obj_000005_0", "random") == 0.7
+    assert paper_success("structured-01", "random") is None
+    assert paper_success("gc6d-198-obj_000005_0", "mine") is None
 
 
 def test_the_papers_table_adds_up_to_its_figures():

@@ -1,22 +1,39 @@
-"""What the Ray pool does when machines are lost, with a Ray that does as it is told. The real one: test_ray_cluster."""
+"""What the Ray pool makes of what Ray says, and what a machine plays. The real one: test_ray_cluster."""
 
-import pickle
+import json
+import os
+import shutil
 import sys
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from tests.helpers.fake_bench import fake_spec, play_quickly
+from torc.benchmark import ray_worker
 from torc.benchmark.dispatch import Failure, FailureKind, Task
+from torc.benchmark.identity import problem_fingerprint
 from torc.benchmark.local_pool import PoolConfig
-from torc.benchmark.playing import OUTPUT, TRIAL, Order
-from torc.benchmark.remote.errand import Luggage, Returned
-from torc.benchmark.remote.parcel import Parcel
-from torc.benchmark.remote.ray_pool import RayPool, load_ray, ray_pool
+from torc.benchmark.playing import OUTPUT, TRIAL, Order, changed_part
+from torc.benchmark.ray_pool import RayPool, load_ray, ray_pool
+from torc.benchmark.spec import Around, BenchPlanner, BenchProblem
 from torc.errors import InputError, MissingDependencyError, TorcError
+from torc.fingerprints import file_fingerprint
+from torc.robots.loading import own_source
+from torc.robots.schema import EXAMPLE
+from torc.scenes.library import load_object
+from torc.scenes.object_files import save_object
+from torc.scenes.problem import load_problem, save_problem
+from torc.scenes.workspace_files import EXAMPLE as WORKSPACE
+from torc.scenes.workspace_files import own_workspace_source
+from torc.specs.conditions import Conditions
+from torc.specs.trial import PlannerSpec
+from torc.vlm.cache import CacheConfig
 
-LUGGAGE = Luggage(PoolConfig())
-ANSWER = Returned("answer", Parcel(((f"{TRIAL}/result.json", b"{}"), (OUTPUT, b"said"))))
+LIMITS = PoolConfig(0, 500.0, 4 * 2**30)
+ANSWER = "answer", {f"{TRIAL}/result.json": b"{}", OUTPUT: b"said"}
 
 
 class LostError(Exception):
@@ -26,48 +43,68 @@ class LostError(Exception):
 class RaisedError(LostError):
     """An exception on the other machine."""
 
+    cause = InputError("far is another torc")
+
 
 class MemoryLostError(LostError):
     """The machine had no memory left."""
 
 
-class ToldRay:
-    """Answers each call with what `fate(key, attempt)` gives, an exception to be raised or an answer."""
+class FakeRay:
+    """Answers each trial as told: an exception is raised. By default the trial is played in this process."""
 
+    __version__ = "0"
     exceptions = SimpleNamespace(
-        RayError=LostError, RayTaskError=RaisedError, OutOfMemoryError=MemoryLostError
+        RayError=LostError,
+        RayTaskError=RaisedError,
+        RuntimeEnvSetupError=RaisedError,
+        OutOfMemoryError=MemoryLostError,
     )
 
-    def __init__(self, fate, cpus=2.0):
-        self.fate, self.cpus = fate, cpus
-        self.calls, self.flying, self.most = {}, 0, 0
+    def __init__(self, answer=None, cpus=2.0, working_dir=None):
+        self.answer, self.cpus, self.working_dir = answer, cpus, working_dir
+        self.most = 0
 
-    def put(self, value):
-        return value
+    def init(self, address, runtime_env, **options):
+        shutil.copytree(runtime_env["working_dir"], self.working_dir)
+        self.environment = runtime_env["env_vars"]
 
-    def remote(self, **options):
-        assert options == {"num_cpus": 1, "max_retries": 0}
-        return lambda function: SimpleNamespace(remote=self._call)
+    def shutdown(self):
+        pass
 
-    def _call(self, torc, key, luggage, errand):
-        name = pickle.loads(errand).key
-        self.calls[name] = self.calls.get(name, 0) + 1
-        self.flying += 1
-        self.most = max(self.most, self.flying)
-        return name, self.calls[name]
-
-    def wait(self, refs, num_returns, timeout):
-        return refs[:num_returns], refs[num_returns:]
-
-    def get(self, ref):
-        self.flying -= 1
-        answer = self.fate(*ref)
-        if isinstance(answer, Exception):
-            raise answer
-        return answer
+    def nodes(self):
+        return [{"Alive": True, "NodeManagerHostname": "here"}]
 
     def cluster_resources(self):
         return {"CPU": self.cpus} if self.cpus else {}
+
+    def remote(self, **options):
+        assert options == {"num_cpus": 1, "max_retries": 5}
+        return lambda function: SimpleNamespace(remote=lambda sent: partial(function, sent))
+
+    def wait(self, refs):
+        self.most = max(self.most, len(refs))
+        return refs[:1], refs[1:]
+
+    def get(self, ref):
+        if self.answer is None:
+            return self._far_away(ref)
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+    def _far_away(self, call):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.chdir(self.working_dir)
+            patch.setattr(sys, "path", list(sys.path))
+            for name, value in self.environment.items():
+                patch.setenv(name, value)
+            try:
+                return call()
+            except InputError as error:
+                raised = RaisedError()
+                raised.cause = error
+                raise raised from error
 
 
 def _tasks(tmp_path):
@@ -75,21 +112,13 @@ def _tasks(tmp_path):
     return [Task(o.trial.id, o, o.work / OUTPUT) for o in orders]
 
 
-def _run(ray, tasks, workers=0):
-    said = []
-    pool = RayPool(ray, LUGGAGE, workers, said.append)
-    return pool.run(play_quickly, tasks), said
+def _run(ray, tasks, limits=LIMITS):
+    return list(RayPool(ray, limits, {}).run(play_quickly, tasks))
 
 
-def test_every_task_ends_once_though_what_was_at_it_is_lost(tmp_path):
+def test_what_was_played_is_in_the_orders_directory(tmp_path):
     tasks = _tasks(tmp_path)
-    ray = ToldRay(
-        lambda key, n: LostError("the node died\nlong story") if n <= int(key[0], 16) % 4 else ANSWER
-    )
-    endings, said = _run(ray, tasks)
-    assert {e.key: e.outcome for e in endings} == {t.key: "answer" for t in tasks}
-    assert ray.calls == {t.key: 1 + int(t.key[0], 16) % 4 for t in tasks}
-    assert said[0] == "A trial is played again, since what was at it is lost: the node died"
+    assert {e.key: e.outcome for e in _run(FakeRay(ANSWER), tasks)} == {t.key: "answer" for t in tasks}
     assert all((t.argument.work / TRIAL / "result.json").read_bytes() == b"{}" for t in tasks)
     assert all(t.log.read_bytes() == b"said" for t in tasks)
 
@@ -98,49 +127,34 @@ def test_every_task_ends_once_though_what_was_at_it_is_lost(tmp_path):
     ("error", "kind"),
     [(LostError("died"), FailureKind.CRASHED), (MemoryLostError("full"), FailureKind.MEMORY)],
 )
-def test_a_task_that_is_lost_again_and_again_costs_only_itself(tmp_path, error, kind):
-    tasks = _tasks(tmp_path)
-    endings, _ = _run(ToldRay(lambda key, n: error if key == tasks[1].key else ANSWER), tasks)
-    outcomes = {e.key: e.outcome for e in endings}
-    assert len(outcomes) == len(tasks)
-    lost = outcomes.pop(tasks[1].key)
-    assert isinstance(lost, Failure)
-    assert lost.kind is kind
-    assert set(outcomes.values()) == {"answer"}
+def test_a_trial_that_is_lost_on_every_machine_is_errored(tmp_path, error, kind):
+    for ending in _run(FakeRay(error), _tasks(tmp_path)):
+        assert isinstance(ending.failure, Failure)
+        assert ending.failure.kind is kind
+        assert str(error) in ending.failure.text
 
 
-def test_a_cluster_that_cannot_play_is_given_up(tmp_path):
-    endings, _ = _run(ToldRay(lambda key, n: RaisedError("Traceback\nOSError: no space")), _tasks(tmp_path))
-    with pytest.raises(TorcError, match="cannot play: OSError: no space"):
-        list(endings)
+def test_a_machine_that_cannot_play_ends_it(tmp_path):
+    with pytest.raises(TorcError, match="cannot play: far is another torc"):
+        _run(FakeRay(RaisedError()), _tasks(tmp_path))
 
 
 def test_a_cluster_that_is_lost_as_a_whole_is_explained(tmp_path):
-    ray = ToldRay(lambda key, n: ANSWER)
-    endings, _ = _run(ray, _tasks(tmp_path))
-    next(endings)
+    ray = FakeRay(ANSWER)
 
-    def gone(*arguments, **options):
+    def gone(refs):
         raise LostError("no head")
 
     ray.wait = gone
     with pytest.raises(TorcError, match=r"no head.*The same command goes on"):
-        list(endings)
+        _run(ray, _tasks(tmp_path))
 
 
-def test_a_machine_with_another_torc_ends_it(tmp_path):
-    ray = ToldRay(lambda key, n: "far cannot play: another torc")
-    with pytest.raises(InputError, match="far cannot play"):
-        list(_run(ray, _tasks(tmp_path))[0])
-
-
-@pytest.mark.parametrize(("cpus", "workers", "most"), [(8, 0, 11), (8, 3, 3), (2, 8, 3), (0, 0, 1)])
+@pytest.mark.parametrize(("cpus", "workers", "most"), [(4, 0, 8), (8, 3, 3), (2, 8, 8), (0, 0, 2)])
 def test_a_bounded_number_is_in_flight(tmp_path, cpus, workers, most):
-    ray = ToldRay(lambda key, n: ANSWER, cpus)
-    endings, said = _run(ray, _tasks(tmp_path), workers)
-    list(endings)
+    ray = FakeRay(ANSWER, cpus)
+    assert len(_run(ray, _tasks(tmp_path), replace(LIMITS, workers=workers))) == 24
     assert ray.most == most
-    assert bool(said) == (cpus == 0)
 
 
 def test_a_missing_extra_is_explained(monkeypatch):
@@ -149,21 +163,138 @@ def test_a_missing_extra_is_explained(monkeypatch):
         load_ray()
 
 
-def test_the_address_of_a_client_is_explained(monkeypatch):
-    monkeypatch.setattr("torc.benchmark.remote.ray_pool.load_ray", lambda: None)
-    with pytest.raises(InputError, match="--ray auto"), ray_pool("ray://head:10001", 0, LUGGAGE):
+@pytest.mark.parametrize(
+    "address",
+    ["127.0.0.1:1", "127.0.0.1:99999", "[::1]:1", "head", "head:", ":1", "head:six", "ray://127.0.0.1:1"],
+)
+def test_an_address_where_no_cluster_answers_is_refused_at_once(monkeypatch, address):
+    monkeypatch.setattr("torc.benchmark.ray_pool.load_ray", lambda: FakeRay)
+    with (
+        pytest.raises(InputError, match=r"No Ray cluster.*HOST:PORT.*ray start --head"),
+        ray_pool(address, LIMITS, fake_spec(), {}),
+    ):
         pass
 
 
-@pytest.mark.parametrize("address", ["127.0.0.1:1", "127.0.0.1:99999", "[::1]:1"])
-def test_an_address_where_nobody_answers_is_refused_at_once(monkeypatch, address):
-    monkeypatch.setattr("torc.benchmark.remote.ray_pool.load_ray", lambda: None)
-    with pytest.raises(InputError, match=r"No Ray cluster.*ray start --head"), ray_pool(address, 0, LUGGAGE):
-        pass
+PARTS = """
+from helpers_of_mine import steady
+
+class Decides:
+    def decide(self, context, rng): ...
+
+class Grasps:
+    def plan(self, scene, volume, rng): ...
+"""
 
 
-@pytest.mark.parametrize("address", ["head", "head:", ":6379", "head:six"])
-def test_what_is_no_address_is_refused(monkeypatch, address):
-    monkeypatch.setattr("torc.benchmark.remote.ray_pool.load_ray", lambda: None)
-    with pytest.raises(InputError, match="HOST:PORT"), ray_pool(address, 0, LUGGAGE):
-        pass
+def as_planned(order):
+    """In the child process: whether it finds all of the user's own files, and they are the same."""
+    print("looks")
+    play_quickly(order)
+    same = problem_fingerprint(load_problem(order.problem)) == order.trial.problem.digest
+    return changed_part(order.trial), same, os.environ["TORC_OBJECTS"]
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """A spec whose planner, grasp planner, robot, problem and object are the user's, and the problem."""
+    here = tmp_path / "user"
+    shutil.copytree(EXAMPLE.parent, here / "robot")
+    (here / "parts_of_mine.py").write_text(PARTS)
+    (here / "helpers_of_mine").mkdir()
+    (here / "helpers_of_mine" / "__init__.py").write_text("steady = 1\n")
+    for other in (".hidden", "__pycache__"):
+        (here / other).mkdir()
+        (here / other / "other.py").touch()
+    (here / "weights.bin").write_bytes(b"1")
+    monkeypatch.chdir(here)
+    monkeypatch.setenv("TORC_OBJECTS", str(here / "objects"))
+    mine = replace(load_object("mug_red"), name="my_mug", kind="my_mug", description="the mug of mine")
+    save_object(mine, here / "objects" / "my_mug")
+    problem = load_problem("structured-04")
+    first, *others = problem.objects
+    problem = replace(problem, name="with-mine", objects=(replace(first, model="my_mug"), *others))
+    save_problem(problem, here / "with-mine.yaml")
+    robot, source = f"robot/{EXAMPLE.name}", file_fingerprint(here / "parts_of_mine.py")
+    (here / "table.yaml").write_text(WORKSPACE.read_text() + "# mine\n")
+    around = Around(
+        Conditions(robot=robot, workspace="table.yaml", grasps="parts_of_mine.py:Grasps"),
+        {
+            "robot": own_source(robot),
+            "workspace": own_workspace_source("table.yaml"),
+            "grasps": source,
+        },
+    )
+    planned = BenchProblem("with-mine", "structured", problem_fingerprint(problem), shipped=False)
+    planner = BenchPlanner(PlannerSpec("parts_of_mine:Decides"), source=source)
+    trial = replace(fake_spec().trials[0], problem=planned, planner=planner, around=around)
+    return replace(fake_spec(), around=around, trials=(trial,)), {"with-mine": problem}
+
+
+@pytest.fixture
+def away(own, tmp_path, monkeypatch):
+    """Plays in this process, with a child of its own, as on a machine that has none of the user's files."""
+    spec, problems = own
+    ray = FakeRay(working_dir=tmp_path / "away")
+    monkeypatch.setattr("torc.benchmark.ray_pool.load_ray", lambda: ray)
+
+    def play(work, trial=spec.trials[0], cache=None):
+        order = Order(trial, str(Path("with-mine.yaml").absolute()), tmp_path / "work", cache)
+        with ray_pool("auto", LIMITS, spec, problems) as pool:
+            (tmp_path / "user").rename(tmp_path / "gone")
+            (ending,) = pool.run(work, [Task(trial.id, order, order.work / OUTPUT)])
+        return ending, order
+
+    yield play
+    ray_worker._pool(replace(LIMITS, workers=1)).close()
+
+
+def test_the_users_own_files_are_there_and_what_comes_back_names_those_here(away, tmp_path):
+    ending, order = away(as_planned)
+    assert ending.outcome == (None, True, "own-objects")
+    facts = json.loads((order.work / TRIAL / "spec.json").read_text())
+    here = order.trial.around.conditions
+    assert (facts["problem"], facts["conditions"]["robot"]) == (order.problem, here.robot)
+    assert facts["conditions"]["workspace"] == here.workspace
+    assert (order.work / OUTPUT).read_text() == "looks\n"
+    there = tmp_path / "away"
+    assert {p.relative_to(there).as_posix() for p in there.rglob("*") if p.is_file()} == {
+        "own-code/parts_of_mine.py",
+        "own-code/helpers_of_mine/__init__.py",
+        "own-objects/my_mug/object.yaml",
+        "own-objects/my_mug/geometry.npz",
+        "own-objects/my_mug/texture_0.png",
+        f"own-robot/{EXAMPLE.name}",
+        f"own-robot/{EXAMPLE.stem}.xml",
+        "own-problems/with-mine.yaml",
+        "own-workspace.yaml",
+    }
+
+
+@pytest.mark.parametrize(
+    ("planner", "kind"), [("raises", FailureKind.RAISED), ("aborts", FailureKind.CRASHED)]
+)
+def test_a_trial_fails_there_as_here(own, away, planner, kind):
+    (trial,) = own[0].trials
+    ending, _ = away(play_quickly, replace(trial, planner=BenchPlanner(PlannerSpec(planner))))
+    assert ending.failure.kind is kind
+    assert ending.failure.text.startswith("On ")
+
+
+def test_another_torc_does_not_play(away, monkeypatch):
+    facts = ray_worker.torc_facts()
+    monkeypatch.setattr("torc.benchmark.ray_pool.torc_facts", lambda: {**facts, "torc": "99.0"})
+    with pytest.raises(TorcError, match=r"torc is .*, not 99\.0.*Install the same"):
+        away(play_quickly)
+
+
+def test_a_cache_has_to_be_seen_by_all_machines(away, tmp_path, monkeypatch):
+    answer = FakeRay.get
+
+    def get(ray, ref):
+        (tmp_path / "cache").rmdir()
+        return answer(ray, ref)
+
+    monkeypatch.setattr(FakeRay, "get", get)
+    with pytest.raises(TorcError, match="does not see the VLM cache"):
+        away(play_quickly, cache=CacheConfig(tmp_path / "cache"))

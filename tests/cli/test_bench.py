@@ -15,9 +15,9 @@ from torc_command import run_torc
 from tests.helpers.fake_bench import InlineBackend, play_quickly
 from torc.benchmark.dispatch import Failure, FailureKind
 from torc.benchmark.playing import play
-from torc.benchmark.reading import read_table
+from torc.benchmark.reading import read_table, read_tables
 from torc.benchmark.store import Store
-from torc.benchmark.table_files import trial_records
+from torc.benchmark.table_files import pick_records, trial_records
 from torc.robots.schema import EXAMPLE
 from torc.scenes.problem import load_problem, save_problem
 
@@ -89,6 +89,26 @@ def test_it_goes_on_where_it_was(bench):
     assert "8 trials, 4 complete already, 4 to play now." in err
 
 
+def test_shards_make_the_same_table_together(bench, tmp_path):
+    for i in (1, 2, 3):
+        _, _, err = bench("--repeats", 2, "--shard", f"{i}/3", out=tmp_path / "shards" / str(i))
+        assert f"Shard {i}/3: {2 if i == 3 else 3} trials, 0 complete already" in err
+    bench("--repeats", 2)
+    records = []
+    for roots in ([tmp_path / "out"], sorted((tmp_path / "shards").iterdir())):
+        table = read_tables(roots)
+        assert table.left_out == ()
+        plain = [{**record, "directory": ""} for record in trial_records(table)]
+        records.append((plain, pick_records(table)))
+    assert records[0] == records[1]
+    (call,) = Store(tmp_path / "shards" / "2").calls()
+    assert call["shard"] == "2/3"
+    assert (
+        "3 complete already, 0 to play now"
+        in bench("--repeats", 2, "--shard", "2/3", out=tmp_path / "shards" / "2")[2]
+    )
+
+
 def test_errored_trials_make_the_exit_code_1_and_are_played_again(bench, tmp_path):
     bench("--repeats", 1)
     lost = read_table(tmp_path / "out").rows[0]
@@ -143,7 +163,10 @@ def test_planners_may_ask_models_of_their_own(bench):
         (["--vlm-temperature", "0.5"], "--vlm"),
         (["--robot", "no_such_robot"], "sda10f_2f85"),
         (["--robot", "no_such_file.yaml"], "no_such_file.yaml"),
-        (["--robot", "mine.yaml", "--ray", "local"], "--ray sends no robot along"),
+        (["--shard", "0/2"], "I from 1 to N"),
+        (["--shard", "3/2"], "I from 1 to N"),
+        (["--shard", "half"], "I from 1 to N"),
+        (["--repeats", "1", "--shard", "5/5"], "holds none of the 4 trials"),
         (["--grasps", "geometrc"], "Did you mean 'geometric'"),
         (["--grasps", "no_such_grasps:Mine"], "no_such_grasps"),
         (["--grasps", "json:JSONDecoder"], "needs a method `plan(scene, volume, rng)`"),

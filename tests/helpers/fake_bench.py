@@ -23,8 +23,7 @@ import numpy as np
 from torc.benchmark.dispatch import Backend, Ending, Failure, FailureKind, Task, Work
 from torc.benchmark.local_pool import LocalPool, PoolConfig
 from torc.benchmark.playing import TRIAL, Order
-from torc.benchmark.remote.errand import Luggage
-from torc.benchmark.remote.ray_pool import ray_pool
+from torc.benchmark.ray_pool import ray_pool
 from torc.benchmark.runner import run_missing
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, BenchSpec, make_spec
 from torc.benchmark.store import Store
@@ -182,14 +181,14 @@ def main(arguments: list[str]) -> None:
     """Play a fake benchmark in a directory, on this machine or a Ray cluster."""
     store, misbehaving = Store(Path(arguments[0])), "--misbehaving" in arguments
     spec = fake_spec(("random", *MISBEHAVING), 2, 1) if misbehaving else fake_spec()
-    limits = PoolConfig(2, 60.0, 4 * 2**30 if misbehaving else None)
+    limits = PoolConfig(2, 60.0, 4 * 2**30) if misbehaving else PoolConfig(2, memory_bytes=None)
     with store.locked(), ExitStack() as stack:
         store.extend(spec, {})
         backend: Backend = LocalPool(limits)
         work: Work = play_slowly
         if "--ray" in arguments:
             address = arguments[arguments.index("--ray") + 1]
-            backend = stack.enter_context(ray_pool(address, 0, Luggage(replace(limits, workers=1))))
+            backend = stack.enter_context(ray_pool(address, replace(limits, workers=0), spec, {}))
             work = partial(play_slowly, seconds=1.0)
             print(_own_node(), flush=True)
         run_missing(store, spec, backend, work=work)

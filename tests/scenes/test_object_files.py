@@ -282,6 +282,14 @@ def test_links_and_pipes_are_not_followed(box: Path, file: str, tmp_path: Path) 
         load_object_directory(box)
 
 
+def test_trusted_objects_may_be_linked(box: Path, tmp_path: Path) -> None:
+    linked = tmp_path / "linked" / box.name
+    linked.mkdir(parents=True)
+    for file in box.iterdir():
+        (linked / file.name).symlink_to(file)
+    assert_same(load_object(box.name), load_object_directory(linked, trusted=True))
+
+
 def test_flat_pieces_are_refused(bowl: Path) -> None:
     members = _members(bowl / "geometry.npz")
     first = next(name for name in members if name.startswith("piece_"))

@@ -45,12 +45,10 @@ class Failure:
     Attributes:
         kind: see FailureKind.
         text: a sentence for people.
-        bad_input: it raised an InputError: the user can mend it.
     """
 
     kind: FailureKind
     text: str
-    bad_input: bool = False
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,9 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
-from pathlib import Path
 from typing import Any
 
 from pebble import ProcessExpired, ProcessPool
@@ -22,7 +21,7 @@ from torc.processes import one_thread_each
 
 _TASKS_PER_PROCESS = 100
 """A process is replaced after so many, so that what libraries leak does not add up."""
-STARTS = 4
+_STARTS = 4
 """How often the pool may break down without any task having ended in between."""
 
 _DUMP_BEGINS = re.compile(rb"Timeout \(\d+:\d\d:\d\d(\.\d+)?\)!\s*$")
@@ -44,11 +43,26 @@ class PoolConfig:
     memory_bytes: int | None = 8 * 2**30
 
 
-class LocalPool:
-    """A `Backend` on this machine's cores."""
+@dataclass(frozen=True)
+class _Running:
+    """A task that is being carried out, and how many bytes an earlier try left in its log."""
 
-    def __init__(self, config: PoolConfig) -> None:
-        self.config = config
+    task: Task
+    logged: int
+
+
+class LocalPool:
+    """A `Backend` on this machine's cores.
+
+    Args:
+        config: how tasks are carried out.
+        stay: the processes wait for the next `run`, until `close`.
+    """
+
+    def __init__(self, config: PoolConfig, stay: bool = False) -> None:
+        self.config, self._stay = config, stay
+        self._stack = ExitStack()
+        self._pool: ProcessPool | None = None
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
         """An ending per task, as they end.
@@ -59,64 +73,60 @@ class LocalPool:
         left, starts = deque(tasks), 0
         while left:
             starts += 1
-            if starts > STARTS:
-                raise no_start()
-            for ending in self._one_pool(work, left):
+            if starts > _STARTS:
+                raise TorcError("The worker processes end as soon as they start. `torc doctor` may tell why.")
+            for ending in self._until_it_breaks(work, left):
                 starts = 0
                 yield ending
 
-    def _one_pool(self, work: Work, left: deque[Task]) -> Iterator[Ending]:
+    def close(self) -> None:
+        """End the processes."""
+        self._pool = None
+        self._stack.close()
+
+    def _until_it_breaks(self, work: Work, left: deque[Task]) -> Iterator[Ending]:
         """Endings until no tasks are left, or the pool broke down: unfinished tasks are back in `left` then."""
-        with open_processes(self.config) as processes:
-            running: dict[Future[Any], Task] = {}
-            try:
-                while left or running:
-                    # One task more than there are processes: none waits for work.
-                    while left and len(running) <= self.config.workers:
-                        task = left.popleft()
-                        running[processes.schedule(work, task)] = task
-                    done, _ = wait(running, return_when=FIRST_COMPLETED)
-                    for future in done:
-                        try:
-                            outcome = processes.outcome(future)
-                        except BrokenProcessPool:
-                            return
-                        yield Ending(running.pop(future).key, outcome)
-            finally:
-                left.extendleft(running.values())
-
-
-class Processes:
-    """A pool that is open: until it breaks down, it answers every task or says why there is no answer."""
-
-    def __init__(self, config: PoolConfig, pool: ProcessPool) -> None:
-        self._config, self._pool = config, pool
-        self._logs: dict[Future[Any], tuple[Path, int]] = {}
-        """Per task its log, and how much of it was there before."""
-
-    def schedule(self, work: Work, task: Task) -> Future[Any]:
-        """What `outcome` takes, once it is done."""
-        before = task.log.stat().st_size if task.log.exists() else 0  # of an earlier try
-        arguments = (work, task.argument, task.log, self._config.limit_s)
+        pool = self._pool = self._pool or self._stack.enter_context(_open_pool(self.config))
+        running: dict[Future[Any], _Running] = {}
         try:
-            future: Future[Any] = self._pool.schedule(carry_out, args=arguments, timeout=self._config.limit_s)
+            while left or running:
+                # One task more than there are processes: none waits for work.
+                while left and len(running) <= self.config.workers:
+                    task = left.popleft()
+                    before = task.log.stat().st_size if task.log.exists() else 0
+                    running[self._schedule(pool, work, task)] = _Running(task, before)
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    try:
+                        outcome = self._outcome(future, running[future])
+                    except BrokenProcessPool:
+                        return
+                    yield Ending(running.pop(future).task.key, outcome)
+        finally:
+            left.extendleft(r.task for r in running.values())
+            if running or not self._stay:
+                self.close()
+
+    def _schedule(self, pool: ProcessPool, work: Work, task: Task) -> Future[Any]:
+        arguments = (work, task.argument, task.log, self.config.limit_s)
+        try:
+            future: Future[Any] = pool.schedule(carry_out, args=arguments, timeout=self.config.limit_s)
         except RuntimeError as error:  # the pool's word for "broken down"
             future = Future()
             future.set_exception(BrokenProcessPool(str(error)))
-        self._logs[future] = task.log, before
         return future
 
-    def outcome(self, future: Future[Any]) -> Any:
-        """What the work returned, or a Failure; waits for it. Raises BrokenProcessPool: open another."""
-        error, log = future.exception(), self._logs.pop(future)
+    def _outcome(self, future: Future[Any], running: _Running) -> Any:
+        """What the work returned, or a Failure. Raises BrokenProcessPool."""
+        error = future.exception()
         if error is None:
             return future.result()
         if isinstance(error, BrokenProcessPool):
             raise error
         # The dump reads the stacks of threads that run on meanwhile, and now and then crashes by that.
-        crashed_in_dump = isinstance(error, ProcessExpired) and error.exitcode < 0 and _dump_begun(*log)
+        crashed_in_dump = isinstance(error, ProcessExpired) and error.exitcode < 0 and _dump_begun(running)
         if isinstance(error, TimeoutError) or crashed_in_dump:
-            text = f"It was ended after {self._config.limit_s:g} s without an answer."
+            text = f"It was ended after {self.config.limit_s:g} s without an answer."
             return Failure(FailureKind.HUNG, text)
         if isinstance(error, ProcessExpired):
             return Failure(FailureKind.CRASHED, f"Its process {_death(error.exitcode)}.")
@@ -124,7 +134,7 @@ class Processes:
 
 
 @contextmanager
-def open_processes(config: PoolConfig) -> Iterator[Processes]:
+def _open_pool(config: PoolConfig) -> Iterator[ProcessPool]:
     """Processes that wait for work; all end with the context."""
     with one_thread_each():
         pool = ProcessPool(
@@ -135,22 +145,17 @@ def open_processes(config: PoolConfig) -> Iterator[Processes]:
             context=get_context("spawn"),
         )
         try:
-            yield Processes(config, pool)
+            yield pool
         finally:
             pool.stop()
             pool.join()
 
 
-def no_start() -> TorcError:
-    """Why a pool is given up after STARTS breakdowns."""
-    return TorcError("The worker processes end as soon as they start. `torc doctor` may tell why.")
-
-
-def _dump_begun(log: Path, start: int) -> bool:
-    """Whether the log tells, after so many bytes, that its process was written down as hanging."""
+def _dump_begun(running: _Running) -> bool:
+    """Whether the log tells that its process was written down as hanging."""
     try:
-        with open(log, "rb") as lines:
-            lines.seek(start)
+        with open(running.task.log, "rb") as lines:
+            lines.seek(running.logged)
             return any(_DUMP_BEGINS.search(line) for line in lines)
     except OSError:
         return False

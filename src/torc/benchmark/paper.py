@@ -56,31 +56,24 @@ METHODS: Mapping[str, PaperMethod] = MappingProxyType(
 """By the name of torc's planner."""
 
 
-@dataclass(frozen=True)
-class PaperProblemResult:
-    """What a method of the paper did on one problem: success rate, median picks, mean drops."""
-
-    success: float
-    picks_median: float
-    drops_mean: float
-
-
 def paper_method(label: str) -> PaperMethod | None:
     """The paper's method that a planner's label stands for; None for other planners."""
-    return METHODS.get(re.split(r"[\[ ]", label, maxsplit=1)[0])
+    return METHODS.get(_planner(label))
 
 
-def paper_result(problem: str, label: str) -> PaperProblemResult | None:
-    """What the paper's method did on a problem that was imported from GraspClutter6D; None for other problems."""
+def paper_success(problem: str, label: str) -> float | None:
+    """The paper's success rate on a problem that was imported from GraspClutter6D; None for other problems."""
     found = re.fullmatch(r"gc6d-(\d+)-(obj_\d+_\d+)", problem)
-    name = re.split(r"[\[ ]", label, maxsplit=1)[0]
+    name = _planner(label)
     if found is None or name not in METHODS:
         return None
     row = _per_problem().get((int(found.group(1)), found.group(2)))
-    if row is None:
-        return None
-    columns = ("success", "picks_median", "drops_mean")
-    return PaperProblemResult(*(float(row[f"{name}_{column}"]) for column in columns))
+    return None if row is None else float(row[f"{name}_success"])
+
+
+def _planner(label: str) -> str:
+    """A planner's name without model or expert."""
+    return re.split(r"[\[ ]", label, maxsplit=1)[0]
 
 
 @cache

@@ -154,9 +154,7 @@ class Store:
         if output.is_file() and output.stat().st_size:
             _copy_end(output, done / OUTPUT)
         place = self.directory(trial)
-        if (
-            place.exists()
-        ):  # errored the last time; if this is the last that is done here, it is missing, and redone
+        if place.exists():  # errored the last time; without it, it is missing, and played again
             shutil.rmtree(place)
         os.replace(done, place)
         shutil.rmtree(work, ignore_errors=True)

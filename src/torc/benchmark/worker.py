@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.benchmark.dispatch import Failure, FailureKind, Work
-from torc.errors import InputError, TorcError
+from torc.errors import TorcError
 from torc.processes import end_with
 
 
@@ -49,7 +49,7 @@ def _failure(error: BaseException) -> Failure:
     if isinstance(error, MemoryError):
         return Failure(FailureKind.MEMORY, "It asked for more memory than it may have.")
     text = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
-    return Failure(FailureKind.RAISED, text, isinstance(error, InputError))
+    return Failure(FailureKind.RAISED, text)
 
 
 def _limit_memory(memory_bytes: int) -> None:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from torc.cli.vlm_options import VlmOptions
-from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import Conditions
 
 if TYPE_CHECKING:
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from torc.benchmark.spec import BenchSpec
     from torc.benchmark.store import Store
     from torc.scenes.problem import Problem
-    from torc.vlm.cache import CacheConfig
 
 
 @dataclass(frozen=True)
@@ -53,6 +51,9 @@ class BenchCommand:
       torc bench --ray auto --out runs/mine    # on this machine again
 
     A machine that is lost costs nothing but time. docs/benchmarking.md says what is sent along, and what is not.
+    With a batch system instead, each task plays a share of its own:
+
+      torc bench --shard 3/20 --out runs/mine/3
 
     Exit code 0 when all trials were completed, 1 when some errored, 2 on bad arguments, 130 after Ctrl-C.
     """
@@ -74,6 +75,9 @@ class BenchCommand:
     ray: Annotated[str | None, tyro.conf.arg(metavar="ADDRESS")] = None
     """Play on a Ray cluster: auto for the one that this machine belongs to, HOST:PORT for that one's head, local to
     start one of this machine's cores."""
+    shard: Annotated[str | None, tyro.conf.arg(metavar="I/N")] = None
+    """Play only every N-th trial, beginning with the I-th (I from 1 to N): a part for each task of a batch system. Each
+    needs an --out of its own; `torc report` takes them all."""
     limit: int | None = None
     """Play at most so many trials now: to try things out; the next call goes on from there."""
     timeout: float = 1800.0
@@ -114,17 +118,18 @@ class BenchCommand:
             return self._play(store, spec, problems)
 
     def _check(self) -> None:
+        from torc.benchmark.shards import parse_shard
         from torc.errors import InputError
 
         if self.repeats < 1 or self.workers < 0 or (self.limit is not None and self.limit < 1):
             raise InputError("--repeats and --limit must be at least 1, and --workers at least 0.")
+        if self.shard is not None:
+            parse_shard(self.shard)
         if self.timeout <= 0 or self.memory < 0:
             raise InputError("--timeout must be above 0 and --memory at least 0.")
         if self.ray is not None:
-            from torc.benchmark.remote.ray_pool import load_ray
+            from torc.benchmark.ray_pool import load_ray
 
-            if self.conditions.robot != DEFAULT_ROBOT:
-                raise InputError("--ray sends no robot along: leave out --robot, or play without --ray.")
             load_ray()  # now rather than after the planners were looked at
 
     def _play(self, store: Store, spec: BenchSpec, problems: dict[str, Problem]) -> int:
@@ -139,12 +144,16 @@ class BenchCommand:
         store.extend(spec, problems)
         left = len(store.left(spec))
         todo = left if self.limit is None else min(left, self.limit)
-        _say(f"{len(spec.trials)} trials, {len(spec.trials) - left} complete already, {todo} to play now.")
+        shard = f"Shard {self.shard}: " if self.shard else ""
+        _say(
+            f"{shard}{len(spec.trials)} trials, {len(spec.trials) - left} complete already, {todo} to play now."
+        )
         if todo and not kernel_cache()[1]:
             _say(MESSAGE)
         played, errored = 0, 0
-        with self._players(spec, problems, todo) as (backend, cache, about), shown(todo) as show:
-            store.begin_call(call_facts(sys.argv[1:], self.workers or os.cpu_count() or 1) | about)
+        with self._players(spec, problems, todo) as (backend, about), shown(todo) as show:
+            facts = call_facts(sys.argv[1:], self.workers or os.cpu_count() or 1)
+            store.begin_call(facts | ({"shard": self.shard} if self.shard else {}) | about)
 
             def listen(trial: Played) -> None:
                 nonlocal played, errored
@@ -153,14 +162,8 @@ class BenchCommand:
                 show(trial)
 
             try:
-                run_missing(
-                    store,
-                    spec,
-                    backend,
-                    limit=self.limit,
-                    vlm_cache=cache,
-                    listener=listen,
-                )
+                cache = self.vlm.cache()
+                run_missing(store, spec, backend, limit=self.limit, vlm_cache=cache, listener=listen)
             except KeyboardInterrupt:
                 _say("Stopped. The same command goes on from here.")
                 raise
@@ -181,6 +184,7 @@ class BenchCommand:
         """What the options ask for, and the problems by name."""
         import torc
         from torc.benchmark.preflight import find_around, find_planners, find_problems
+        from torc.benchmark.shards import parse_shard
         from torc.benchmark.spec import make_spec
         from torc.robots.loading import load_robot
         from torc.scenes.made_for import robot_hint
@@ -199,6 +203,8 @@ class BenchCommand:
             for p in planners
         ]
         spec = make_spec(tuple(problems), under, range(self.repeats), around, torc.__version__)
+        if self.shard:
+            spec = parse_shard(self.shard).of(spec)
         return spec, {problem.name: problem for problem in problems.values()}
 
     def _questions(self) -> list[Question]:
@@ -224,22 +230,17 @@ class BenchCommand:
     @contextmanager
     def _players(
         self, spec: BenchSpec, problems: Mapping[str, Problem], todo: int
-    ) -> Iterator[tuple[Backend, CacheConfig | None, dict[str, Any]]]:
-        """Who plays, the cache of a VLM as they name it, and what the manifest says of them."""
+    ) -> Iterator[tuple[Backend, dict[str, Any]]]:
+        """Who plays, and what the manifest says of them."""
         if self.ray is None or not todo:
-            yield self._backend(), self.vlm.cache(), {}
+            yield self._backend(), {}
             return
-        from torc.benchmark.remote.ray_pool import ray_pool
-        from torc.benchmark.remote.sending import pack_luggage, shared_cache
+        from torc.benchmark.ray_pool import ray_pool
 
-        with shared_cache(self.vlm.cache()) as (cache, probe):
-            luggage = pack_luggage(
-                self._limits(1), spec.planners, problems.values(), Path.cwd(), probe, self.conditions.grasps
-            )
-            with ray_pool(self.ray, self.workers, luggage, _say) as pool:
-                facts = pool.facts()
-                _say(f"Ray: {facts['cpus']} CPUs on {len(facts['machines'])} machine(s).")
-                yield pool, cache, {"workers": self.workers or facts["cpus"], "ray": facts}
+        with ray_pool(self.ray, self._limits(self.workers), spec, problems) as pool:
+            facts = pool.facts()
+            _say(f"Ray: {facts['cpus']} CPUs on {len(facts['machines'])} machine(s).")
+            yield pool, {"workers": self.workers or facts["cpus"], "ray": facts}
 
     def _backend(self) -> Backend:
         import os

@@ -115,6 +115,8 @@ def load_object_directory(directory: Path | str, trusted: bool = False) -> Objec
     """The object in a directory. What only a stranger's can be is not looked for in a trusted one, which takes half as
     long. Raises InputError naming file, field and remedy."""
     directory = Path(directory)
+    if trusted:  # some installers link the files of a package, and links are refused below
+        directory = (directory / OBJECT_FILE).resolve().parent
     entry = _trusted_entry(directory) if trusted else read_entry(directory)
     arrays = read_arrays(directory / GEOMETRY_FILE, _specs(entry), MAX_GEOMETRY_BYTES, "an object's geometry")
     pieces = tuple(_piece(i, p, arrays) for i, p in enumerate(entry.pieces))

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from torc.benchmark.measures import COST, DROP_FREE, SUCCESS
-from torc.benchmark.paper import paper_result
+from torc.benchmark.paper import paper_success
+from torc.benchmark.report.content import CATEGORIES
 from torc.benchmark.report.drawing import (
     GREY,
     INK,
@@ -33,7 +34,38 @@ from torc.benchmark.rows import Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_CATEGORIES = ("structured", "unstructured")
+_WORDS = {
+    "success": (
+        "Success (the paper's figure 9, left)",
+        "Share of trials in which the target was retrieved. Coloured: with no drop; grey, hatched: with drops. Lines: "
+        "95 % intervals. Diamonds: the paper's values, upper one for all successes, lower one for those with no drop.",
+    ),
+    "picks": (
+        "Picks required (the paper's figure 9, right)",
+        "Picks of every completed trial, failed attempts included. Box: quartiles and median. Diamonds: the paper's "
+        "medians.",
+    ),
+    "drops": (
+        "Objects dropped (the paper's figure 10, left)",
+        "Objects other than the target that fell off the table, of every completed trial. Diamonds: the paper's "
+        "medians.",
+    ),
+    "decision_time": (
+        "Decision time (the paper's figure 10, right)",
+        "Wall time of every decision on a logarithmic scale (0.1 ms is the least that is shown). Diamonds: the paper's "
+        "medians, on other machines.",
+    ),
+    "categories": (
+        "Structured against unstructured scenes",
+        "Left: share of trials with the target retrieved. Right: picks to retrieval. Lines: 95 % intervals.",
+    ),
+    "problems": (
+        "Every problem",
+        "A row per problem. Left: share of trials with the target retrieved (in brackets the paper's, for its own "
+        "problems). Right: mean picks to retrieval. Yellow is good, dark blue is bad.",
+    ),
+}
+"""Title and text of each figure."""
 
 
 @dataclass(frozen=True)
@@ -69,17 +101,15 @@ def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
     shown = [p for p in planners if table.completed(p)]
     if not shown:
         return []
-    figures = [
-        ("success", "Success (the paper's figure 9, left)", _success_text, _success),
-        ("picks", "Picks required (the paper's figure 9, right)", _picks_text, _picks),
-        ("drops", "Objects dropped (the paper's figure 10, left)", _drops_text, _drops),
-        ("decision_time", "Decision time (the paper's figure 10, right)", _time_text, _decision_time),
-        ("categories", "Structured against unstructured scenes", _categories_text, _categories),
-        ("problems", "Every problem", _problems_text, _problems),
-    ]
-    return [
-        Picture(name, title, text(), *_drawn(name, draw, table, shown)) for name, title, text, draw in figures
-    ]
+    draws = {
+        "success": _success,
+        "picks": _picks,
+        "drops": _drops,
+        "decision_time": _decision_time,
+        "categories": _categories,
+        "problems": _problems,
+    }
+    return [Picture(name, *_WORDS[name], *_drawn(name, draw, table, shown)) for name, draw in draws.items()]
 
 
 def _drawn(
@@ -129,33 +159,12 @@ def _success(table: Table, planners: list[str]) -> Figure:
     return figure
 
 
-def _success_text() -> str:
-    return (
-        "Share of trials in which the target was retrieved. Coloured: with no drop; grey, hatched: with drops. Lines: "
-        "95 % intervals. Diamonds: the paper's values, upper one for all successes, lower one for those with no drop."
-    )
-
-
 def _picks(table: Table, planners: list[str]) -> Figure:
     return boxes(table, planners, lambda r: [r.picks], lambda m: [m.picks], "picks per trial")
 
 
-def _picks_text() -> str:
-    return (
-        "Picks of every completed trial, failed attempts included. Box: quartiles and median. Diamonds: the paper's "
-        "medians."
-    )
-
-
 def _drops(table: Table, planners: list[str]) -> Figure:
     return boxes(table, planners, lambda r: [r.drops], lambda m: [m.drops], "objects dropped per trial")
-
-
-def _drops_text() -> str:
-    return (
-        "Objects other than the target that fell off the table, of every completed trial. Diamonds: the paper's "
-        "medians."
-    )
 
 
 def _decision_time(table: Table, planners: list[str]) -> Figure:
@@ -170,17 +179,10 @@ def _decision_time(table: Table, planners: list[str]) -> Figure:
     return figure
 
 
-def _time_text() -> str:
-    return (
-        "Wall time of every decision on a logarithmic scale (0.1 ms is the least that is shown). Diamonds: the paper's "
-        "medians, on other machines."
-    )
-
-
 def _categories(table: Table, planners: list[str]) -> Figure:
     figure, all_axes = new_figure(max(8.4, 3.0 + 1.7 * len(planners)), 3.8, 2)
     for axes, measure in zip(all_axes, (SUCCESS, COST)):
-        for k, (category, marker) in enumerate(zip(_CATEGORIES, ("s", "o"))):
+        for k, (category, marker) in enumerate(zip(CATEGORIES, ("s", "o"))):
             for i, planner in enumerate(planners):
                 found = measure.of(table.completed(planner, category))
                 if found.count:
@@ -195,12 +197,6 @@ def _categories(table: Table, planners: list[str]) -> Figure:
     return figure
 
 
-def _categories_text() -> str:
-    return (
-        "Left: share of trials with the target retrieved. Right: picks to retrieval. Lines: 95 % intervals."
-    )
-
-
 def _problems(table: Table, planners: list[str]) -> Figure:
     problems = table.problems
     figure, all_axes = new_figure(max(7.0, 3.4 + 1.5 * len(planners)), 1.8 + 0.27 * len(problems), 2)
@@ -213,18 +209,11 @@ def _problems(table: Table, planners: list[str]) -> Figure:
             if rows:
                 success[i, j] = np.mean([r.retrieved for r in rows])
                 cost[i, j] = np.mean([r.cost for r in rows])
-                published = paper_result(problem, planner)
-                words[i][j] = f" ({published.success:.2f})" if published else ""
+                published = paper_success(problem, planner)
+                words[i][j] = "" if published is None else f" ({published:.2f})"
     budget = max(r.max_picks for r in table.rows)
     heat_map(all_axes[0], success, planners, "share retrieved", "cividis", (0, 1), 2, words)
     heat_map(all_axes[1], cost, planners, "picks to retrieval", "cividis_r", (1, budget), 1)
     all_axes[0].set_yticks(range(len(problems)), problems)
     all_axes[1].set_yticks([])
     return figure
-
-
-def _problems_text() -> str:
-    return (
-        "A row per problem. Left: share of trials with the target retrieved (in brackets the paper's, for its own "
-        "problems). Right: mean picks to retrieval. Yellow is good, dark blue is bad."
-    )
