@@ -110,7 +110,7 @@ def test_no_modules_import_each_other_in_a_circle():
         ("networkx", ""),
         ("coal", ""),
         ("toppra", "motion"),
-        ("mapbox_earcut", "scenes"),
+        ("trimesh", "scenes"),
         ("coacd", "scenes"),
         ("fast_simplification", "scenes"),
         ("google", "vlm"),
@@ -128,7 +128,7 @@ def test_extras_are_imported_only_where_they_are_used(library, package):
 
 
 def test_importing_the_importer_needs_none_of_its_libraries():
-    libraries = {"mapbox_earcut", "coacd", "fast_simplification"}
+    libraries = {"trimesh", "coacd", "fast_simplification"}
     probe = f"import sys, torc.scenes.importing; print({libraries} & set(sys.modules))"
     out = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
     assert out.strip() == "set()"

@@ -11,7 +11,7 @@ from torc.scenes.object_files import ObjectSource
 from torc.scenes.object_schema import MAX_SIZE_M, MIN_SIZE_M
 
 
-def read_plain_mesh(path: Path | str, options: MeshOptions | None = None, say: object = None) -> MeshImport:
+def read_plain_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImport:
     """Like `torc.scenes.importing.read_mesh`, for OBJ and ASCII PLY files of one convex body; never turned."""
     path, options = Path(path), options or MeshOptions()
     vertices, faces = (_read_obj if path.suffix == ".obj" else _read_ply)(path.read_text())

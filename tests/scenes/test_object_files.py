@@ -184,14 +184,14 @@ def _header(shape: str, descr: str = "<f8") -> bytes:
     [
         ("visual_0_vertices.npy", _npy(np.array([[1.0, 2.0, np.nan]])), "not finite"),
         ("visual_0_uv.npy", _npy(np.array([[1.0, 1e300]])), r"beyond 1e\+30"),
-        ("visual_0_vertices.npy", _npy(np.array([{"a": 1}], dtype=object)), "need kind 'f'"),
+        ("visual_0_vertices.npy", _npy(np.array([{"a": 1}], dtype=object)), "allow_pickle=False"),
         ("visual_0_vertices.npy", _npy(np.zeros((3, 2))), "rows of 3"),
         ("visual_0_vertices.npy", _npy(np.zeros((0, 3))), "rows of 3"),
-        ("visual_0_vertices.npy", _header("(100000000000, 3)"), "rows of 3"),
-        ("visual_0_vertices.npy", _header("(50, 3)") + b"\0" * 8, "cut off"),
-        ("visual_0_vertices.npy", _header("(((((((("), "no plain array"),
-        ("visual_0_vertices.npy", b"\x93NUMPY\x03\x00" + b"\0" * 200, "no plain array"),
-        ("visual_0_vertices.npy", b"nothing", "no plain array"),
+        ("visual_0_vertices.npy", _header("(100000000000, 3)"), r"not a readable \.npz"),
+        ("visual_0_vertices.npy", _header("(50, 3)") + b"\0" * 8, r"not a readable \.npz"),
+        ("visual_0_vertices.npy", _header("(((((((("), r"not a readable \.npz"),
+        ("visual_0_vertices.npy", b"\x93NUMPY\x03\x00" + b"\0" * 200, r"not a readable \.npz"),
+        ("visual_0_vertices.npy", b"nothing", "is no array"),
         ("visual_0_faces.npy", _npy(np.array([[0, 1, 10**6]])), "points beyond"),
         ("visual_0_faces.npy", _npy(np.array([[0, 1, -1]])), "no indices"),
         ("visual_0_uv.npy", _npy(np.zeros((5, 2))), "one row per vertex"),
@@ -211,9 +211,9 @@ def test_an_array_that_unpacks_to_gigabytes_is_refused(box: Path) -> None:
     members = _members(box / "geometry.npz")
     with zipfile.ZipFile(box / "geometry.npz", "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in members.items():
-            archive.writestr(name, b"\0" * 30_000_000 if name == "visual_0_vertices.npy" else data)
+            archive.writestr(name, b"\0" * 51_000_000 if name == "visual_0_vertices.npy" else data)
     assert (box / "geometry.npz").stat().st_size < 200_000
-    with pytest.raises(InputError, match="unpacks to 30000000 bytes"):
+    with pytest.raises(InputError, match=r"unpacks to 51\d+ bytes in all; at most"):
         load_object_directory(box)
 
 

@@ -12,7 +12,6 @@ from torc.robots.description import GripperDescription, RobotDescription
 from torc.scenes.library import load_object
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import Problem
-from torc.scenes.scene_limits import load_models
 from torc.scenes.workspace import Workspace
 from torc.sim.spec import COLLISION_GROUP, WorldConfig, build_spec, object_body_name
 
@@ -92,7 +91,7 @@ def build_floating(
         InputError: MuJoCo does not accept the world.
     """
     config = CarrierConfig() if carrier is None else carrier
-    models = load_models((placement.model for placement in problem.ordered()), load_model)
+    models = tuple(load_model(placement.model) for placement in problem.ordered())
     spec = build_spec(problem, models, None, workspace, WorldConfig())
     spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     _strip_visuals(spec)

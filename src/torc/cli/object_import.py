@@ -167,7 +167,8 @@ class ImportCommand:
         from torc.sim.object_check import check_object
 
         check_name(options.name_for(path), self.library, self.overwrite)
-        found = read_mesh(path, options, say=lambda step: self._say(f"{start}: {step} ..."))
+        self._say(f"{start}: reading ...")
+        found = read_mesh(path, options)
         notes = list(found.notes)
         if not check_object(found.model).stands:
             notes.append("It does not stay where it is set down: expect it to roll or to fall over.")

@@ -1,4 +1,4 @@
-"""Files and arrays from strangers: nothing is allocated before its size is known to be allowed."""
+"""Files and arrays from strangers: plain, no pickle, and no larger than they may be."""
 
 import io
 import os
@@ -14,10 +14,19 @@ import numpy as np
 
 from torc.errors import InputError
 
-_MAX_MEMBERS, _MEMBER_SIGNATURE = 2000, b"PK\1\2"
-"""Where an archive lists its contents, every entry starts so."""
-_NPY_HEADER_BYTES = 128
-"""What numpy writes before the data of a plain array; longer headers belong to records, which are refused."""
+_UNREADABLE = (
+    zipfile.BadZipFile,
+    zlib.error,
+    tokenize.TokenError,
+    EOFError,
+    OSError,
+    ValueError,
+    SyntaxError,
+    NotImplementedError,
+    RuntimeError,
+    MemoryError,
+)
+"""What numpy and zipfile raise for damaged files."""
 _MAX_NUMBER = 1e30
 """Larger ones do not fit the single precision of physics and pictures."""
 
@@ -78,67 +87,38 @@ def read_arrays(
             shapes or values.
     """
     data = read_bytes(path, max_bytes, what)
-    # Counted before zipfile reads the list, which takes seconds if the file holds little else.
-    count = data.count(_MEMBER_SIGNATURE)
-    if count > _MAX_MEMBERS:
-        raise InputError(
-            f"{path} is no plain file of arrays: it lists {count} members; at most {_MAX_MEMBERS} are allowed. "
-            "Write it with numpy.savez_compressed."
-        )
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            members = {m.filename.removesuffix(".npy"): m for m in archive.infolist()}
-            if set(members) != set(specs):
-                odd = [name[:80] for name in sorted(set(members) ^ set(specs))[:4]]
+            unpacked = sum(member.file_size for member in archive.infolist())
+        if unpacked > max_bytes:
+            raise InputError(
+                f"{path} unpacks to {unpacked} bytes in all; at most {max_bytes} are allowed for {what}."
+            )
+        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+            odd = sorted(set(arrays.files) ^ set(specs))
+            if odd:
                 raise InputError(
-                    f"{path} does not hold the arrays it should; missing or not expected: {', '.join(odd)}."
+                    f"{path} does not hold the arrays it should; missing or not expected: {', '.join(odd[:4])[:320]}."
                 )
-            unpacked = sum(m.file_size for m in members.values())  # no more is unpacked, true or not
-            if unpacked > max_bytes:
-                raise InputError(
-                    f"{path} unpacks to {unpacked} bytes in all; at most {max_bytes} are allowed for {what}."
-                )
-            return {name: _read_array(archive, members[name], spec, path) for name, spec in specs.items()}
-    except (zipfile.BadZipFile, EOFError, OSError, zlib.error, NotImplementedError, RuntimeError) as error:
+            return {
+                name: _checked(arrays[name], spec, f"{path}, array {name}") for name, spec in specs.items()
+            }
+    except _UNREADABLE as error:
         raise InputError(f"{path} is not a readable .npz file: {error}.") from None
 
 
-def _read_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, spec: ArraySpec, path: Path) -> np.ndarray:
-    where = f"{path}, array {member.filename}"
-    limit = _NPY_HEADER_BYTES + 8 * spec.columns * spec.max_rows
-    if member.file_size > limit:
-        raise InputError(
-            f"{where} unpacks to {member.file_size} bytes; at most {spec.max_rows} rows are allowed."
-        )
-    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise InputError(
-            f"{where} is packed in a way that is not read here. Write it with numpy.savez_compressed."
-        )
-    with archive.open(member) as stream:
-        content = stream.read(limit)
-    buffer = io.BytesIO(content)
-    try:
-        version = np.lib.format.read_magic(buffer)
-        if version != (1, 0):
-            raise ValueError(f"version {version} of the array format; need (1, 0)")
-        shape, fortran, dtype = np.lib.format.read_array_header_1_0(buffer)
-    except (ValueError, SyntaxError, EOFError, RecursionError, MemoryError, tokenize.TokenError) as error:
-        raise InputError(f"{where} is no plain array: {error}.") from None
-    wide = dtype.itemsize <= 8 and dtype.kind == spec.kind and dtype.isnative
+def _checked(array: np.ndarray, spec: ArraySpec, where: str) -> np.ndarray:
+    """The array as float64 or int32. Raises InputError if it is not what it should be."""
     if (
-        fortran
-        or not wide
-        or len(shape) != 2
-        or shape[1] != spec.columns
-        or not 0 < shape[0] <= spec.max_rows
+        not isinstance(array, np.ndarray)  # whatever has no header of an array comes as bytes
+        or array.dtype.kind != spec.kind
+        or array.shape[1:] != (spec.columns,)
+        or not 0 < len(array) <= spec.max_rows
     ):
+        is_ = f"{array.dtype} {array.shape}" if isinstance(array, np.ndarray) else "no array"
         raise InputError(
-            f"{where} is {dtype} {shape}; need kind '{spec.kind}', 1 to {spec.max_rows} rows of {spec.columns}."
+            f"{where} is {is_}; need kind '{spec.kind}', 1 to {spec.max_rows} rows of {spec.columns}."
         )
-    body = content[buffer.tell() :]
-    if len(body) != shape[0] * shape[1] * dtype.itemsize:
-        raise InputError(f"{where} is cut off: {len(body)} bytes for {dtype} {shape}.")
-    array = np.frombuffer(body, dtype).reshape(shape)
     if spec.kind == "i":
         if array.min() < 0 or array.max() >= 2**31:
             raise InputError(f"{where} holds numbers that are no indices.")

@@ -13,7 +13,6 @@ from torc.scenes.library import load_object
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import ObjectPlacement, Problem
 from torc.scenes.problem_file import Category
-from torc.scenes.scene_limits import load_models
 from torc.scenes.workspace import Workspace
 from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import COARSE, DumpConfig, SettleConfig, dump, settle_problem, with_poses_of
@@ -163,7 +162,7 @@ def _arrange(
     config: ClutterConfig,
 ) -> Problem | Reason:
     """Settled for a first time; objects may have left the table."""
-    loaded = load_models(models)
+    loaded = [load_object(model) for model in models]
     if category == "unstructured":
         scene = _scene(category, drop_arrangement(models, rng))
         walls = _shrunk(config.walls_m, sum(map(_mean_shadow_m2, loaded)) / config.heap)

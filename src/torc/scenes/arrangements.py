@@ -12,10 +12,10 @@ from jaxtyping import Float
 from torc.errors import InputError
 from torc.geometry.transforms import rotation_about
 from torc.scenes.footprints import DIRECTIONS, LIE_ON_BACK, Footprint, directions, fits_on, footprint, gaps
+from torc.scenes.library import load_object
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import ObjectPlacement
 from torc.scenes.sampling import placement_names
-from torc.scenes.scene_limits import load_models
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]
 
@@ -61,11 +61,11 @@ def structured_arrangement(
 ) -> list[ObjectPlacement]:
     """Objects in natural poses, tightly packed, in the order of `names`.
 
-    Raises InputError if they do not fit into the region or are too large together, UnknownNameError for an unknown
+    Raises InputError if they do not fit into the region UnknownNameError for an unknown
     model.
     """
     config = config or StructuredConfig()
-    models = list(load_models(names))
+    models = [load_object(name) for name in names]
     for _ in range(config.restarts):
         packing = _Packing(models, rng, config)
         if packing.run():

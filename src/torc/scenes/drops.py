@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from torc.scenes.library import load_object
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import ObjectPlacement
 from torc.scenes.sampling import placement_names
-from torc.scenes.scene_limits import load_models
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,10 @@ def drop_arrangement(
     """Objects in random orientations, hanging above the table at staggered heights, in the order of `names`.
 
     No two overlap (bounding spheres), so the simulator can let all of them fall at once between walls around the
-    rectangle. Raises UnknownNameError for an unknown model, InputError for models that are too large together.
+    rectangle. Raises UnknownNameError for an unknown model.
     """
     config = config or DropConfig()
-    models = load_models(names)
+    models = [load_object(name) for name in names]
     radii = np.array([bounding_radius(m) for m in models])
     positions = np.zeros((len(models), 3))
     placed: list[int] = []

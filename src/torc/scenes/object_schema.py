@@ -27,9 +27,7 @@ MAX_VISUALS = 64
 MAX_FACES = 200_000
 MAX_VERTICES = 600_000
 MAX_TEXTURE_PX = 2048
-"""A side; ..."""
-MAX_TEXTURE_PIXELS = 4 * MAX_TEXTURE_PX**2
-"""... and of all textures of an object together."""
+"""A side."""
 MIN_SIZE_M, MAX_SIZE_M = 0.003, 1.0
 """Edge lengths of the bounding box: thinner things slip through contacts, larger ones do not fit the table."""
 MIN_MASS_KG, MAX_MASS_KG = 0.001, 30.0

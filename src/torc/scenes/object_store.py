@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import os
 import re
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-from torc.scenes.model_cache import ModelCache
 
 if TYPE_CHECKING:
     from torc.scenes.models import ObjectModel
@@ -21,8 +20,6 @@ SHIPPED_OBJECTS = Path(__file__).parent / "data" / "objects"
 ENVIRONMENT_VARIABLE = "TORC_OBJECTS"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}")
 _FILES = ("object.yaml", "geometry.npz")
-_LOADED = ModelCache(2**30)
-"""Enough for any scene that is allowed."""
 
 
 def store_directories() -> tuple[Path, ...]:
@@ -60,8 +57,7 @@ def find_stored(name: str) -> Path | None:
 
 
 def load_stored(directory: Path) -> ObjectModel:
-    """The object in a directory of a store; read once while its files are the same and memory lasts. Raises
-    InputError."""
+    """The object in a directory of a store; read once while its files are the same. Raises InputError."""
     stamps = []
     for file in _FILES:
         try:
@@ -69,11 +65,11 @@ def load_stored(directory: Path) -> ObjectModel:
             stamps.append((facts.st_ino, facts.st_mtime_ns, facts.st_size))
         except OSError:
             stamps.append((0, 0, 0))  # reading it says what is wrong
-    place = directory.absolute()
-    return _LOADED.get((place, *stamps), lambda: _load(place))
+    return _load(directory.absolute(), tuple(stamps))
 
 
-def _load(directory: Path) -> ObjectModel:
+@lru_cache(maxsize=128)
+def _load(directory: Path, stamps: tuple[tuple[int, int, int], ...]) -> ObjectModel:
     from torc.scenes.object_files import load_object_directory
 
     return load_object_directory(directory, trusted=directory.parent == SHIPPED_OBJECTS)

@@ -1,5 +1,8 @@
-"""Surfaces as arrays, entries and textures: how object files, and what is read out of mesh files, store them."""
+"""Surfaces as arrays, entries and textures: how object files store them."""
 
+import io
+import warnings
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,19 +12,19 @@ from jaxtyping import UInt8
 from PIL import Image
 
 from torc.errors import InputError
-from torc.files.reading import ArraySpec
-from torc.files.strict_png import read_png
+from torc.files.reading import ArraySpec, read_bytes
 from torc.scenes.models import VisualMesh
-from torc.scenes.object_schema import (
-    MAX_FACES,
-    MAX_TEXTURE_PIXELS,
-    MAX_TEXTURE_PX,
-    MAX_VERTICES,
-    VisualEntry,
-)
+from torc.scenes.object_schema import MAX_FACES, MAX_TEXTURE_PX, MAX_VERTICES, VisualEntry
 
-MAX_PNG_BYTES = 64 * 2**20
-"""Of all textures of an object."""
+MAX_PNG_BYTES = 32 * 2**20
+_UNREADABLE = (
+    Image.DecompressionBombError,
+    Image.DecompressionBombWarning,
+    OSError,  # PIL's "unidentified" and "truncated" too
+    SyntaxError,
+    ValueError,
+    zlib.error,
+)
 
 
 def visual_arrays(visuals: Sequence[VisualMesh]) -> dict[str, np.ndarray]:
@@ -74,50 +77,42 @@ def read_visuals(
 ) -> tuple[VisualMesh, ...]:
     """The surfaces, with their textures out of `directory`. Raises InputError."""
     _check(entries, arrays, directory)
-    textures = _read_textures(entries, directory)
-    return tuple(_visual(i, entry, arrays, textures.get(i)) for i, entry in enumerate(entries))
+    return tuple(_visual(i, entry, arrays, directory) for i, entry in enumerate(entries))
 
 
 def _check(entries: Sequence[VisualEntry], arrays: Mapping[str, np.ndarray], directory: Path) -> None:
-    faces = vertices = 0
     for i, visual in enumerate(entries):
         count = len(arrays[f"visual_{i}_vertices"])
-        faces, vertices = faces + len(arrays[f"visual_{i}_faces"]), vertices + count
         if arrays[f"visual_{i}_faces"].max() >= count:
             raise InputError(f"{directory}: visual_{i}_faces points beyond the {count} vertices.")
         for key, wanted in (("uv", visual.uv), ("normals", visual.normals)):
             if wanted and len(arrays[f"visual_{i}_{key}"]) != count:
                 raise InputError(f"{directory}: visual_{i}_{key} must have one row per vertex.")
-    if faces > MAX_FACES or vertices > MAX_VERTICES:
-        raise InputError(
-            f"{directory}: {faces} triangles, {vertices} vertices; at most {MAX_FACES} and {MAX_VERTICES}."
-        )
 
 
-def _read_textures(entries: Sequence[VisualEntry], directory: Path) -> dict[int, UInt8[np.ndarray, "h w 3"]]:
-    """The textures by the number of their surface. None is unpacked before the sizes of all are known."""
-    packed, left = {}, MAX_PNG_BYTES
-    for i, entry in enumerate(entries):
-        if entry.texture is not None:
-            packed[i] = read_png(directory / entry.texture, MAX_TEXTURE_PX, left, "a texture")
-            left -= len(packed[i].data)
-    pixels = sum(png.pixels for png in packed.values())
-    if pixels > MAX_TEXTURE_PIXELS:
-        raise InputError(
-            f"{directory}: its {len(packed)} textures have {pixels} pixels in all; at most {MAX_TEXTURE_PIXELS} are "
-            "allowed. Scale them down, or import the mesh again."
-        )
-    return {i: png.unpack() for i, png in packed.items()}
+def _texture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
+    """A PNG's colours, transparency dropped. Raises InputError."""
+    data = read_bytes(path, MAX_PNG_BYTES, "a texture")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(io.BytesIO(data), formats=("PNG",)) as image:
+                if max(image.size) > MAX_TEXTURE_PX:
+                    raise InputError(
+                        f"{path} is {image.width}x{image.height} pixels; at most {MAX_TEXTURE_PX} a side are allowed. "
+                        "Scale it down."
+                    )
+                return np.array(image.convert("RGB"))
+    except _UNREADABLE as error:
+        raise InputError(f"{path} is no readable picture (PNG): {error}. Save it anew as a PNG.") from None
 
 
-def _visual(
-    i: int, entry: VisualEntry, arrays: Mapping[str, np.ndarray], texture: UInt8[np.ndarray, "h w 3"] | None
-) -> VisualMesh:
+def _visual(i: int, entry: VisualEntry, arrays: Mapping[str, np.ndarray], directory: Path) -> VisualMesh:
     return VisualMesh(
         arrays[f"visual_{i}_vertices"],
         arrays[f"visual_{i}_faces"],
         arrays.get(f"visual_{i}_uv"),
-        texture,
+        None if entry.texture is None else _texture(directory / entry.texture),
         entry.rgba,
         arrays.get(f"visual_{i}_normals"),
     )

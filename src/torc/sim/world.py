@@ -14,7 +14,6 @@ from torc.robots.mujoco_log import warnings_in_the_log
 from torc.scenes.library import load_object
 from torc.scenes.models import ObjectModel
 from torc.scenes.problem import Problem
-from torc.scenes.scene_limits import load_models
 from torc.scenes.workspace import Box, Workspace
 from torc.sim.sleeping import wake_all
 from torc.sim.spec import WorldConfig, build_spec, object_body_name
@@ -213,13 +212,13 @@ def build_world(
         load_model: finds the model of a name; the object library by default.
 
     Raises:
-        InputError: too many objects, too large ones together, or a model that MuJoCo does not accept.
+        InputError: too many objects, or a model that MuJoCo does not accept.
     """
     if len(problem.ordered()) > MAX_OBJECTS:
         raise InputError(
             f"{problem.name}: {len(problem.ordered())} objects; at most {MAX_OBJECTS} are possible."
         )
-    models = load_models((placement.model for placement in problem.ordered()), load_model)
+    models = tuple(load_model(placement.model) for placement in problem.ordered())
     try:
         with warnings_in_the_log():
             spec = build_spec(problem, models, robot, workspace, config or WorldConfig(), extra)

@@ -2,17 +2,24 @@
 
 import numpy as np
 import pytest
-from mesh_files import box, revolved
+from mesh_files import SIZE, revolved
+from trimesh.creation import box as solid_box
 
 from torc.geometry.transforms import rotation_about
 from torc.scenes.importing.resting import center_of_mass, is_round, resting_rotation
 
-BOX = box((0.06, 0.16, 0.21))[0]
+
+def box(size: tuple[float, float, float], at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+    """The corners of a box about a place."""
+    return solid_box(size).vertices + np.array(at)
+
+
+BOX = box(SIZE)
 BALL = revolved(
     [(0.0, -0.04), *((0.04 * np.cos(a), 0.04 * np.sin(a)) for a in np.linspace(-1.4, 1.4, 15)), (0.0, 0.04)]
-)[0]
-CAN = revolved([(0.0, 0.0), (0.033, 0.0), (0.033, 0.1), (0.0, 0.1)], 32)[0]
-CONE = revolved([(0.0, 0.0), (0.04, 0.1), (0.0, 0.1)], 32)[0]
+).vertices
+CAN = revolved([(0.0, 0.0), (0.033, 0.0), (0.033, 0.1), (0.0, 0.1)], 32).vertices
+CONE = revolved([(0.0, 0.0), (0.04, 0.1), (0.0, 0.1)], 32).vertices
 """On its tip."""
 
 
@@ -39,8 +46,8 @@ def test_a_cone_does_not_stand_on_its_tip() -> None:
 
 def test_the_weight_decides() -> None:
     """A lamp: upright as long as its foot reaches far enough."""
-    pole = box((0.02, 0.02, 0.3))[0] + (0.0, 0.0, 0.15)
-    foot, head = box((0.1, 0.1, 0.02))[0], box((0.08, 0.08, 0.06))[0]
+    pole = box((0.02, 0.02, 0.3), (0.0, 0.0, 0.15))
+    foot, head = box((0.1, 0.1, 0.02)), box((0.08, 0.08, 0.06))
     above, over = np.array([0.0, 0.0, 0.3]), np.array([0.09, 0.0, 0.3])
     np.testing.assert_allclose(resting_rotation([pole, foot, head + above]), np.eye(3))
     assert not np.allclose(resting_rotation([pole, foot, head + over]), np.eye(3), atol=0.1)
@@ -48,10 +55,10 @@ def test_the_weight_decides() -> None:
 
 def test_an_uneven_underside_still_bears() -> None:
     feet = [
-        box((0.02, 0.02, 0.05))[0] + (x, y, z)
+        box((0.02, 0.02, 0.05), (x, y, z))
         for (x, y), z in zip([(0, 0), (0.08, 0), (0, 0.08), (0.08, 0.08)], (0, 1e-4, 2e-4, 4e-4))
     ]
-    R = resting_rotation([*feet, box((0.1, 0.1, 0.02))[0] + (0.04, 0.04, 0.03)])
+    R = resting_rotation([*feet, box((0.1, 0.1, 0.02), (0.04, 0.04, 0.03))])
     assert np.arccos(R[2, 2]) < 0.02
 
 
@@ -68,5 +75,5 @@ def test_round_things_are_round(points: np.ndarray, round_: bool) -> None:
 
 def test_a_hexagon_and_a_triangle_do_not_count_as_round() -> None:
     for corners in (3, 5, 6):
-        prism = revolved([(0.0, 0.0), (0.03, 0.0), (0.03, 0.1), (0.0, 0.1)], corners)[0]
+        prism = revolved([(0.0, 0.0), (0.03, 0.0), (0.03, 0.1), (0.0, 0.1)], corners).vertices
         assert not is_round([prism])

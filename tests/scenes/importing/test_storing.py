@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from mesh_files import box, write_obj, write_stl
+from mesh_files import SIZE, box
 
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint
@@ -110,13 +110,12 @@ def test_an_object_stands_for_one_of_several_copies(object_store: Path, tmp_path
 
 
 def test_meshes_are_found_once_with_distinct_names(tmp_path: Path) -> None:
-    vertices, faces = box((0.1, 0.1, 0.1))
     root = tmp_path / "meshes"
     for folder in ("003_cracker_box/google_16k", "004_sugar_box/google_16k"):
         (root / folder).mkdir(parents=True)
-        write_obj(root / folder / "textured.obj", vertices, faces)
-        write_stl(root / folder / "textured.stl", vertices, faces)
-    write_stl(root / "Mug.STL", vertices, faces)
+        box(SIZE).export(root / folder / "textured.obj")
+        box(SIZE).export(root / folder / "textured.stl")
+    box(SIZE).export(root / "Mug.STL")
     (root / "readme.txt").write_text("")
     (tmp_path / "outside.stl").write_bytes(b"")
     (root / "link.stl").symlink_to(tmp_path / "outside.stl")

@@ -90,17 +90,12 @@ def _run(command: list[str], directory: Path, timeout_s: float) -> int | None:
             return child.wait(timeout_s)
         except subprocess.TimeoutExpired:
             return None
-        finally:
-            _kill(child)
-
-
-def _kill(child: subprocess.Popen[bytes]) -> None:
-    """Ends the child and whatever it started."""
-    if hasattr(os, "killpg"):
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(child.pid, signal.SIGKILL)
-    child.kill()
-    child.wait()
+        finally:  # it ends, and whatever it started
+            if hasattr(os, "killpg"):
+                with contextlib.suppress(ProcessLookupError, PermissionError):
+                    os.killpg(child.pid, signal.SIGKILL)
+            child.kill()
+            child.wait()
 
 
 def _read_answer(path: Path) -> dict[str, Any] | None:
@@ -114,11 +109,9 @@ def _read_answer(path: Path) -> dict[str, Any] | None:
 
 
 def _death(code: int | None) -> str:
-    if code is not None and code < 0:
-        try:
-            return f"the process was ended by {signal.Signals(-code).name}"
-        except ValueError:
-            return f"the process was ended by signal {-code}"
+    signals = {-s.value: s.name for s in signal.Signals}
+    if code in signals:
+        return f"the process was ended by {signals[code]}"
     return f"the process ended with code {code} and no answer"
 
 

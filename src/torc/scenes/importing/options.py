@@ -12,7 +12,6 @@ from torc.scenes.object_schema import (
     MAX_DESCRIPTION,
     MAX_FRICTION,
     MAX_MASS_KG,
-    MAX_PIECE_VERTICES,
     MAX_PIECES,
     MAX_TEXTURE_PX,
     MIN_FRICTION,
@@ -46,11 +45,8 @@ class MeshOptions:
         max_pieces: upper limit of convex contact pieces.
         concavity: how deep a hollow may be that the contact pieces ignore, relative to the object's size (CoACD's
             threshold); smaller gives more pieces.
-        max_piece_vertices: corners of a contact piece ...
-        max_contact_vertices: ... and of all together; more make contacts slow.
-        read_limit_s: after this much computing, reading is given up.
-        decompose_limit_s: after this much computing, the decomposition is given up and the convex hull is taken.
-        memory_bytes: address space of a child process.
+        limit_s: after this much computing, reading is given up; or the decomposition, and the convex hull is taken.
+        memory_bytes: address space of the child process.
     """
 
     name: str | None = None
@@ -69,10 +65,7 @@ class MeshOptions:
     texture_px: int = 1024
     max_pieces: int = 24
     concavity: float = 0.05
-    max_piece_vertices: int = 160
-    max_contact_vertices: int = 1536
-    read_limit_s: float = 120.0
-    decompose_limit_s: float = 180.0
+    limit_s: float = 300.0
     memory_bytes: int = 6 * 2**30
 
     def __post_init__(self) -> None:
@@ -85,8 +78,6 @@ class MeshOptions:
         _between("texture_px", self.texture_px, 16, MAX_TEXTURE_PX)
         _between("max_pieces", self.max_pieces, 1, MAX_PIECES)
         _between("concavity", self.concavity, 0.01, 1.0)
-        _between("max_piece_vertices", self.max_piece_vertices, 8, MAX_PIECE_VERTICES)
-        _between("max_contact_vertices", self.max_contact_vertices, 8 * self.max_pieces, 10_000)
         words = self.description
         if words is not None and not (
             0 < len(words.strip()) <= len(words) <= MAX_DESCRIPTION and words.isprintable()

@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
+import trimesh
 from jaxtyping import Float
+from scipy.spatial import ConvexHull, QhullError
 
 from torc.geometry.transforms import rotation_about
 
@@ -39,11 +41,8 @@ def resting_rotation(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> Float[np.ndar
 
 def center_of_mass(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> Float[np.ndarray, "3"]:
     """Of the pieces together; where they overlap counts twice."""
-    total, moment = 0.0, np.zeros(3)
-    for hull in hulls:
-        volume, center = _volume_and_center(hull)
-        total, moment = total + volume, moment + volume * center
-    return np.asarray(moment / total)
+    solids = [trimesh.convex.convex_hull(hull) for hull in hulls]
+    return np.average([s.center_mass for s in solids], axis=0, weights=[s.volume for s in solids])
 
 
 def is_round(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> bool:
@@ -73,8 +72,6 @@ def _middle(points: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
 def _steady_faces(hulls: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Outward normals of the faces of the whole's convex hull on which it rests steadily."""
-    from scipy.spatial import ConvexHull
-
     points = np.concatenate(list(hulls))
     hull = ConvexHull(points)
     corners = points[hull.vertices]
@@ -96,8 +93,6 @@ def _steady_faces(hulls: Sequence[np.ndarray]) -> list[np.ndarray]:
 
 def _margin(base: np.ndarray, center: np.ndarray, normal: np.ndarray) -> float:
     """How far inside the base the centre stands, seen along the normal; negative outside."""
-    from scipy.spatial import ConvexHull, QhullError
-
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     u /= np.linalg.norm(u)
     plane = np.stack([u, np.cross(normal, u)], axis=1)
@@ -106,14 +101,3 @@ def _margin(base: np.ndarray, center: np.ndarray, normal: np.ndarray) -> float:
     except (QhullError, ValueError):
         return -1.0
     return float(-(edges[:, :2] @ (center @ plane) + edges[:, 2]).max())
-
-
-def _volume_and_center(points: np.ndarray) -> tuple[float, np.ndarray]:
-    """Of a convex hull, by tetrahedra from one of its points."""
-    from scipy.spatial import ConvexHull
-
-    hull = ConvexHull(points)
-    origin = points.mean(axis=0)
-    a, b, c = (points[hull.simplices[:, k]] - origin for k in range(3))
-    volumes = np.abs(np.einsum("nd,nd->n", a, np.cross(b, c))) / 6
-    return float(volumes.sum()), origin + (volumes[:, None] * (a + b + c) / 4).sum(axis=0) / volumes.sum()

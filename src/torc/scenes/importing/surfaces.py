@@ -1,17 +1,21 @@
-"""Surfaces as a mesh file has them, and their cleaning. numpy only."""
+"""Surfaces as a mesh file has them, and their cleaning."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+import trimesh
 from jaxtyping import Float, Int, UInt8
 
-from torc.scenes.importing.slivers import flat_faces
-from torc.scenes.models import Quat
+from torc.scenes.models import Quat, VisualMesh
 
 GREY: Quat = (0.72, 0.72, 0.74, 1.0)
 """Of meshes without colours."""
-_SHARP_COS = float(np.cos(np.deg2rad(40.0)))
-_MAX_FAN = 64
+_SHARP_RAD = float(np.deg2rad(40.0))
+_WELD_DIGITS = 6
+"""Corners that are the same to a micrometre are one."""
+_FLAT = 1e-6
+"""Area against the square of the longest edge: above the rounding of files in single precision, and of a thing of 0.3 m
+less than a micrometre."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,103 +37,63 @@ class Surface:
     rgba: Quat = GREY
     colours: UInt8[np.ndarray, "n 3"] | None = None
 
+    def only(self, faces: Int[np.ndarray, "k 3"]) -> "Surface":
+        """The surface with these faces, without vertices that they do not use."""
+        used, inverse = np.unique(faces, return_inverse=True)
+        return self.at(used, inverse.reshape(-1, 3))
 
-def coloured(surface: Surface, colours: UInt8[np.ndarray, "n 3"]) -> Surface:
-    """The surface with a colour per vertex; where they are all the same, it is the surface's."""
-    if len(colours) and (colours == colours[0]).all():
-        r, g, b = (float(c) / 255 for c in colours[0])
-        return replace(surface, rgba=(r, g, b, 1.0), colours=None)
-    return replace(surface, colours=colours)
+    def at(self, rows: Int[np.ndarray, "k"], faces: Int[np.ndarray, "l 3"]) -> "Surface":
+        """A surface of some of the vertices; the faces count those."""
+        return replace(
+            self,
+            vertices=self.vertices[rows],
+            faces=faces,
+            uv=None if self.uv is None else self.uv[rows],
+            colours=None if self.colours is None else self.colours[rows],
+        )
 
 
-def textured(surface: Surface, uv: Float[np.ndarray, "n 2"], texture: UInt8[np.ndarray, "h w 3"]) -> Surface:
-    """The surface with a texture; coordinates (v down) that are no numbers or absurd are made harmless."""
-    finite = np.where(np.isfinite(uv).all(axis=1)[:, None], uv, 0.0)
-    return replace(surface, uv=np.clip(finite, -1e3, 1e3), texture=texture)
-
-
-def with_sound_faces(surface: Surface) -> tuple[Surface, int]:
-    """The surface without faces that use corners which are not there or not finite, or are there twice, and without
-    unused vertices. Also how many faces were dropped."""
+def sound(surface: Surface) -> Surface:
+    """The surface without faces that use corners which are not there or not finite."""
     faces = surface.faces[((surface.faces >= 0) & (surface.faces < len(surface.vertices))).all(axis=1)]
-    faces = faces[np.isfinite(surface.vertices[faces]).all(axis=(1, 2))]
-    # Turned copies of a face start with the same corner after this; mirrored ones (a sheet with two sides) stay.
-    turn = (np.argmin(faces, axis=1)[:, None] + np.arange(3)) % 3 if len(faces) else np.zeros((0, 3), int)
-    _, first = np.unique(np.take_along_axis(faces, turn, axis=1), axis=0, return_index=True)
-    faces = faces[np.sort(first)]
-    return compact(replace(surface, faces=faces)), len(surface.faces) - len(faces)
+    return surface.only(faces[np.isfinite(surface.vertices[faces]).all(axis=(1, 2))])
 
 
 def with_area(surface: Surface) -> Surface:
-    """The surface without faces that have no area, and without unused vertices."""
-    return compact(replace(surface, faces=surface.faces[~flat_faces(surface.vertices, surface.faces)]))
+    """The surface without faces that have no area to speak of."""
+    corners = surface.vertices[surface.faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    return surface.only(surface.faces[area > _FLAT * edges.max(axis=1, initial=0.0) ** 2])
 
 
-def compact(surface: Surface) -> Surface:
-    """The surface without vertices that no face uses."""
-    used, inverse = np.unique(surface.faces, return_inverse=True)
-    return Surface(
-        surface.vertices[used],
-        inverse.reshape(-1, 3).astype(np.int64),
-        None if surface.uv is None else surface.uv[used],
-        surface.texture,
-        surface.rgba,
-        None if surface.colours is None else surface.colours[used],
-    )
+def welded(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> trimesh.Trimesh:
+    """One net where corners coincide; every triangle once, none with a corner twice. Flat ones stay: they close it."""
+    first, place = trimesh.grouping.unique_rows(vertices, digits=_WELD_DIGITS)
+    net = trimesh.Trimesh(vertices[first], place[faces], process=False)
+    net.update_faces(net.unique_faces() & (np.diff(np.sort(net.faces, axis=1), axis=1) > 0).all(axis=1))
+    net.remove_unreferenced_vertices()
+    return net
 
 
-def welded(
-    vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]
-) -> tuple[Float[np.ndarray, "k 3"], Int[np.ndarray, "l 3"]]:
-    """One closed net where corners coincide (to a millionth of the size); every triangle once, none degenerate."""
-    step = 1e-6 * max(float(np.ptp(vertices, axis=0).max()), 1e-9)
-    keys = np.round((vertices - vertices.min(axis=0)) / step).astype(np.int64)
-    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    net = inverse.reshape(-1)[faces]
-    net = net[(net[:, 0] != net[:, 1]) & (net[:, 1] != net[:, 2]) & (net[:, 2] != net[:, 0])]
-    _, once = np.unique(np.sort(net, axis=1), axis=0, return_index=True)
-    net = net[np.sort(once)]
-    used, renumbered = np.unique(net, return_inverse=True)
-    return vertices[first][used], renumbered.reshape(-1, 3).astype(np.int64)
-
-
-def with_normals(surface: Surface) -> tuple[Surface, Float[np.ndarray, "n 3"]]:
+def shaded(surface: Surface) -> VisualMesh:
     """The surface with vertices split at sharp edges (40 degrees), and a unit normal per vertex, smooth elsewhere."""
-    faces = surface.faces
-    corners = surface.vertices[faces]
+    first, place = trimesh.grouping.unique_rows(surface.vertices, digits=_WELD_DIGITS)
+    net = trimesh.Trimesh(surface.vertices[first], place[surface.faces], process=False)
+    smooth = net.face_adjacency[net.face_adjacency_angles < _SHARP_RAD]
+    patch = np.repeat(trimesh.graph.connected_component_labels(smooth, len(net.faces)), 3)
+    corners = surface.vertices[surface.faces]
     flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # length: twice the area
-    unit = flat / np.linalg.norm(flat, axis=1, keepdims=True)
-    step = 1e-6 * max(float(np.ptp(surface.vertices, axis=0).max()), 1e-9)
-    keys = np.round(corners.reshape(-1, 3) / step).astype(np.int64)
-    _, place = np.unique(keys, axis=0, return_inverse=True)
-    normals = _smooth(place.reshape(-1), np.repeat(flat, 3, axis=0), np.repeat(unit, 3, axis=0))
-    # Corners of the same vertex with the same normal become one vertex again.
-    rows = np.concatenate([faces.reshape(-1, 1), np.round(normals * 1e4)], axis=1).astype(np.int64)
-    _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    source = faces.reshape(-1)[first]
-    split = Surface(
-        surface.vertices[source],
-        inverse.reshape(-1, 3).astype(np.int64),
-        None if surface.uv is None else surface.uv[source],
-        surface.texture,
-        surface.rgba,
-        None if surface.colours is None else surface.colours[source],
+    around, total = surface.faces.ravel(), np.zeros((len(patch), 3))
+    _, meeting = np.unique(np.stack([place[around], patch], axis=1), axis=0, return_inverse=True)
+    np.add.at(total, meeting.ravel(), np.repeat(flat, 3, axis=0))
+    _, rows, inverse = np.unique(
+        np.stack([around, patch], axis=1), axis=0, return_index=True, return_inverse=True
     )
-    return split, normals[first]
-
-
-def _smooth(place: np.ndarray, flat: np.ndarray, unit: np.ndarray) -> np.ndarray:
-    """Per corner the mean, by area, of the normals around its place that differ little from its own."""
-    order = np.argsort(place, kind="stable")
-    starts = np.searchsorted(place[order], np.arange(place.max() + 2))
-    rank = np.empty(len(place), np.int64)
-    rank[order] = np.arange(len(place)) - starts[place[order]]
-    size = np.diff(starts)[place]
-    total = np.zeros_like(flat)
-    # Neighbour k places further round the same point; a fan of thousands of triangles is looked at in part.
-    for k in range(min(int(size.max()), _MAX_FAN)):
-        active = np.flatnonzero(k < size)
-        other = order[starts[place[active]] + (rank[active] + k) % size[active]]
-        near = (unit[active] * unit[other]).sum(axis=1) > _SHARP_COS
-        total[active[near]] += flat[other[near]]
-    return np.asarray(total / np.linalg.norm(total, axis=1, keepdims=True))
+    split, normals = surface.at(around[rows], inverse.reshape(-1, 3)), total[meeting.ravel()][rows]
+    lost = np.linalg.norm(normals, axis=1) < _FLAT * np.linalg.norm(
+        flat[rows // 3], axis=1
+    )  # a fold of itself
+    normals[lost] = flat[rows // 3][lost]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return VisualMesh(split.vertices, split.faces, split.uv, split.texture, split.rgba, normals)
