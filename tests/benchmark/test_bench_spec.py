@@ -114,6 +114,7 @@ def test_variants_stand_side_by_side():
         {"occlusion.smooth_px": 3},
     ]
     assert len({t.id for t in spec.trials}) == 2
+    assert replace(RANDOM, variant={"motion": "a/b.py:Mine"}).label == "random {motion=b.Mine}"
     assert spec.around == Around()
 
 

@@ -30,7 +30,8 @@ def _silent(text):
 
 
 def _spec(server):
-    return replace(SPEC, vlm=VlmConfig("openai", "some-model", server.url, retries=1, retry_wait_s=0.0))
+    vlm = VlmConfig("openai", "some-model", server.url, retries=1, retry_wait_s=0.0)
+    return replace(SPEC, planner=replace(SPEC.planner, vlm=vlm))
 
 
 def _log(directory):
@@ -83,7 +84,7 @@ def test_what_cannot_be_asked_is_refused_before_anything_is_run(tmp_path):
         run_trial(SPEC, tmp_path / "a", say=_silent)
     with pytest.raises(InputError, match="no VLM cache"):
         run_trial(
-            replace(SPEC, vlm=VlmConfig("gemini", "m")),
+            replace(SPEC, planner=replace(SPEC.planner, vlm=VlmConfig("gemini", "m"))),
             tmp_path / "a",
             vlm_cache=CacheConfig(tmp_path / "none", CacheMode.REPLAY),
             say=_silent,
@@ -93,7 +94,7 @@ def test_what_cannot_be_asked_is_refused_before_anything_is_run(tmp_path):
 
 def test_directories_of_different_models_do_not_collide():
     names = {
-        replace(SPEC, vlm=vlm).default_name
+        replace(SPEC, planner=replace(SPEC.planner, vlm=vlm)).default_name
         for vlm in (None, VlmConfig("openai", "hub/a:4b"), VlmConfig("openai", "b"))
     }
     assert names == {

@@ -49,7 +49,7 @@ def test_facts_survive_the_disk(tmp_path: Path) -> None:
 def test_a_damaged_file_is_named_with_its_remedy(tmp_path: Path, text: str) -> None:
     path = tmp_path / "facts.json"
     path.write_text(text)
-    with pytest.raises(InputError, match=r"facts\.json is not readable.*training graspable"):
+    with pytest.raises(InputError, match=r"facts\.json is not readable.*tools\.grasp_model graspable"):
         read_facts(path)
 
 

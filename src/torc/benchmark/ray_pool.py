@@ -30,6 +30,7 @@ from torc.scenes.object_store import ENVIRONMENT_VARIABLE, find_stored
 from torc.scenes.problem import Problem, save_problem
 from torc.scenes.workspace_files import workspace_names
 from torc.specs.files import to_plain
+from torc.specs.variants import varied
 from torc.stages import STAGES
 from torc.vlm.cache import CacheMode
 
@@ -99,7 +100,7 @@ class RayPool:
             shared = vlm_cache.directory.absolute()
             shared.mkdir(parents=True, exist_ok=True)
             vlm_cache = replace(vlm_cache, directory=shared)
-        around = replace(trial.around.conditions, **self._there)
+        around = varied(trial.around.conditions, self._there)
         own_problem = f"{_PROBLEMS}/{trial.problem.name}.yaml"
         there = replace(
             order,

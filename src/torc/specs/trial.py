@@ -117,4 +117,8 @@ class TrialSpec:
 
 def settings_text(settings: Settings) -> str:
     """Settings on one line, each by the last part of its path."""
-    return ", ".join(f"{path.rpartition('.')[2]}={value}" for path, value in settings.items())
+    return ", ".join(f"{path.rpartition('.')[2]}={_short(value)}" for path, value in settings.items())
+
+
+def _short(value: Any) -> Any:
+    return short_part_name(value) if isinstance(value, str) else value
