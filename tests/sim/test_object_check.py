@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torc.scenes.importing import MeshOptions, import_mesh
+from torc.scenes.importing import MeshOptions, read_mesh
 from torc.scenes.library import load_object
 from torc.scenes.models import CollisionPiece, ObjectModel
 from torc.sim.object_check import check_object, world_with
@@ -24,7 +24,7 @@ def twins(tmp_path: Path) -> tuple[ObjectModel, ObjectModel]:
     body = b"".join(struct.pack("<12fH", 0, 0, 0, *corners[list(f)].ravel().tolist(), 0) for f in faces)
     (tmp_path / "box.stl").write_bytes(b"\0" * 80 + struct.pack("<I", len(faces)) + body)
     options = MeshOptions(scale=0.001, mass_kg=built_in.mass_kg, friction=built_in.friction)
-    return built_in, import_mesh(tmp_path / "box.stl", options)
+    return built_in, read_mesh(tmp_path / "box.stl", options).model
 
 
 def test_an_imported_box_is_the_built_in_box(twins: tuple[ObjectModel, ObjectModel]) -> None:

@@ -182,7 +182,7 @@ def _connect(ray: ModuleType, address: str, workers: int, options: dict[str, Any
             host, _, port = address.rpartition(":")
             socket.create_connection((host.strip("[]"), int(port)), _ANSWER_S).close()
         ray.init(address=address, **options)
-    except (OSError, OverflowError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
+    except Exception as error:  # Ray raises plain ones, too
         raise InputError(
             f"No Ray cluster can be used at '{address}' ({str(error).strip()}). --ray takes auto, local, or HOST:PORT "
             "of a cluster's head. `ray start --head` starts one, and `ray start --address HEAD:PORT` has a machine "

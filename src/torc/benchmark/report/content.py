@@ -176,17 +176,13 @@ def promises_table(table: Table, planners: Sequence[str]) -> TextTable:
     for planner in planners:
         for low, high, picks in promises(table.completed(planner)):
             if picks:
-                n = len(picks)
-                rows.append(
-                    (
-                        planner,
-                        f"{low:g} to {high:g}",
-                        str(n),
-                        f"{sum(p.p or 0.0 for p in picks) / n:.3f}",
-                        f"{sum(p.held for p in picks) / n:.3f}",
-                        f"{sum(p.delivered for p in picks) / n:.3f}",
-                    )
+                sums = (
+                    sum(p.p or 0.0 for p in picks),
+                    sum(p.held for p in picks),
+                    sum(p.delivered for p in picks),
                 )
+                means = (f"{s / len(picks):.3f}" for s in sums)
+                rows.append((planner, f"{low:g} to {high:g}", str(len(picks)), *means))
     header = ("planner", "p of the grasp", "carried out", "mean p", "held", "delivered")
     note = "p: the probability that the object is delivered, by the grasp's score and what failed before."
     return TextTable("Grasps: promised and delivered", header, tuple(rows), note)
@@ -218,11 +214,8 @@ def problems_table(table: Table, planners: Sequence[str]) -> TextTable:
     rows = []
     for problem in table.problems:
         here = [r for r in table.rows if r.problem == problem]
-        cells = [problem, here[0].category, *_difficulty(table, problem)]
-        for planner in shown:
-            done = [r for r in here if r.planner == planner and r.completed]
-            cells.append(_problem_cell(done))
-        rows.append(tuple(cells))
+        cells = (_problem_cell([r for r in here if r.planner == p and r.completed]) for p in shown)
+        rows.append((problem, here[0].category, *_difficulty(table, problem), *cells))
     header = ("problem", "scenes", "objects", "target", "% in sight", *shown)
     note = "Retrieved of completed trials; median picks with their range; mean drops."
     return TextTable("Every problem", header, tuple(rows), note)

@@ -4,10 +4,11 @@ import base64
 import io
 from collections import defaultdict, deque
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
 from torc.benchmark.report.links import address_of
 from torc.benchmark.rows import PickRow, Table, TrialRow
@@ -69,13 +70,12 @@ def _failure(table: Table, row: TrialRow) -> Failure:
 
 def _picture(directory: Path, pick: PickRow) -> bytes | None:
     """The pick's panel of the strip, with choice and outcome; else what the planner saw; else nothing."""
-    try:
+    image: Image.Image | None = None
+    with suppress(OSError, ValueError):
         image = _panel(directory / "strip.png", pick.pick)
-    except (OSError, ValueError, UnidentifiedImageError):
-        image = None
-    try:
+    with suppress(OSError, ValueError):
         image = image or _opened(directory / "picks" / f"{pick.pick:02d}_seen.png")
-    except (OSError, ValueError, UnidentifiedImageError):
+    if image is None:
         return None
     image.thumbnail((_MAX_WIDTH, 10 * _MAX_WIDTH))
     encoded = io.BytesIO()

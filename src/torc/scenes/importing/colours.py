@@ -66,13 +66,12 @@ def _samples(
     total = sum(mesh.area for mesh in meshes)
     points, colours = [], []
     for source, mesh in zip(sources, meshes):
-        count_here = int(np.ceil(count * mesh.area / total))
-        at, face, shares = trimesh.sample.sample_surface(mesh, count_here, return_barycentric=True, seed=0)
+        some = int(np.ceil(count * mesh.area / total))
+        at, face, shares = trimesh.sample.sample_surface(mesh, some, return_barycentric=True, seed=0)
         points += [at, mesh.triangles_center]
-        colours += [
-            _colours(source, source.faces[face], shares),
-            _colours(source, source.faces, np.full((len(source.faces), 3), 1 / 3)),
-        ]
+        corners = source.faces[np.concatenate([face, np.arange(len(source.faces))])]
+        middles = np.full((len(source.faces), 3), 1 / 3)
+        colours.append(_colours(source, corners, np.concatenate([shares, middles])))
     return np.concatenate(points), np.concatenate(colours)
 
 

@@ -37,16 +37,6 @@ class MeshImport:
     notes: tuple[str, ...]
 
 
-def import_mesh(path: Path | str, options: MeshOptions | None = None) -> ObjectModel:
-    """The object model of a mesh file; see `read_mesh` for the rest that is known of it.
-
-    Raises:
-        InputError: the file is missing, not readable, not safe to read, or no thing for a table.
-        MissingDependencyError: the extra `import` is not installed.
-    """
-    return read_mesh(path, options).model
-
-
 def read_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImport:
     """Reads a mesh file: surfaces to look at, convex pieces for contact, mass, model frame, and what was done.
 
@@ -57,7 +47,8 @@ def read_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImpor
         options: see `MeshOptions`.
 
     Raises:
-        As `import_mesh`.
+        InputError: the file is missing, not readable, not safe to read, or no thing for a table.
+        MissingDependencyError: the extra `import` is not installed.
     """
     path, options = Path(path), options or MeshOptions()
     _check_libraries()
@@ -99,14 +90,15 @@ def _made(path: Path, options: MeshOptions, folder: Path) -> tuple[str, ...]:
     limits = options.limit_s, options.memory_bytes
     try:
         try:
-            notes = run_child(_TASK, request, folder, *limits)["notes"]
+            answer = run_child(_TASK, request, folder, *limits)
         except ChildError as error:
             if not (folder / READ_FILE).exists():
                 raise
-            notes = run_child(_TASK, {**request, "undecomposed": str(error)}, folder, *limits)["notes"]
+            answer = run_child(_TASK, {**request, "undecomposed": str(error)}, folder, *limits)
     except ChildError as error:
         raise InputError(
             f"{path} could not be read: {error}. If the file is sound, simplify it or leave its textures out "
             "(--no-textures)."
         ) from error
-    return tuple("".join(c if c.isprintable() else "?" for c in str(note))[:300] for note in notes[:20])
+    notes = [str(note)[:300] for note in answer.get("notes", ())]
+    return tuple("".join(c if c.isprintable() else "?" for c in note) for note in notes[:20])
