@@ -58,11 +58,8 @@ class MissingDependencyError(TorcError):
 
 
 def extra_remedy(extra: str) -> str:
-    """How to get an optional extra.
-
-    Not `pip install torc[...]`: where torc is not installed, that would fetch an unrelated project of the same name.
-    """
-    return f"scripts/setup {extra} (in torc's checkout)"
+    """How to get an optional extra. (`torc` on the package index is an unrelated project.)"""
+    return f"scripts/setup {extra} (in torc's checkout) or pip install 'torc-retrieval[{extra}]'"
 
 
 class PlannerError(TorcError):

@@ -150,7 +150,8 @@ def test_without_gymnasium_the_error_says_how_to_get_it():
     )
     assert (
         " ".join(_run(code))
-        == "Gymnasium is not available. Install it with: scripts/setup gym (in torc's checkout)"
+        == "Gymnasium is not available. Install it with: scripts/setup gym (in torc's checkout) "
+        "or pip install 'torc-retrieval[gym]'"
     )
 
 
