@@ -18,7 +18,7 @@ import tyro
 
 from tests.helpers.motion_checker import PlanChecker
 from torc.episode.steps import pick_request
-from torc.motion.planner import OmplMotionPlanner
+from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import build_pipeline
@@ -47,7 +47,7 @@ def main() -> None:
     """Run and print the table."""
     args = tyro.cli(Args)
     robot, workspace = load_robot(), Workspace()
-    planner, checker = OmplMotionPlanner(robot, workspace), PlanChecker(robot, workspace)
+    planner, checker = SamplingMotionPlanner(robot, workspace), PlanChecker(robot, workspace)
     seconds, failures, faulty, checked = [], Counter(), [], 0
     for name, seed, request in itertools.islice(all_requests(robot, workspace), args.picks):
         start = time.perf_counter()

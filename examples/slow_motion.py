@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.motion.planner import OmplMotionPlanner
+from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
 from torc.records import PickPlan, PlanFailure, Trajectory
 from torc.robots.description import RobotDescription
@@ -18,7 +18,7 @@ class SlowMotion:
     """Slower, along the same paths."""
 
     def __init__(self, robot: RobotDescription, workspace: Workspace, speed: float = 0.5) -> None:
-        self.shipped, self.speed = OmplMotionPlanner(robot, workspace), speed
+        self.shipped, self.speed = SamplingMotionPlanner(robot, workspace), speed
 
     def plan_pick(self, request: PickRequest, rng: np.random.Generator) -> PickPlan | PlanFailure:
         """The shipped planner's answer, slowed down."""

@@ -16,8 +16,7 @@ from torc.episode.loop import rehearse as rehearse_episode
 from torc.episode.pick_view import view_of
 from torc.episode.steps import EpisodeParts, PickParts
 from torc.episode.trial import run_trial
-from torc.motion.config import MotionConfig
-from torc.motion.planner import OmplMotionPlanner, with_backend
+from torc.motion.planner import SamplingMotionPlanner
 from torc.pipeline.building import build_pipeline
 from torc.records import Observation
 from torc.robots.loading import load_robot
@@ -31,7 +30,7 @@ from torc.testing.synthetic import random_clutter, synthetic_observation
 def main(directory: Path, trials: list[str]) -> dict[str, object]:
     robot, workspace = load_robot(), Workspace()
     shapes = random_clutter(np.random.default_rng(0), 9)
-    motion = OmplMotionPlanner(robot, workspace)
+    motion = SamplingMotionPlanner(robot, workspace)
     planner, pipeline = make_planner("dg-select"), build_pipeline(Conditions(), robot, workspace)
     rehearsal = rehearse_episode(EpisodeParts(PickParts(FakeRobot(robot, shapes), pipeline, motion), planner))
     view_of(rehearsal.context)
@@ -52,8 +51,6 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
     before = all_signatures()
     decide_frame(frame, planner)
     decided = compiled_since(before)
-    numba_search = OmplMotionPlanner(robot, workspace, with_backend(MotionConfig(), "numba"))
-    rehearse_episode(EpisodeParts(PickParts(FakeRobot(robot, shapes), pipeline, numba_search), planner))
     never = sorted(name for name, signatures in all_signatures().items() if not signatures)
     return {"played": played, "decided": decided, "announced": announced, "never": never}
 

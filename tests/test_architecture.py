@@ -109,7 +109,6 @@ def test_no_modules_import_each_other_in_a_circle():
         ("ray", "benchmark"),
         ("networkx", ""),
         ("coal", ""),
-        ("toppra", "motion"),
         ("trimesh", "scenes"),
         ("coacd", "scenes"),
         ("fast_simplification", "scenes"),

@@ -36,7 +36,7 @@ MOTION_PLANNERS = PartKind(
     "motion planner",
     "torc.motion_planners",
     "plan_pick(request, rng)",
-    MappingProxyType({"sampling": "torc.motion.planner:OmplMotionPlanner"}),
+    MappingProxyType({"sampling": "torc.motion.planner:SamplingMotionPlanner"}),
 )
 TASK_PLANNERS = PartKind(
     "task planner",

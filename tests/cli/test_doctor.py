@@ -2,23 +2,16 @@
 
 import importlib
 
-import pytest
-
 from torc.cli.doctor import DoctorCommand
 
 _load = importlib.import_module
 
 
-@pytest.mark.parametrize(
-    ("error", "remedy"),
-    [
-        (ImportError("libgomp.so.1: cannot open shared object file"), "apt-get install libgomp1"),
-        (ModuleNotFoundError("No module named 'pink'"), "pip install pin-pink"),
-    ],
-)
-def test_a_library_that_cannot_be_loaded_gets_its_remedy(error, remedy, monkeypatch, capsys):
+def test_a_library_that_cannot_be_loaded_gets_its_remedy(monkeypatch, capsys):
+    error = ModuleNotFoundError("No module named 'cv2'")
+
     def load(name, package=None):
-        if name == "pink":
+        if name == "cv2":
             raise error
         return _load(name, package)
 
@@ -27,4 +20,4 @@ def test_a_library_that_cannot_be_loaded_gets_its_remedy(error, remedy, monkeypa
     lines = capsys.readouterr().out.splitlines()
     found = next(k for k, line in enumerate(lines) if line.startswith("MISS  libraries"))
     assert str(error) in lines[found]
-    assert lines[found + 1].strip() == f"-> {remedy}"
+    assert lines[found + 1].strip() == "-> pip install opencv-python-headless"

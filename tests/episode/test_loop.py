@@ -18,7 +18,7 @@ from torc.geometry.transforms import make_pose
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
-from torc.records import FeltOutcome, Observation, PickOutcome, PickResult, Touch
+from torc.records import FeltOutcome, GraspStatus, Observation, PickOutcome, PickResult, Touch
 from torc.records.serialization import load_record
 from torc.robots.ik import solve_ik
 from torc.robots.kinematics import tool0_from_tcp
@@ -200,6 +200,24 @@ def test_a_grasp_that_was_never_reached_did_not_fail(play, result, counts):
     after_the_attempt, executed = second_look(1)
     assert np.array_equal(after_nothing, after_the_attempt) == (not counts)
     assert executed == (2 if counts else 0)
+
+
+def test_a_grasp_without_a_motion_is_held_back_until_the_next_motion_and_one_that_was_tried_is_remembered(
+    play,
+):
+    """Object 1 finds no motion, then the robot goes for object 2 in vain, twice; nothing has moved after that."""
+    remembered, held_back = [], []
+
+    def listen(event):
+        if isinstance(event, Looked):
+            remembered.append([(f.object_id, f.executed) for f in event.state.failed])
+            held_back.append(np.count_nonzero(event.look.context.report.status == GraspStatus.NO_MOTION))
+
+    told = [PickOutcome(PickResult.SLIPPED, 2, duration_s=3.0)] * 2
+    play(ScriptedPlanner([1, 2, 2]), results=told, impossible=[1], max_picks=4, listeners=[listen])
+    assert remembered == [[], [(1, False)], [(2, True)], [(2, True), (2, True)]]
+    assert held_back[1] > 0
+    assert [held_back[k] for k in (0, 2, 3)] == [0, 0, 0]
 
 
 def test_what_a_finger_touched_is_felt_at_the_next_look(play, robot):

@@ -8,7 +8,7 @@ import pytest
 
 from torc.collision.checks import blockers
 from torc.geometry.transforms import invert, make_pose
-from torc.motion.planner import OmplMotionPlanner
+from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
 from torc.records import GraspReport, GraspSet, GraspStatus
 from torc.robots.description import RobotDescription
@@ -19,8 +19,8 @@ from torc.testing.views import View, view_of, view_of_clutter
 
 
 @pytest.fixture(scope="session")
-def planner(robot: RobotDescription, workspace: Workspace) -> OmplMotionPlanner:
-    return OmplMotionPlanner(robot, workspace)
+def planner(robot: RobotDescription, workspace: Workspace) -> SamplingMotionPlanner:
+    return SamplingMotionPlanner(robot, workspace)
 
 
 @pytest.fixture(scope="session")
@@ -40,6 +40,17 @@ def request_behind(robot: RobotDescription, workspace: Workspace) -> Callable[[f
         low = SyntheticBox(2, (0.57, y, table + 0.07), (0.04, 0.16, 0.14))
         view = view_of(tall, low, workspace=workspace)
         return next(r for r in requests_of(view, robot) if r.object_id == 1)
+
+    return request
+
+
+@pytest.fixture(scope="session")
+def request_alone(robot: RobotDescription, workspace: Workspace) -> Callable[[float], PickRequest]:
+    """A request for a small cube, alone on the table."""
+
+    def request(y: float) -> PickRequest:
+        cube = SyntheticBox(1, (0.62, y, workspace.support_z_m + 0.02), (0.04, 0.04, 0.04))
+        return requests_of(view_of(cube, workspace=workspace), robot)[0]
 
     return request
 

@@ -9,7 +9,7 @@ from torc.motion.config import CartesianConfig, MotionConfig
 from torc.motion.executable import without_lines
 from torc.motion.failure import NoMotionError
 from torc.motion.line_context import LineContext
-from torc.motion.planner import OmplMotionPlanner
+from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
 from torc.records import GraspStatus
 
@@ -27,7 +27,7 @@ def asked(request: PickRequest, robot, workspace, config: MotionConfig) -> np.nd
     )
 
 
-def one_by_one(request: PickRequest, planner: OmplMotionPlanner) -> np.ndarray:
+def one_by_one(request: PickRequest, planner: SamplingMotionPlanner) -> np.ndarray:
     out = np.zeros(len(request.grasps), dtype=bool)
     for grasp in np.flatnonzero(request.report.status == GraspStatus.VALID).tolist():
         own = replace(request, object_id=int(request.grasps.object_ids[grasp]))
@@ -54,7 +54,7 @@ def test_with_longer_lines_fewer_can_be_carried_out(request_for, robot, workspac
         request = request_for(seed)[0]
         short += np.count_nonzero(asked(request, robot, workspace, MotionConfig()))
         long = asked(request, robot, workspace, far)
-        np.testing.assert_array_equal(long, one_by_one(request, OmplMotionPlanner(robot, workspace, far)))
+        np.testing.assert_array_equal(long, one_by_one(request, SamplingMotionPlanner(robot, workspace, far)))
         found += np.count_nonzero(long)
         valid += np.count_nonzero(request.report.status == GraspStatus.VALID)
     assert short < found < valid
@@ -78,7 +78,7 @@ def some(qpos: np.ndarray, one_in: int) -> np.ndarray:
 )
 def test_lines_exist_where_candidates_are_found(request_for, robot, workspace, monkeypatch, config, one_in):
     """Also of grasps that are not valid, and where lines are hard to find."""
-    planner, found = OmplMotionPlanner(robot, workspace, MotionConfig(cartesian=config)), []
+    planner, found = SamplingMotionPlanner(robot, workspace, MotionConfig(cartesian=config)), []
     unknown = np.full(robot.arm.dof, np.nan)
     if one_in:
         contacts = LineContext.contacts

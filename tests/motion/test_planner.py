@@ -8,7 +8,7 @@ import pytest
 from tests.helpers.motion_checker import PlanChecker
 from torc.geometry.transforms import invert, transform_points
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
-from torc.motion.planner import OmplMotionPlanner, with_backend
+from torc.motion.planner import SamplingMotionPlanner
 from torc.records import GraspStatus, PickPlan, PlanFailure, PlanStage
 from torc.robots.kinematics import tool0_poses
 
@@ -100,24 +100,15 @@ def test_the_checker_sees_what_is_wrong(planner, checker, request_for):
         assert any(text in fault for fault in checker.faults(broken, request)), text
 
 
-@pytest.mark.parametrize("backend", ["ompl", "numba"])
-def test_the_same_request_has_the_same_answer(robot, workspace, request_for, backend):
+def test_the_same_request_has_the_same_answer(robot, workspace, request_for):
     requests = [request_for(seed)[-1] for seed in range(3)]
     plans = []
     for _ in range(2):
-        planner = OmplMotionPlanner(robot, workspace, with_backend(MotionConfig(), backend))
+        planner = SamplingMotionPlanner(robot, workspace)
         plans.append([planner.plan_pick(r, np.random.default_rng(1)) for r in requests])
     for a, b in zip(*plans):
         assert isinstance(a, PickPlan)
         assert _same(a, b)
-
-
-def test_the_compiled_follower_alone_serves_too(robot, workspace, checker, request_for):
-    config = MotionConfig(cartesian=CartesianConfig(use_pink=False))
-    request = request_for(2)[0]
-    plan = OmplMotionPlanner(robot, workspace, config).plan_pick(request, np.random.default_rng(0))
-    assert isinstance(plan, PickPlan)
-    assert checker.faults(plan, request) == []
 
 
 def test_it_starts_from_anywhere_free(planner, checker, request_for):
@@ -162,7 +153,7 @@ def test_a_grasp_out_of_reach_fails_at_inverse_kinematics(planner, request_for):
 
 def test_impossible_lines_fail_at_the_approach(robot, workspace, request_for):
     config = MotionConfig(cartesian=CartesianConfig(back_offs_m=(1.5,)))
-    failed = OmplMotionPlanner(robot, workspace, config).plan_pick(
+    failed = SamplingMotionPlanner(robot, workspace, config).plan_pick(
         request_for(0)[0], np.random.default_rng(0)
     )
     assert isinstance(failed, PlanFailure)
@@ -175,7 +166,7 @@ def test_a_walled_in_arm_fails_at_the_free_motion(robot, workspace, request_for)
     boxes = np.vstack([request.world.boxes, [0.36, -2.0, 0.0, 0.38, 2.0, 3.0]])
     world = replace(request.world, boxes=boxes, box_names=(*request.world.box_names, "wall"))
     config = MotionConfig(max_grasps=2, search=SearchConfig(max_iterations=100))
-    failed = OmplMotionPlanner(robot, workspace, config).plan_pick(
+    failed = SamplingMotionPlanner(robot, workspace, config).plan_pick(
         replace(request, world=world), np.random.default_rng(0)
     )
     assert isinstance(failed, PlanFailure)
@@ -185,7 +176,7 @@ def test_a_walled_in_arm_fails_at_the_free_motion(robot, workspace, request_for)
 def test_a_bin_out_of_reach_fails_at_the_transfer(robot, workspace, request_for):
     away = replace(workspace, drop_position=(-1.5, -1.5, 1.0))
     config = MotionConfig(max_grasps=1)
-    failed = OmplMotionPlanner(robot, away, config).plan_pick(request_for(0)[0], np.random.default_rng(0))
+    failed = SamplingMotionPlanner(robot, away, config).plan_pick(request_for(0)[0], np.random.default_rng(0))
     assert isinstance(failed, PlanFailure)
     assert failed.stage == PlanStage.TRANSFER
 
@@ -194,7 +185,7 @@ def test_a_bin_out_of_reach_fails_at_the_transfer(robot, workspace, request_for)
 def test_the_hidden_foot_of_a_held_object_clears_table_and_bin(robot, workspace, request_behind, y):
     """Planned from the half that the camera sees, and from a low lift; checked with the whole."""
     request, low = request_behind(y), MotionConfig(cartesian=CartesianConfig(lifts_m=(0.05,)))
-    planner = OmplMotionPlanner(robot, workspace, low)
+    planner = SamplingMotionPlanner(robot, workspace, low)
     assert request.scene.object(1).points[:, 2].min() > workspace.support_z_m + 0.08
     half = np.array([0.025, 0.025, 0.14])
     steps = np.stack(np.meshgrid(*3 * [np.linspace(-1.0, 1.0, 11)]), axis=-1).reshape(-1, 3)

@@ -1,11 +1,14 @@
 """Trajectories stay on their path, within the limits, and at rest at both ends."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
-from torc.errors import InputError
 from torc.motion.config import TimingConfig
 from torc.motion.geometry import rounded_path
+from torc.motion.profile import fastest_speeds
 from torc.motion.timing import join, time_line, time_path
 
 CONFIG = TimingConfig()
@@ -92,22 +95,50 @@ def test_lines_keep_the_speed_of_the_tcp(robot, speed):
     assert np.abs(rate).max() <= speed * 1.02
 
 
+@pytest.mark.parametrize("phase", [-0.7, 0.0, 2.3])
+def test_a_line_that_bends_in_joint_space_leaves_acceleration_for_that(robot, phase):
+    """One joint swings to and fro along the line: it speeds up with the line and with the bend at once."""
+    s = np.linspace(0, 0.1, 161)
+    waypoints = np.tile(robot.arm.rest_qpos, (len(s), 1))
+    waypoints[:, 0] += 0.03 * np.sin(125 * s + phase)
+    t = time_line(waypoints, s, 5.0, robot.arm, replace(CONFIG, sample_s=0.001))
+    acceleration = np.abs(np.diff(t.qvel[:, 0]) / np.diff(t.times_s))
+    limit = CONFIG.acceleration_scale * robot.arm.max_acceleration[0]
+    assert 0.8 * limit < acceleration.max() <= limit
+
+
 def sorted_pair(x, y):
     order = np.argsort(x)
     return x[order], y[order]
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_profile_is_that_of_the_toppra_library(robot, seed):
-    pytest.importorskip("toppra", reason="the extra 'toppra' is for x86-64 only")
-    path = _polyline(robot, seed, 6)
-    (part,) = rounded_path(path, np.array([0, 0.15, 0.05, 0.2, 0.02, 0]))
-    ours = time_path(part, robot.arm, CONFIG)
-    theirs = time_path(part, robot.arm, TimingConfig(backend="toppra"))
-    # The library takes the sharper of two curvatures on both sides of a grid point where they differ.
-    assert 0.98 * theirs.duration_s < ours.duration_s < 1.005 * theirs.duration_s
-
-
-def test_unknown_backends_are_refused():
-    with pytest.raises(InputError, match="compiled"):
-        TimingConfig(backend="guess")
+def test_the_profile_is_the_fastest_one(robot, seed):
+    """As a linear program in the squared path speeds: the fastest profile is largest at every grid point at once."""
+    (part,) = rounded_path(_polyline(robot, seed, 6), np.array([0, 0.15, 0.05, 0.2, 0.02, 0]))
+    grid, speed, acceleration = part.grid(part.length / 100), robot.arm.max_speed, robot.arm.max_acceleration
+    ds, bends = np.diff(grid), part(grid[:-1], 2)
+    starts = part(grid[:-1], 1)
+    ends = starts + ds[:, None] * bends
+    m, bounds = len(grid), np.full(len(grid), np.inf)
+    for tangents, k in (
+        (starts, slice(None, -1)),
+        (starts, slice(1, None)),
+        (ends, slice(None, -1)),
+        (ends, slice(1, None)),
+    ):
+        bounds[k] = np.minimum(bounds[k], np.min((speed / np.maximum(np.abs(tangents), 1e-12)) ** 2, axis=1))
+    bounds[[0, -1]] = 0.0
+    rows = []
+    for i in range(m - 1):
+        for at, tangents in ((i, starts), (i + 1, ends)):
+            row = np.zeros((robot.arm.dof, m))
+            row[:, i + 1] += tangents[i] / (2 * ds[i])
+            row[:, i] -= tangents[i] / (2 * ds[i])
+            row[:, at] += bends[i]
+            rows += [row, -row]
+    limits = np.tile(acceleration, len(rows))
+    best = linprog(-np.ones(m), np.vstack(rows), limits, bounds=np.column_stack([np.zeros(m), bounds]))
+    assert best.success
+    found = fastest_speeds(grid, starts, ends, bends, speed, acceleration)
+    np.testing.assert_allclose(found**2, best.x, rtol=1e-6, atol=1e-7)

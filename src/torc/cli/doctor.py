@@ -19,14 +19,10 @@ _LIBRARIES = {
     "numpy": "numpy",
     "numba": "numba",
     "mujoco": "mujoco-core",
-    "ompl": "ompl",
-    "pink": "pin-pink",
-    "daqp": "daqp",
     "cv2": "opencv-python-headless",
     "av": "av",
 }
 """Module -> the package it comes with."""
-_SYSTEM_LIBRARIES = {"libgomp": "apt-get install libgomp1"}
 
 
 @dataclass(frozen=True)
@@ -90,16 +86,9 @@ def _libraries() -> Check:
             importlib.import_module(module)
         except (ImportError, OSError) as error:
             faults.append(f"{module}: {error}")
-            remedies.append(_remedy(error, package))
+            remedies.append(f"pip install {package}")
     detail = "; ".join(faults) if faults else f"all {len(_LIBRARIES)} can be loaded"
     return Check("libraries", not faults, detail, "   and   ".join(dict.fromkeys(remedies)))
-
-
-def _remedy(error: Exception, package: str) -> str:
-    """What to install where an import failed with that error: the system library it names, else the package."""
-    return next(
-        (line for name, line in _SYSTEM_LIBRARIES.items() if name in str(error)), f"pip install {package}"
-    )
 
 
 def _rendering() -> Check:
@@ -147,7 +136,6 @@ def _extras() -> list[Check]:
         "export": ("pyarrow", "torc export --format lerobot"),
         "ray": ("ray", "torc bench --ray, on many machines"),
         "report": ("matplotlib", "the figures of torc report"),
-        "toppra": ("toppra", "timing motions by the reference library"),
         "dev": ("pytest", "running the tests, training the grasp model"),
     }
     return [

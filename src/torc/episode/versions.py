@@ -6,7 +6,7 @@ import sys
 
 import torc
 
-_VERSIONED = ("numpy", "scipy", "numba", "mujoco-core", "ompl", "pin-pink", "daqp")
+_VERSIONED = ("numpy", "scipy", "numba", "mujoco-core")
 
 
 def versions() -> dict[str, str]:

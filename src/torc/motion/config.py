@@ -1,11 +1,8 @@
 """Settings of motion planning. Metres, radians, seconds."""
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
-
-from torc.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -19,12 +16,9 @@ class CartesianConfig:
         step_m: distance between waypoints of a line.
         max_branches: inverse-kinematics solutions of a grasp that are followed along both lines at a time.
         max_rounds: how many times so many are followed before the grasp is given up.
-        max_deviation_m, max_turn_rad: how far a waypoint may be off the line.
         max_joint_step_rad: a larger change of a joint between two waypoints is a jump.
         limit_margin_rad: distance to the joint limits.
         approach_speed_m_s, lift_speed_m_s: largest speed of the TCP.
-        use_pink: follow the chosen line with the differential inverse kinematics of pink; the compiled
-            follower remains as check and fallback.
     """
 
     back_offs_m: tuple[float, ...] = (0.09, 0.07, 0.05, 0.035)
@@ -32,13 +26,10 @@ class CartesianConfig:
     step_m: float = 0.005
     max_branches: int = 12
     max_rounds: int = 4
-    max_deviation_m: float = 0.001
-    max_turn_rad: float = 0.01
     max_joint_step_rad: float = 0.15
     limit_margin_rad: float = 0.01
     approach_speed_m_s: float = 0.15
     lift_speed_m_s: float = 0.2
-    use_pink: bool = True
 
 
 @dataclass(frozen=True)
@@ -46,7 +37,6 @@ class SearchConfig:
     """Free motions.
 
     Attributes:
-        backend: "ompl" (RRTConnect of OMPL) or "numba" (our own, five times faster and without global state).
         max_iterations: samples drawn before a query is given up. An infeasible query costs all of them.
         range_rad: longest edge of the trees.
         goals: inverse-kinematics solutions offered as goals of one query.
@@ -56,7 +46,6 @@ class SearchConfig:
         grazing_m: by how much a trajectory may enter the paddings.
     """
 
-    backend: Literal["ompl", "numba"] = "ompl"
     max_iterations: int = 1500
     range_rad: float = 1.2
     goals: int = 6
@@ -65,36 +54,26 @@ class SearchConfig:
     refinements: int = 2
     grazing_m: float = 0.003
 
-    def __post_init__(self) -> None:
-        if self.backend not in ("ompl", "numba"):
-            raise InputError(f"SearchConfig.backend must be 'ompl' or 'numba', not '{self.backend}'.")
-
 
 @dataclass(frozen=True)
 class TimingConfig:
     """Time parametrisation.
 
     Attributes:
-        backend: "compiled" (our TOPP-RA) or "toppra" (the library, in the extra of that name: same profile, slower).
         sample_s: time between samples of a trajectory.
         grid_points: along the path, at least. Coarser grids give far too slow trajectories.
         speed_scale, acceleration_scale: share of the joints' limits that is used.
     """
 
-    backend: Literal["compiled", "toppra"] = "compiled"
     sample_s: float = 0.01
     grid_points: int = 200
     speed_scale: float = 0.9
     acceleration_scale: float = 0.9
 
-    def __post_init__(self) -> None:
-        if self.backend not in ("compiled", "toppra"):
-            raise InputError(f"TimingConfig.backend must be 'compiled' or 'toppra', not '{self.backend}'.")
-
 
 @dataclass(frozen=True)
 class MotionConfig:
-    """All settings of `OmplMotionPlanner`.
+    """All settings of `SamplingMotionPlanner`.
 
     Attributes:
         max_grasps: grasps tried, best first.

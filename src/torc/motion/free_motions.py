@@ -128,10 +128,7 @@ class FreeMotions:
     def _from(self, start: Float[np.ndarray, "dof"], motion: Trajectory) -> Trajectory:
         """The motion, and before it a straight one from a start close by, if it starts elsewhere."""
         for straight in rounded_path(np.stack([start, motion.qpos[0]]), np.zeros(2)):
-            first = time_path(straight, self._robot.arm, self._config.timing)
-            if first is None:
-                raise NoMotionError(PlanStage.TIMING, "the way out of contact could not be timed.")
-            motion = join([first, motion])
+            motion = join([time_path(straight, self._robot.arm, self._config.timing), motion])
         return motion
 
     def _opened(

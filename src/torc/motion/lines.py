@@ -9,8 +9,6 @@ from jaxtyping import Float, Int
 from torc.motion.config import CartesianConfig
 from torc.motion.following import follow_line, line_poses
 from torc.motion.line_context import LineContext
-from torc.robots.description import ArmDescription
-from torc.robots.kinematics import tool0_poses
 
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -21,15 +19,11 @@ class LinePair:
 
     Attributes:
         approach: from pre-grasp to grasp, both included.
-        approach_poses: pose of the flange at each of its waypoints.
         lift: from grasp to the raised position, both included.
-        lift_poses: pose of the flange at each of its waypoints.
     """
 
     approach: Float[np.ndarray, "m dof"]
-    approach_poses: Float[np.ndarray, "m 4 4"]
     lift: Float[np.ndarray, "k dof"]
-    lift_poses: Float[np.ndarray, "k 4 4"]
 
 
 def line_pairs(
@@ -84,10 +78,10 @@ def _branch_lines(
     context: LineContext, branches: Float[np.ndarray, "b dof"], config: CartesianConfig
 ) -> Iterator[_BranchLines]:
     """The lines of each branch that has both, in the order of the branches; see `line_pairs`."""
-    T_grasp, back, up = context.T_world_tool0, _backward(context, config), _upward(context, config)
+    up = _upward(context, config)
     upward, up_count = _follow(context, branches, up, config)
     raisable = np.flatnonzero(up_count >= min(line_counts(config.lifts_m, len(up))))
-    backward, back_count = _follow(context, branches[raisable], back, config)
+    backward, back_count = _follow(context, branches[raisable], _backward(context, config), config)
     for b, path, count in zip(raisable, backward, back_count):
         q = branches[b]
         found = _pre_grasp(context, q, path, int(count), config)
@@ -99,13 +93,7 @@ def _branch_lines(
         n, free = found
         n_up, clear = raised
         approach = np.vstack([path[:n][::-1], q])
-        pair = LinePair(
-            approach,
-            np.concatenate([back[:n][::-1], T_grasp[None]]),
-            np.vstack([q, upward[b, :n_up]]),
-            np.concatenate([T_grasp[None], up[:n_up]]),
-        )
-        yield _BranchLines(pair, free, clear)
+        yield _BranchLines(LinePair(approach, np.vstack([q, upward[b, :n_up]])), free, clear)
 
 
 def _backward(context: LineContext, config: CartesianConfig) -> Float[np.ndarray, "m 4 4"]:
@@ -128,36 +116,6 @@ def _follow(
     margin, step = config.limit_margin_rad, config.max_joint_step_rad
     lower, upper = context.arm.lower + margin, context.arm.upper - margin
     return follow_line(context.robot, branches, poses, lower, upper, step)
-
-
-def line_error(
-    arm: ArmDescription, path: Float[np.ndarray, "m dof"], poses: Float[np.ndarray, "m 4 4"]
-) -> tuple[float, float]:
-    """Largest distance (metres) and turn (radians) between the flange along a path and where it should be."""
-    actual = tool0_poses(arm, path)
-    distance = np.linalg.norm(actual[:, :3, 3] - poses[:, :3, 3], axis=1)
-    # |R1 - R2| (Frobenius) = 2 sqrt(2) sin(turn / 2); the trace formula loses small angles to rounding.
-    chord = np.linalg.norm(actual[:, :3, :3] - poses[:, :3, :3], axis=(1, 2)) / (2 * np.sqrt(2))
-    return float(distance.max()), float(2 * np.arcsin(np.minimum(chord, 1.0)).max())
-
-
-def line_fault(
-    arm: ArmDescription,
-    path: Float[np.ndarray, "m dof"],
-    poses: Float[np.ndarray, "m 4 4"],
-    config: CartesianConfig,
-) -> str | None:
-    """What is wrong with a joint path along given poses, or None: off the line, a jump, a limit."""
-    if not np.all(np.isfinite(path)):
-        return "not finite"
-    if np.any(path < arm.lower) or np.any(path > arm.upper):
-        return "beyond a joint limit"
-    if np.any(np.abs(np.diff(path, axis=0)) > config.max_joint_step_rad):
-        return "a jump of a joint"
-    distance, turn = line_error(arm, path, poses)
-    if distance > config.max_deviation_m or turn > config.max_turn_rad:
-        return f"{1e3 * distance:.1f} mm and {turn:.3f} rad off the line"
-    return None
 
 
 def _lift(

@@ -1,8 +1,5 @@
 """The motions of a pick, for each valid grasp, best first, until all exist (paper: A Modular Pipeline)."""
 
-from dataclasses import replace
-from typing import Literal
-
 import numpy as np
 
 from torc.collision.checks import robot_arrays
@@ -22,7 +19,7 @@ from torc.robots.kinematics import tcp_pose
 from torc.scenes.workspace import Workspace
 
 
-class OmplMotionPlanner:
+class SamplingMotionPlanner:
     """Plans picks: RRT-Connect for the free motions, differential inverse kinematics for the straight ones."""
 
     def __init__(
@@ -52,11 +49,10 @@ class OmplMotionPlanner:
         return failure
 
     def warm_up(self, request: PickRequest) -> None:
-        """Use every compiled kernel once and load all that is loaded when needed, to no effect."""
+        """Use every compiled kernel once, to no effect."""
         width_m = self.config.opening(self.robot.gripper.max_width_m)
         T_world_tcp = tcp_pose(self.robot, self.robot.arm.rest_qpos, width_m)
         use_kernels(self._context(request, T_world_tcp, width_m, self.held(request)), self.config)
-        self.straight.load()
 
     def _plan_grasp(
         self, request: PickRequest, grasp: int, tried: int, held: Held, rng: np.random.Generator
@@ -65,7 +61,7 @@ class OmplMotionPlanner:
         context = self.context(request, grasp, held)
         pairs = self.straight.candidates(context, request.report.qpos[grasp], start)
         free, pair = self.free.to_pre_grasp(context, start, pairs, rng)
-        approach, lift = self.straight.timed(context, pair)
+        approach, lift = self.straight.timed(pair)
         transfer = self.free.to_bin(context, lift.qpos[-1], rng)
         home = self.free.home(context, transfer.qpos[-1], rng)
         return PickPlan(
@@ -103,8 +99,3 @@ class OmplMotionPlanner:
         return line_context(
             self.robot, self._arrays, world, opening_m, own_id, T_world_tcp, width_m, lambda: held
         )
-
-
-def with_backend(config: MotionConfig, backend: Literal["ompl", "numba"]) -> MotionConfig:
-    """The same settings with another search backend."""
-    return replace(config, search=replace(config.search, backend=backend))

@@ -1,12 +1,10 @@
 """What a search for a free motion is asked."""
 
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from torc.motion.config import SearchConfig
 from torc.motion.space import FreeSpace
 
 
@@ -35,17 +33,3 @@ class MotionQuery:
         """Indices of the goals, the soonest first."""
         seconds = self.space.seconds_between(self.start, self.goals)
         return np.argsort(seconds if self.later_s is None else seconds + self.later_s, kind="stable")
-
-
-class PathSearch(Protocol):
-    """A search for a path that no straight edge is."""
-
-    def __call__(
-        self, query: MotionQuery, config: SearchConfig, rng: np.random.Generator
-    ) -> Float[np.ndarray, "m dof"] | None:
-        """A free path from the start to one of the goals, or None after config.max_iterations samples.
-
-        Start and goals must be free; what the goals cost later does not count. Equal queries and generators have
-        equal answers.
-        """
-        ...

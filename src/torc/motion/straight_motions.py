@@ -1,23 +1,17 @@
-"""The straight motions of a pick, down to the grasp and up again: candidates, refinement, timing."""
-
-from functools import cached_property
-from typing import TYPE_CHECKING
+"""The straight motions of a pick, down to the grasp and up again: candidates and timing."""
 
 import numpy as np
 from jaxtyping import Float
 
 from torc.motion.config import MotionConfig
 from torc.motion.failure import NoMotionError
-from torc.motion.following import follow_line
+from torc.motion.following import waypoints_of
 from torc.motion.line_context import LineContext
-from torc.motion.lines import LinePair, has_lines, line_fault, line_pairs
+from torc.motion.lines import LinePair, has_lines, line_pairs
 from torc.motion.timing import time_line
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import ArmDescription
 from torc.robots.ik import solve_ik
-
-if TYPE_CHECKING:
-    from torc.motion.pink_lines import PinkFollower
 
 
 class StraightMotions:
@@ -60,19 +54,13 @@ class StraightMotions:
         few = 4  # Mostly one of the first does.
         return any(has_lines(context, branches[i : i + few], config) for i in range(0, len(branches), few))
 
-    def timed(self, context: LineContext, pair: LinePair) -> tuple[Trajectory, Trajectory]:
-        """Approach and lift as trajectories. Raises NoMotionError if they do not fit together."""
-        approach, lift = self._refined(context, pair)
+    def timed(self, pair: LinePair) -> tuple[Trajectory, Trajectory]:
+        """Approach and lift as trajectories."""
         config = self._config.cartesian
         return (
-            self._timed_line(approach, pair.approach_poses, config.approach_speed_m_s),
-            self._timed_line(lift, pair.lift_poses, config.lift_speed_m_s),
+            self._timed_line(pair.approach, max(config.back_offs_m), config.approach_speed_m_s),
+            self._timed_line(pair.lift, max(config.lifts_m), config.lift_speed_m_s),
         )
-
-    def load(self) -> None:
-        """Load now what is else loaded at first use: pink and pinocchio take a second."""
-        if self._config.cartesian.use_pink:
-            _ = self._follower
 
     def _branches(self, context: LineContext, qpos_reported: np.ndarray) -> Float[np.ndarray, "b dof"]:
         """Free inverse-kinematics solutions of the grasp; the reported one first."""
@@ -86,52 +74,7 @@ class StraightMotions:
             raise NoMotionError(PlanStage.INVERSE_KINEMATICS, "the arm touches something in every solution.")
         return solutions[free]
 
-    def _refined(self, context: LineContext, pair: LinePair) -> tuple[np.ndarray, np.ndarray]:
-        """Joint paths of approach and lift: pink's where it stays on the lines, else the compiled follower's."""
-        config = self._config.cartesian
-        if not config.use_pink:
-            return pair.approach, pair.lift
-        approach = self._pink_line(pair.approach, pair.approach_poses, config.approach_speed_m_s)
-        lift = self._relifted(context, pair, approach[-1])
-        return approach, self._pink_line(lift, pair.lift_poses, config.lift_speed_m_s)
-
-    def _relifted(
-        self, context: LineContext, pair: LinePair, q_grasp: Float[np.ndarray, "dof"]
-    ) -> Float[np.ndarray, "k dof"]:
-        """The lift from a configuration that differs a little from the one it was planned for."""
-        paths, counts = follow_line(
-            context.robot,
-            q_grasp[None],
-            pair.lift_poses[1:],
-            self._arm.lower,
-            self._arm.upper,
-            self._config.cartesian.max_joint_step_rad,
-        )
-        if counts[0] < len(pair.lift_poses) - 1:
-            raise NoMotionError(PlanStage.LIFT, "the lift cannot be followed from where the approach ends.")
-        return np.vstack([q_grasp, paths[0]])
-
-    def _pink_line(
-        self, path: Float[np.ndarray, "m dof"], poses: Float[np.ndarray, "m 4 4"], speed_m_s: float
-    ) -> Float[np.ndarray, "m dof"]:
-        """The line by pink if that is sound, else the path given."""
-        dt_s = self._config.cartesian.step_m / speed_m_s
-        followed = self._follower.follow(path[0], poses[1:], path[1:], dt_s)
-        if followed is None:
-            return path
-        followed = np.vstack([path[0], followed])
-        sound = line_fault(self._arm, followed, poses, self._config.cartesian) is None
-        return followed if sound else path
-
-    def _timed_line(
-        self, path: Float[np.ndarray, "m dof"], poses: Float[np.ndarray, "m 4 4"], speed_m_s: float
-    ) -> Trajectory:
-        distances = np.linalg.norm(poses[:, :3, 3] - poses[0, :3, 3], axis=1)
-        return time_line(path, distances, speed_m_s, self._arm, self._config.timing)
-
-    @cached_property
-    def _follower(self) -> "PinkFollower":
-        # Imported when needed, see `load`.
-        from torc.motion.pink_lines import PinkFollower
-
-        return PinkFollower(self._arm, self._config.cartesian.limit_margin_rad)
+    def _timed_line(self, path: Float[np.ndarray, "m dof"], longest_m: float, speed_m_s: float) -> Trajectory:
+        """A path along some of the evenly spaced waypoints of the longest line."""
+        spacing_m = longest_m / waypoints_of(longest_m, self._config.cartesian.step_m)
+        return time_line(path, spacing_m * np.arange(len(path)), speed_m_s, self._arm, self._config.timing)

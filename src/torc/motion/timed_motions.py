@@ -7,10 +7,11 @@ from jaxtyping import Float
 
 from torc.motion.config import MotionConfig, SearchConfig
 from torc.motion.geometry import rounded_path
-from torc.motion.queries import MotionQuery, PathSearch
+from torc.motion.queries import MotionQuery
 from torc.motion.smoothing import corner_blends, shortcut
 from torc.motion.space import FreeSpace, loosened
 from torc.motion.timing import join, time_path
+from torc.motion.tree_search import tree_search
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import ArmDescription
 
@@ -31,11 +32,10 @@ def free_path(
     for chosen in order:
         if space.edge_free(start, query.goals[chosen]):
             return np.stack([start, query.goals[chosen]]), int(chosen)
-    path = path_search(config)(query.among(order), config, rng)
+    path = tree_search(query.among(order), config, rng)
     if path is None:
         return None
     chosen = int(np.argmin(np.linalg.norm(query.goals - path[-1], axis=1)))
-    path[0], path[-1] = start, query.goals[chosen]
     return shortcut(path, config.shortcut_rounds, space, rng), chosen
 
 
@@ -61,18 +61,6 @@ def timed_motion(
     return failed
 
 
-def path_search(config: SearchConfig) -> PathSearch:
-    """The search that the configuration names."""
-    # Imported here: OMPL takes a while to load, and only one of the two is ever needed.
-    if config.backend == "ompl":
-        from torc.motion.ompl_search import ompl_search
-
-        return ompl_search
-    from torc.motion.tree_search import tree_search
-
-    return tree_search
-
-
 def _timed(
     path: Float[np.ndarray, "m dof"], space: FreeSpace, arm: ArmDescription, config: MotionConfig
 ) -> Trajectory | None:
@@ -81,11 +69,7 @@ def _timed(
         return Trajectory(np.array([0.0, config.timing.sample_s]), path[[0, 0]], np.zeros((2, path.shape[1])))
     strict = loosened(space, config.search.grazing_m)
     for blends in (corner_blends(path, config.search.blend_rad, space), np.zeros(len(path))):
-        parts = [time_path(part, arm, config.timing) for part in rounded_path(path, blends)]
-        complete = [p for p in parts if p is not None]
-        if len(complete) < len(parts):
-            continue
-        trajectory = join(complete)
+        trajectory = join([time_path(part, arm, config.timing) for part in rounded_path(path, blends)])
         if not strict.collides(trajectory.qpos).any():
             return trajectory
         if not blends.any():

@@ -11,20 +11,13 @@ from torc.records import Trajectory
 from torc.robots.description import ArmDescription
 
 
-def time_path(path: PiecewisePath, arm: ArmDescription, config: TimingConfig) -> Trajectory | None:
-    """The fastest motion along a path; None if there is none (toppra only).
+def time_path(path: PiecewisePath, arm: ArmDescription, config: TimingConfig) -> Trajectory:
+    """The fastest motion along a path.
 
     The trajectory stays on the path exactly: between grid points the speed follows constant path acceleration.
-
-    Raises MissingDependencyError if config.backend is "toppra" and the extra of that name is not installed.
     """
     speed, acceleration = config.speed_scale * arm.max_speed, config.acceleration_scale * arm.max_acceleration
     grid = path.grid(path.length / config.grid_points)
-    if config.backend == "toppra":
-        from torc.motion.toppra_profile import toppra_speeds
-
-        speeds = toppra_speeds(path, grid, speed, acceleration)
-        return None if speeds is None else _sample(path, grid, speeds, config.sample_s)
     curvatures = path(grid[:-1], 2)
     starts = path(grid[:-1], 1)
     ends = starts + np.diff(grid)[:, None] * curvatures

@@ -82,10 +82,12 @@ def _connect(start, goals, samples, range_rad, capacity, scene):
     scratch = (np.empty(dof), np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4)), np.empty((rows, 3)))
     nodes = np.empty((2, capacity, dof))
     parents = np.full((2, capacity), -1)
-    counts = np.array([1, goals.shape[0]])
-    nodes[0, 0] = start
-    nodes[1, : goals.shape[0]] = goals
+    counts, rooted = np.array([1, 1]), 1
+    nodes[0, 0], nodes[1, 0] = start, goals[0]
     for s in range(samples.shape[0]):
+        if rooted < goals.shape[0] and 2 * rooted < counts[1]:
+            nodes[1, counts[1]] = goals[rooted]
+            counts[1], rooted = counts[1] + 1, rooted + 1
         tree, other = s % 2, 1 - s % 2
         before = counts[tree]
         counts[tree], _ = _grow(
@@ -105,7 +107,11 @@ def _connect(start, goals, samples, range_rad, capacity, scene):
 def tree_search(
     query: MotionQuery, config: SearchConfig, rng: np.random.Generator
 ) -> Float[np.ndarray, "m dof"] | None:
-    """`PathSearch` by our own trees. Every draw comes from rng."""
+    """A free path from the start to one of the goals, or None after config.max_iterations samples.
+
+    Start and goals must be free. The goals are tried in their order: the first one has the tree to itself, and each
+    further one joins when the tree has grown to twice as many nodes as goals. Every draw comes from rng.
+    """
     space, goals = query.space, kernel_array(query.goals)
     samples = rng.uniform(space.lower, space.upper, (config.max_iterations, len(query.start)))
     # Per sample one node by growing towards it, and one per range_rad of the way by growing towards the other tree.

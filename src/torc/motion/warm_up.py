@@ -12,8 +12,8 @@ from torc.motion.line_context import LineContext
 from torc.motion.queries import MotionQuery
 from torc.motion.smoothing import corner_blends, shortcut
 from torc.motion.space import free_space
-from torc.motion.timed_motions import path_search
 from torc.motion.timing import time_path
+from torc.motion.tree_search import tree_search
 
 
 def use_kernels(context: LineContext, config: MotionConfig) -> None:
@@ -31,7 +31,7 @@ def use_kernels(context: LineContext, config: MotionConfig) -> None:
     space.collides(path)
     space.edge_free(path[0], path[1])
     query = MotionQuery(space, path[0], path[1:])
-    path_search(config.search)(query, replace(config.search, max_iterations=4), rng)
+    tree_search(query, replace(config.search, max_iterations=4), rng)
     path = shortcut(path, 1, space, rng)
     path = np.vstack([path[0], rest, path[-1]])
     blends = corner_blends(path, config.search.blend_rad, space)
