@@ -18,8 +18,8 @@ from torc.collision.world import CollisionWorld, build_collision_world
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
 from torc.robots.loading import load_robot
-from torc.scenes.workspace import Workspace
 from torc.testing.views import view_of_clutter
+from torc.workspace.description import Workspace
 
 
 def main() -> None:

@@ -54,8 +54,8 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
     from torc.episode.steps import EpisodeConfig, EpisodeParts
     from torc.pipeline.building import build_system
     from torc.pipeline.failures import failed_tries
+    from torc.problems.problem import load_problem
     from torc.records import PickOutcome, PickPlan
-    from torc.scenes.problem import load_problem
     from torc.specs.conditions import Conditions
     from torc.task_planning.registry import make_planner
 
@@ -132,7 +132,7 @@ def table(rows: Sequence[dict]) -> str:
 
 def main() -> None:
     """Gather, fit and print."""
-    from torc.scenes.problem_sets import select_problems
+    from torc.problems.sets import select_problems
 
     args = tyro.cli(Args, description=__doc__)
     args.out.mkdir(parents=True, exist_ok=True)

@@ -20,9 +20,9 @@ from torc.generation.batch import inspector_for
 from torc.generation.config import GenerationConfig, WantedHiddenness
 from torc.generation.generator import GeneratedProblem, generate_problem
 from torc.generation.validation import validate_problem
+from torc.problems.problem import load_problem, save_problem
 from torc.processes import open_pool
 from torc.robots.names import DEFAULT_ROBOT
-from torc.scenes.problem import load_problem, save_problem
 
 BUDGET_S = 5.0
 """What making one problem may take."""

@@ -36,9 +36,9 @@ from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.report import hold_back_unlikely
+from torc.problems.problem import load_problem
+from torc.problems.sets import select_problems
 from torc.records import GraspStatus, Observation
-from torc.scenes.problem import load_problem
-from torc.scenes.problem_sets import select_problems
 from torc.specs.conditions import Conditions
 from torc.task_planning.registry import make_planner
 

@@ -34,8 +34,8 @@ from torc.motion.tree_search import tree_search
 from torc.records import PickPlan
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.loading import load_robot
-from torc.scenes.workspace import Workspace
 from torc.testing.views import view_of_clutter
+from torc.workspace.description import Workspace
 
 STAGES = {
     "straight.candidates": "branches, lines",

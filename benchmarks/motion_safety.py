@@ -24,15 +24,15 @@ from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import build_pipeline
 from torc.pipeline.look import Look
 from torc.pipeline.seeding import stage_rng
+from torc.problems.problem import Problem, load_problem
+from torc.problems.sets import problem_names
 from torc.records import PickPlan
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
-from torc.scenes.problem import Problem, load_problem
-from torc.scenes.problem_sets import problem_names
-from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot
 from torc.sim.world import build_world
 from torc.specs.conditions import Conditions
+from torc.workspace.description import Workspace
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ def solve(problem_name: str, seed: int, budget: float, likely: bool) -> dict:
     from torc.episode.privileged import open_sandbox
     from torc.episode.steps import EpisodeConfig
     from torc.pipeline.building import build_system
-    from torc.scenes.problem import load_problem
+    from torc.problems.problem import load_problem
     from torc.specs.conditions import Conditions
 
     problem, system = load_problem(problem_name), build_system(Conditions())
@@ -84,7 +84,7 @@ def solve_into(path: Path, problem_name: str, seed: int, budget: float, likely: 
 
 def answers(args: Args) -> Iterable[tuple[Path, str, int, float, bool]]:
     """Where each answer goes, and what is asked."""
-    from torc.scenes.problem_sets import select_problems
+    from torc.problems.sets import select_problems
 
     for seed in range(args.seeds):
         for problem in select_problems(args.problems):

@@ -15,12 +15,12 @@ import networkx as nx
 import numpy as np
 import tyro
 
-from torc.scenes.workspace import CameraMount
 from torc.task_planning.dg_select import DgSelectPlanner, decide_by_graph
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.paths import sink_probabilities
 from torc.task_planning.relations import find_relations
 from torc.testing.contexts import cluttered_context
+from torc.workspace.description import CameraMount
 
 ENUMERATED_PATHS = 200_000
 """Enumeration stops here; its time is then a lower bound."""

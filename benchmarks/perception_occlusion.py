@@ -18,7 +18,6 @@ from torc.occlusion.volume import empty_volume, update_volume
 from torc.perception.marking import mark_image
 from torc.perception.privileged import LabelPerception
 from torc.records import Observation, VoxelGrid
-from torc.scenes.workspace import Workspace
 from torc.testing.synthetic import (
     Shape,
     SyntheticBox,
@@ -26,6 +25,7 @@ from torc.testing.synthetic import (
     random_clutter,
     synthetic_observation,
 )
+from torc.workspace.description import Workspace
 
 MEDIAN_MS, P95_MS = 60.0, 100.0
 

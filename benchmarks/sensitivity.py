@@ -21,10 +21,10 @@ from benchmarks.processes import run_jobs
 from torc.benchmark import intervals
 from torc.benchmark.intervals import by_problem
 from torc.errors import TorcError
+from torc.objects.library import load_object
+from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh
+from torc.problems.problem import Problem
 from torc.robots.execution import ExecutionConfig
-from torc.scenes.library import load_object
-from torc.scenes.models import CollisionPiece, ObjectModel, VisualMesh
-from torc.scenes.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def _played(problem_name: str, planner: str, seed: int, condition: Condition) ->
     from torc.episode.simulated import pick_parts
     from torc.episode.steps import EpisodeConfig, EpisodeParts
     from torc.pipeline.building import build_system
-    from torc.scenes.problem import load_problem
+    from torc.problems.problem import load_problem
     from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
     from torc.sim.world import build_world
     from torc.specs.conditions import Conditions
@@ -216,7 +216,7 @@ def _cells(mine: Sequence[dict[str, Any]]) -> tuple[str, ...]:
 
 def main() -> None:
     """Play and print."""
-    from torc.scenes.problem_sets import select_problems
+    from torc.problems.sets import select_problems
 
     args = tyro.cli(Args, description=__doc__)
     args.out.mkdir(parents=True, exist_ok=True)

@@ -18,8 +18,8 @@ from torc.episode.loop import rehearse, run_episode
 from torc.episode.simulated import pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.pipeline.building import build_system
-from torc.scenes.problem import load_problem
-from torc.scenes.problem_sets import problem_names
+from torc.problems.problem import load_problem
+from torc.problems.sets import problem_names
 from torc.specs.conditions import Conditions
 from torc.task_planning.registry import make_planner
 

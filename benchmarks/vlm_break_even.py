@@ -116,7 +116,7 @@ def contenders(args: Args) -> tuple[Contender, ...]:
 
 def trials(args: Args) -> Iterator[tuple[str, Contender, int, Path]]:
     """All trials that the arguments ask for; each seed is complete before the next begins."""
-    from torc.scenes.problem_sets import select_problems
+    from torc.problems.sets import select_problems
 
     for seed in range(args.seeds):
         for problem in select_problems(args.problems):

@@ -154,7 +154,7 @@ def fitted(target: float, lost: Callable[[float], float], steps: int = 7) -> flo
 
 def main() -> None:
     """Gather, fit and print."""
-    from torc.scenes.problem_sets import select_problems
+    from torc.problems.sets import select_problems
     from torc.vlm.simulated.profiles import Profile
 
     args = tyro.cli(Args)

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from torc.problems.problem import load_problem
 from torc.robots.loading import load_robot
-from torc.scenes.problem import load_problem
-from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot
 from torc.sim.world import build_world
+from torc.workspace.description import Workspace
 
 DEPTH_SCALE_M = 0.0001
 """Metres per unit of the stored depth."""

@@ -11,7 +11,7 @@ from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
 from torc.records import PickPlan, PlanFailure, Trajectory
 from torc.robots.description import RobotDescription
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 
 class SlowMotion:

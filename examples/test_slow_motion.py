@@ -5,8 +5,8 @@ import pytest
 
 from slow_motion import SlowMotion
 from torc.robots.loading import load_robot
-from torc.scenes.workspace import Workspace
 from torc.testing.motion_conformance import check_motion_planner, requests
+from torc.workspace.description import Workspace
 
 
 def test_it_conforms():

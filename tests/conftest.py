@@ -7,7 +7,7 @@ import pytest
 
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 
 @pytest.fixture(autouse=True)

@@ -20,11 +20,11 @@ from torc.motion.planner import SamplingMotionPlanner
 from torc.pipeline.building import build_pipeline
 from torc.records import Observation
 from torc.robots.loading import load_robot
-from torc.scenes.workspace import Workspace
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.workspace.description import Workspace
 
 
 def main(directory: Path, trials: list[str]) -> dict[str, object]:

@@ -22,7 +22,9 @@ ORDER = [
     "records",
     "geometry",
     "robots",
-    "scenes",
+    "objects",
+    "workspace",
+    "problems",
     "perception",
     "occlusion",
     "collision",
@@ -109,9 +111,9 @@ def test_no_modules_import_each_other_in_a_circle():
         ("ray", "benchmark"),
         ("networkx", ""),
         ("coal", ""),
-        ("trimesh", "scenes"),
-        ("coacd", "scenes"),
-        ("fast_simplification", "scenes"),
+        ("trimesh", "objects"),
+        ("coacd", "objects"),
+        ("fast_simplification", "objects"),
         ("google", "vlm"),
         ("openai", "vlm"),
         ("anthropic", "vlm"),
@@ -128,7 +130,7 @@ def test_extras_are_imported_only_where_they_are_used(library, package):
 
 def test_importing_the_importer_needs_none_of_its_libraries():
     libraries = {"trimesh", "coacd", "fast_simplification"}
-    probe = f"import sys, torc.scenes.importing; print({libraries} & set(sys.modules))"
+    probe = f"import sys, torc.objects.importing; print({libraries} & set(sys.modules))"
     out = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
     assert out.strip() == "set()"
 

@@ -11,9 +11,9 @@ from torc.cli.experiments import read_experiment
 from torc.cli.main import parse
 from torc.pipeline import warm_up
 from torc.pipeline.frames import directory_form, npz_form
+from torc.problems.problem import parse_problem
 from torc.records import GraspStatus, PickResult, PlanningContext
 from torc.robots import schema
-from torc.scenes.problem import parse_problem
 from torc.stages import TASK_PLANNERS
 from torc.task_planning.graph import EdgeKind
 from torc.testing.planner_conformance import check_planner

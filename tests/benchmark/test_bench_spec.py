@@ -10,8 +10,8 @@ from torc.benchmark.identity import problem_fingerprint
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, make_spec, merged, planned
 from torc.benchmark.spec_files import from_json, to_json
 from torc.errors import InputError, UnknownNameError
+from torc.problems.problem import load_problem
 from torc.robots.names import DEFAULT_ROBOT
-from torc.scenes.problem import load_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
 from torc.specs.variants import variants, varied

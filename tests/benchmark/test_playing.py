@@ -12,11 +12,11 @@ from torc.benchmark.playing import Order, changed_part, play
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint, forget_files
+from torc.objects.files import save_object
+from torc.objects.library import load_object
+from torc.problems.problem import load_problem, save_problem
 from torc.robots.loading import own_source
 from torc.robots.schema import EXAMPLE
-from torc.scenes.library import load_object
-from torc.scenes.object_files import save_object
-from torc.scenes.problem import load_problem, save_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
 

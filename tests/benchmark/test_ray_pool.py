@@ -21,16 +21,16 @@ from torc.benchmark.ray_pool import RayPool, load_ray, ray_pool
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem
 from torc.errors import InputError, MissingDependencyError, TorcError
 from torc.fingerprints import file_fingerprint
+from torc.objects.files import save_object
+from torc.objects.library import load_object
+from torc.problems.problem import load_problem, save_problem
 from torc.robots.loading import own_source
 from torc.robots.schema import EXAMPLE
-from torc.scenes.library import load_object
-from torc.scenes.object_files import save_object
-from torc.scenes.problem import load_problem, save_problem
-from torc.scenes.workspace_files import EXAMPLE as WORKSPACE
-from torc.scenes.workspace_files import own_workspace_source
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
 from torc.vlm.cache import CacheConfig
+from torc.workspace.files import EXAMPLE as WORKSPACE
+from torc.workspace.files import own_workspace_source
 
 LIMITS = PoolConfig(0, 500.0, 4 * 2**30)
 ANSWER = "answer", {f"{TRIAL}/result.json": b"{}", OUTPUT: b"said"}

@@ -19,7 +19,7 @@ from torc.benchmark.table_files import PICKS_FILE, TRIALS_FILE, read_rows, write
 from torc.errors import InputError
 from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty
-from torc.scenes.problem import load_problem
+from torc.problems.problem import load_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from benchmarks import sensitivity
-from torc.scenes.library import load_object
-from torc.scenes.problem import load_problem
-from torc.scenes.workspace import Workspace
+from torc.objects.library import load_object
+from torc.problems.problem import load_problem
 from torc.sim.contacts import deepest_overlap
 from torc.sim.world import build_world
+from torc.workspace.description import Workspace
 
 
 def test_a_scaled_scene_is_the_same_scene_larger():

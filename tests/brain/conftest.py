@@ -10,9 +10,9 @@ from torc.brain import load_frame
 from torc.geometry.transforms import look_at
 from torc.pipeline.frames import Frame
 from torc.records import BACKGROUND
-from torc.scenes.workspace import CameraMount
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
+from torc.workspace.description import CameraMount
 
 SHAPES = (
     box(0, 0.72, -0.02, (0.05, 0.05, 0.08)),

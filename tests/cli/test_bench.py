@@ -18,8 +18,8 @@ from torc.benchmark.playing import play
 from torc.benchmark.reading import read_table, read_tables
 from torc.benchmark.store import Store
 from torc.benchmark.table_files import pick_records, trial_records
+from torc.problems.problem import load_problem, save_problem
 from torc.robots.schema import EXAMPLE
-from torc.scenes.problem import load_problem, save_problem
 
 PROBLEMS = "structured-04,unstructured-02"
 PLANNER = """
@@ -306,7 +306,7 @@ def test_a_grasp_planner_that_cannot_be_made_is_refused_and_later_goes_on(bench,
 
 
 def test_ones_own_problem_is_kept_as_it_was_played(bench, tmp_path):
-    from torc.scenes.problem import load_problem, problem_text
+    from torc.problems.problem import load_problem, problem_text
 
     mine = tmp_path / "mine.yaml"
     text = problem_text(load_problem("structured-04")).replace("name: structured-04", "name: mine", 1)
@@ -321,7 +321,7 @@ def test_ones_own_problem_is_kept_as_it_was_played(bench, tmp_path):
 
 
 def test_two_problems_of_one_name_are_named_with_the_remedy(bench, tmp_path):
-    from torc.scenes.problem import load_problem, save_problem
+    from torc.problems.problem import load_problem, save_problem
 
     for name in ("a", "b"):
         (tmp_path / name).mkdir()

@@ -11,8 +11,8 @@ from torc_command import run_torc
 
 import torc
 from torc.cli.run import RunCommand
-from torc.scenes.problem import load_problem, problem_text
-from torc.scenes.problem_sets import problem_names, problem_sets
+from torc.problems.problem import load_problem, problem_text
+from torc.problems.sets import problem_names, problem_sets
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 
 

@@ -10,9 +10,9 @@ from PIL import Image
 from torc.cli import object_sheet
 from torc.cli.object_sheet import SheetCommand
 from torc.errors import InputError
-from torc.scenes.library import builtin_object_names, load_object, object_facts
-from torc.scenes.models import ObjectModel
-from torc.scenes.object_files import save_object
+from torc.objects.files import save_object
+from torc.objects.library import builtin_object_names, load_object, object_facts
+from torc.objects.models import ObjectModel
 
 
 def test_a_sheet_of_a_kind_and_an_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 from torc_command import run_torc
 
-from torc.scenes.library import builtin_object_names, load_object
-from torc.scenes.object_files import load_source
+from torc.objects.files import load_source
+from torc.objects.library import builtin_object_names, load_object
 
 CORNERS = np.array([(x, y, z) for x in (-30, 30) for y in (-80, 80) for z in (-105, 105)], dtype=float)
 FACES = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)]

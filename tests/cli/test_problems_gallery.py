@@ -10,7 +10,7 @@ from torc_command import run_torc
 from torc.generation import gallery
 from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty
-from torc.scenes.problem import load_problem, save_problem
+from torc.problems.problem import load_problem, save_problem
 
 _torc = partial(run_torc, "problems", "gallery")
 

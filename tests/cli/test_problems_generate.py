@@ -15,9 +15,9 @@ from torc.generation.difficulty import Difficulty
 from torc.generation.generator import GeneratedProblem, NotGenerated
 from torc.generation.rejections import Reason
 from torc.generation.validation import Check, ValidationReport
-from torc.scenes.library import load_object
-from torc.scenes.object_files import save_object
-from torc.scenes.problem import load_problem, save_problem
+from torc.objects.files import save_object
+from torc.objects.library import load_object
+from torc.problems.problem import load_problem, save_problem
 
 SHIPPED = load_problem("structured-04")
 DIFFICULTY = Difficulty(9, Hiddenness.PARTLY, 0.31, 2, 3, 4)

@@ -7,7 +7,7 @@ import pytest
 from tests.helpers.graspclutter6d_tree import upright, write_tree
 from tests.helpers.plain_mesh_reader import read_plain_mesh
 from torc.cli.main import main
-from torc.scenes.importing.graspclutter6d import objects
+from torc.generation.graspclutter6d import objects
 
 OBJECTS = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))
 

@@ -7,8 +7,8 @@ from tests.helpers.reaching import reaching_qpos
 from torc.collision.world import CollisionWorld
 from torc.records import OcclusionVolume
 from torc.robots.description import RobotDescription
-from torc.scenes.workspace import Workspace
 from torc.testing.views import View, view_of_clutter
+from torc.workspace.description import Workspace
 
 
 @pytest.fixture(scope="session")

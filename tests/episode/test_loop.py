@@ -22,9 +22,9 @@ from torc.records import FeltOutcome, GraspStatus, Observation, PickOutcome, Pic
 from torc.records.serialization import load_record
 from torc.robots.ik import solve_ik
 from torc.robots.kinematics import tool0_from_tcp
-from torc.scenes.workspace import Workspace
 from torc.task_planning.registry import make_planner
 from torc.testing.synthetic import SyntheticBox
+from torc.workspace.description import Workspace
 
 TALL = SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20))
 SIDE = SyntheticBox(2, (0.62, -0.30, 1.10), (0.05, 0.05, 0.10))

@@ -4,10 +4,10 @@ import pytest
 
 from tools.grippers import write_slides
 from torc.episode.trial import run_trial
-from torc.scenes.library import load_object
-from torc.scenes.problem import ObjectPlacement, Problem, save_problem
-from torc.scenes.workspace import Workspace
+from torc.objects.library import load_object
+from torc.problems.problem import ObjectPlacement, Problem, save_problem
 from torc.specs.trial import TrialSpec
+from torc.workspace.description import Workspace
 
 TABLE_Z = Workspace().support_z_m
 

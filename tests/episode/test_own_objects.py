@@ -10,14 +10,14 @@ from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
 from torc.episode.trial import run_trial
-from torc.scenes.importing import MeshOptions, read_mesh
-from torc.scenes.importing.storing import add_object
-from torc.scenes.library import load_object
-from torc.scenes.problem import ObjectPlacement, Problem, save_problem
-from torc.scenes.workspace import Workspace
+from torc.objects.importing import MeshOptions, read_mesh
+from torc.objects.importing.storing import add_object
+from torc.objects.library import load_object
+from torc.problems.problem import ObjectPlacement, Problem, save_problem
 from torc.sim.rendering import render_view
 from torc.sim.world import build_world
 from torc.specs.trial import TrialSpec
+from torc.workspace.description import Workspace
 
 TABLE_Z = Workspace().support_z_m
 

@@ -13,7 +13,7 @@ from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import run_trial
 from torc.errors import UnknownNameError
 from torc.pipeline.building import build_system
-from torc.scenes.problem import load_problem
+from torc.problems.problem import load_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner

@@ -12,7 +12,7 @@ from torc.episode.events import Decided, Looked
 from torc.episode.log_writing import without_seconds
 from torc.episode.trial import run_trial
 from torc.errors import InputError, PhysicsError
-from torc.scenes.problem import load_problem, save_problem
+from torc.problems.problem import load_problem, save_problem
 from torc.specs.trial import TrialSpec
 
 SPEC = TrialSpec.of("structured-04", "dg-select", seed=3, max_picks=3)

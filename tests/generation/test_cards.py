@@ -22,8 +22,8 @@ from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty
 from torc.generation.oracle_orders import OracleOrder
 from torc.perception.palette import object_color
+from torc.problems.problem import load_problem
 from torc.records import TARGET_ID
-from torc.scenes.problem import load_problem
 from torc.sim.rendering import View
 
 PROBLEM = load_problem("structured-04")

@@ -8,8 +8,8 @@ import pytest
 from torc.errors import InputError, UnknownNameError
 from torc.generation.choice import allowed_models
 from torc.generation.config import GenerationConfig
-from torc.scenes.library import builtin_object_names, load_object
-from torc.scenes.object_files import save_object
+from torc.objects.files import save_object
+from torc.objects.library import builtin_object_names, load_object
 
 FEW = GenerationConfig(objects=(2, 3))
 

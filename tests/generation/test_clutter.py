@@ -18,15 +18,15 @@ from torc.generation.clutter import (
     worst_mover,
 )
 from torc.generation.rejections import Reason
+from torc.generation.sampling import sample_models
 from torc.geometry.transforms import transform_points
-from torc.scenes.library import load_object
-from torc.scenes.problem import ObjectPlacement, Problem, load_problem
-from torc.scenes.sampling import sample_models
-from torc.scenes.workspace import Workspace
+from torc.objects.library import load_object
+from torc.problems.problem import ObjectPlacement, Problem, load_problem
 from torc.sim.contacts import Overlap
 from torc.sim.settling import UNSEEN
 from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
 from torc.sim.world import build_world
+from torc.workspace.description import Workspace
 
 WORKSPACE, CONFIG = Workspace(), ClutterConfig()
 WANTED = ObjectRange(5, 7)

@@ -7,8 +7,8 @@ import pytest
 
 from torc.errors import InputError
 from torc.generation.curation import Candidate, Wanted, choose, is_eligible, named, read_candidates
-from torc.scenes.library import builtin_object_names
-from torc.scenes.problem import ObjectPlacement, Problem, save_problem
+from torc.objects.library import builtin_object_names
+from torc.problems.problem import ObjectPlacement, Problem, save_problem
 
 MODELS = builtin_object_names()
 

@@ -6,7 +6,7 @@ import pytest
 
 from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty, difficulty_of, stated_difficulty
-from torc.scenes.problem import load_problem, parse_problem, problem_text
+from torc.problems.problem import load_problem, parse_problem, problem_text
 
 PROBLEM = load_problem("structured-04")
 STATED = Difficulty(len(PROBLEM.objects), Hiddenness.PARTLY, 0.3125, 7, 8, 9)

@@ -13,7 +13,7 @@ from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty
 from torc.generation.gallery import left_over, make_gallery
 from torc.generation.oracle_orders import OracleOrder
-from torc.scenes.problem import load_problem
+from torc.problems.problem import load_problem
 
 A, B = load_problem("structured-04"), load_problem("unstructured-03")
 HIDDEN = Difficulty(9, Hiddenness.HIDDEN, 0.0, 1, 3, 3)

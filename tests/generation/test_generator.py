@@ -23,10 +23,10 @@ from torc.generation.generator import GeneratedProblem, NotGenerated, generate_p
 from torc.generation.inspection import Inspector, SceneView
 from torc.generation.rejections import Reason
 from torc.generation.surroundings import Surroundings
+from torc.objects.files import save_object
+from torc.objects.library import load_object
+from torc.problems.problem import parse_problem, problem_text
 from torc.robots.loading import load_robot
-from torc.scenes.library import load_object
-from torc.scenes.object_files import save_object
-from torc.scenes.problem import parse_problem, problem_text
 from torc.specs.conditions import Conditions
 
 

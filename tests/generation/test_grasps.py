@@ -6,8 +6,8 @@ import pytest
 from torc.errors import InputError, UnknownNameError
 from torc.generation.grasps import ModelGrasping, graspable_alone
 from torc.geometry.transforms import make_pose, rotation_about
-from torc.scenes.library import load_object
-from torc.scenes.workspace import Workspace
+from torc.objects.library import load_object
+from torc.workspace.description import Workspace
 
 TABLE_Z = Workspace().support_z_m
 

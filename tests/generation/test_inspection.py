@@ -8,8 +8,8 @@ import pytest
 from torc.generation.config import Hiddenness, hiddenness_of
 from torc.occlusion.volume import empty_volume
 from torc.perception.segmentation import PerceptionConfig
+from torc.problems.problem import load_problem
 from torc.records import TARGET_ID
-from torc.scenes.problem import load_problem
 
 SCENE = load_problem("structured-04")
 

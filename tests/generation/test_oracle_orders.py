@@ -8,7 +8,7 @@ from made_up_answers import answer_for
 
 from torc.errors import InputError
 from torc.generation.oracle_orders import ORDER_KEY, OracleOrder, join_order, orders_from, stated_order
-from torc.scenes.problem import load_problem
+from torc.problems.problem import load_problem
 
 A, B = load_problem("structured-04"), load_problem("unstructured-03")
 

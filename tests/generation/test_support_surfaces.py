@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from torc.generation.surfaces import SPACING_M, placed, surface_cloud
 from torc.geometry.transforms import make_pose, rotation_about
-from torc.scenes.library import load_object
+from torc.objects.library import load_object
 
 SOLID = ("soup_can_red", "cracker_box_red", "apple_red", "die_red")
 

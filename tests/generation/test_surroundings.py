@@ -4,9 +4,9 @@ import pytest
 
 from torc.errors import UnknownNameError
 from torc.generation.surroundings import surroundings
-from torc.scenes.library import load_object
-from torc.scenes.problem import ObjectPlacement, Problem
-from torc.scenes.workspace import Workspace
+from torc.objects.library import load_object
+from torc.problems.problem import ObjectPlacement, Problem
+from torc.workspace.description import Workspace
 
 TABLE_Z = Workspace().support_z_m
 CAMERA = Workspace().camera.T_world_camera

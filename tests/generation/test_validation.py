@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from torc.generation.validation import Check, ValidationConfig, validate_problem
-from torc.scenes.library import load_object
-from torc.scenes.object_files import save_object
-from torc.scenes.problem import ObjectPlacement, load_problem
-from torc.scenes.workspace import Workspace
+from torc.objects.files import save_object
+from torc.objects.library import load_object
+from torc.problems.problem import ObjectPlacement, load_problem
 from torc.sim.stillness import StillnessConfig
+from torc.workspace.description import Workspace
 
 QUICK = ValidationConfig(stillness=StillnessConfig(seconds=1.0), first_looks=1)
 GOOD = load_problem("structured-04")
@@ -110,7 +110,7 @@ def test_a_damaged_object_fails_its_problem_alone(inspector, object_store):
 
 
 def test_an_object_that_the_physics_refuses_fails_its_problem_alone(inspector, object_store, monkeypatch):
-    monkeypatch.setattr("torc.scenes.object_files.check_model", lambda *_: None)
+    monkeypatch.setattr("torc.objects.files.check_model", lambda *_: None)
     die = load_object("die_red")
     line = replace(die.visuals[0], vertices=die.visuals[0].vertices * (1, 0, 0))
     problem = _thing_in(GOOD, replace(die, name="thing", visuals=(line,)), object_store)

@@ -7,9 +7,9 @@ import pytest
 
 from torc.generation.views import VIEW_NAMES, ViewConfig, problem_views
 from torc.perception.palette import object_color
+from torc.problems.problem import load_problem
 from torc.records import TARGET_ID
-from torc.scenes.problem import load_problem
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 SIZE = ViewConfig(width=160, height=120)
 RED = np.array(object_color(TARGET_ID), np.uint8)

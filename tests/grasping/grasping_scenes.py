@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from torc.scenes.workspace import Workspace
 from torc.testing.synthetic import SyntheticBox
+from torc.workspace.description import Workspace
 
 WORKSPACE = Workspace()
 TABLE_Z = WORKSPACE.support_z_m

@@ -25,8 +25,8 @@ from torc.records import (
     Trajectory,
 )
 from torc.robots.description import RobotDescription
-from torc.scenes.workspace import Workspace
 from torc.testing.synthetic import Shape, synthetic_observation
+from torc.workspace.description import Workspace
 
 
 class FakeRobot:

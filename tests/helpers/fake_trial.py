@@ -15,11 +15,11 @@ from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
 from torc.records import PickOutcome
 from torc.robots.loading import load_robot
-from torc.scenes.workspace import Workspace
 from torc.specs.files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.testing.synthetic import Shape, SyntheticBox
+from torc.workspace.description import Workspace
 
 SHAPES: tuple[Shape, ...] = (
     SyntheticBox(0, (0.66, -0.12, 1.08), (0.05, 0.05, 0.06)),

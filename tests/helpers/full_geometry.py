@@ -13,7 +13,7 @@ from jaxtyping import Float
 from scipy.spatial import ConvexHull
 
 from torc.robots.description import RobotDescription
-from torc.scenes.workspace import Box
+from torc.workspace.description import Box
 
 _IDENTITY = coal.Transform3s.Identity()
 Obstacle = tuple[Any, Any]

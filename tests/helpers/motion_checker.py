@@ -15,7 +15,7 @@ from torc.motion.protocol import PickRequest
 from torc.records import PickPlan, Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 
 from torc.errors import InputError
-from torc.scenes.importing import MeshImport, MeshOptions
-from torc.scenes.models import CollisionPiece, ObjectModel, VisualMesh
-from torc.scenes.object_files import ObjectSource
-from torc.scenes.object_schema import MAX_SIZE_M, MIN_SIZE_M
+from torc.objects.files import ObjectSource
+from torc.objects.importing import MeshImport, MeshOptions
+from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh
+from torc.objects.schema import MAX_SIZE_M, MIN_SIZE_M
 
 
 def read_plain_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImport:
-    """Like `torc.scenes.importing.read_mesh`, for OBJ and ASCII PLY files of one convex body; never turned."""
+    """Like `torc.objects.importing.read_mesh`, for OBJ and ASCII PLY files of one convex body; never turned."""
     path, options = Path(path), options or MeshOptions()
     vertices, faces = (_read_obj if path.suffix == ".obj" else _read_ply)(path.read_text())
     vertices = options.scale * vertices

@@ -13,9 +13,9 @@ from torc.motion.protocol import PickRequest
 from torc.records import GraspReport, GraspSet, GraspStatus
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
-from torc.scenes.workspace import Workspace
 from torc.testing.synthetic import Shape, SyntheticBox, half_sizes
 from torc.testing.views import View, view_of, view_of_clutter
+from torc.workspace.description import Workspace
 
 
 @pytest.fixture(scope="session")

@@ -7,9 +7,9 @@ import pytest
 
 from torc.motion.extent import possible_points, unseen_below
 from torc.records.volume import OcclusionVolume, VoxelGrid
-from torc.scenes.workspace import Workspace
 from torc.testing.synthetic import SyntheticBox
 from torc.testing.views import view_of, view_of_clutter
+from torc.workspace.description import Workspace
 
 TABLE = Workspace().support_z_m
 CAMERA = Workspace().camera.T_world_camera[:3, 3]

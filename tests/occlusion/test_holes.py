@@ -13,8 +13,8 @@ from torc.occlusion.holes import bridge_holes
 from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception
 from torc.records import BACKGROUND, EMPTY
-from torc.scenes.workspace import CameraMount, Workspace
 from torc.testing.synthetic import SyntheticBox, inside, random_clutter, synthetic_observation
+from torc.workspace.description import CameraMount, Workspace
 
 GRID = Workspace().grid
 SUPPORT_Z_M = Workspace().support_z_m

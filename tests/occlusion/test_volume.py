@@ -17,7 +17,6 @@ from torc.occlusion.volume import (
 from torc.perception.noise import NoiseConfig, add_sensor_noise, stereo_camera
 from torc.perception.privileged import REAL_CAMERA, LabelPerception
 from torc.records import BACKGROUND, EMPTY, ROBOT, VoxelGrid
-from torc.scenes.workspace import CameraMount, Workspace
 from torc.testing.synthetic import (
     SyntheticBox,
     SyntheticCylinder,
@@ -25,6 +24,7 @@ from torc.testing.synthetic import (
     random_clutter,
     synthetic_observation,
 )
+from torc.workspace.description import CameraMount, Workspace
 
 GRID = Workspace().grid
 SUPPORT_Z_M = Workspace().support_z_m

@@ -10,7 +10,6 @@ from torc.geometry.projection import project
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.privileged import LabelPerception, PerceptionConfig
 from torc.records import BACKGROUND, ROBOT
-from torc.scenes.workspace import CameraMount, Workspace
 from torc.testing.synthetic import (
     SyntheticBox,
     SyntheticCylinder,
@@ -20,6 +19,7 @@ from torc.testing.synthetic import (
     raycast,
     synthetic_observation,
 )
+from torc.workspace.description import CameraMount, Workspace
 
 BOX = SyntheticBox(1, (0.6, 0.0, 1.11), (0.1, 0.12, 0.12), (0.95, 0.0, 0.0, 0.31))
 CAN = SyntheticCylinder(2, (0.6, 0.2, 1.11), 0.035, 0.12)

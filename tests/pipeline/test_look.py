@@ -11,9 +11,9 @@ from torc.occlusion.volume import FIXED_REAL_CAMERA, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
 from torc.records import BACKGROUND, ROBOT, TARGET_ID
-from torc.scenes.workspace import Workspace
 from torc.task_planning.relations import find_relations
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
+from torc.workspace.description import Workspace
 
 SHAPES = (
     SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20)),

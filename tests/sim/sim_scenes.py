@@ -4,14 +4,14 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from torc.geometry.transforms import invert, make_pose, rotation_about
+from torc.objects.library import load_object
+from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh
+from torc.problems.problem import ObjectPlacement, Problem
 from torc.records import Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
-from torc.scenes.library import load_object
-from torc.scenes.models import CollisionPiece, ObjectModel, VisualMesh
-from torc.scenes.problem import ObjectPlacement, Problem
-from torc.scenes.workspace import Workspace
 from torc.sim.world import World, build_world
+from torc.workspace.description import Workspace
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 TABLE_Z = Workspace().support_z_m

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from sim_scenes import TABLE_Z, UPRIGHT, standing, world_of
 
+from torc.problems.problem import ObjectPlacement, load_problem
 from torc.robots.loading import load_robot
-from torc.scenes.problem import ObjectPlacement, load_problem
-from torc.scenes.workspace import Workspace
 from torc.sim.contacts import ContactReader, deepest_overlap, lies_on
 from torc.sim.robot import _choose_held
 from torc.sim.settling import settle
 from torc.sim.state import save_state
 from torc.sim.world import Presence, build_world
+from torc.workspace.description import Workspace
 
 ROBOT = load_robot()
 

@@ -3,11 +3,11 @@
 import numpy as np
 from sim_scenes import TABLE_Z, UPRIGHT, problem, row, world_of
 
-from torc.scenes.problem import ObjectPlacement
-from torc.scenes.workspace import Workspace
+from torc.problems.problem import ObjectPlacement
 from torc.sim.easing import EaseConfig, deepest_overlap_m, ease_apart
 from torc.sim.settling import settle
 from torc.sim.world import build_world
+from torc.workspace.description import Workspace
 
 
 def _overlapping(depth_m: float):

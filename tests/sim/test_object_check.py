@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torc.scenes.importing import MeshOptions, read_mesh
-from torc.scenes.library import load_object
-from torc.scenes.models import CollisionPiece, ObjectModel
+from torc.objects.importing import MeshOptions, read_mesh
+from torc.objects.library import load_object
+from torc.objects.models import CollisionPiece, ObjectModel
 from torc.sim.object_check import check_object, world_with
 from torc.sim.settling import run
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from torc.geometry.projection import project
-from torc.scenes.library import load_object, object_names
-from torc.scenes.workspace import Workspace
+from torc.objects.library import load_object, object_names
 from torc.sim.portraits import portrait, portrait_camera
+from torc.workspace.description import Workspace
 
 TABLE = np.array(Workspace().table.center)
 

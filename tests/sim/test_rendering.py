@@ -8,11 +8,11 @@ from torc.errors import InputError
 from torc.geometry.projection import project, unproject
 from torc.records import BACKGROUND, ROBOT
 from torc.robots.loading import load_robot
-from torc.scenes.workspace import Workspace
 from torc.sim.camera import SimulatedCamera
 from torc.sim.gl import gl_backend
 from torc.sim.raycasting import pixel_directions
 from torc.sim.rendering import CameraRenderer, render_view
+from torc.workspace.description import Workspace
 
 MOUNT = Workspace().camera
 BACKENDS = ["rays"] if gl_backend() == "rays" else [gl_backend(), "rays"]

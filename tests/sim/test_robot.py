@@ -22,10 +22,10 @@ from torc.records import PickPlan, PickResult
 from torc.robots.kinematics import tcp_pose
 from torc.robots.loading import load_robot
 from torc.robots.protocols import Arm, Camera, ContactGuard, Gripper, Robot
-from torc.scenes.workspace import Workspace
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
 from torc.sim.state import save_state
 from torc.sim.world import Presence, World
+from torc.workspace.description import Workspace
 
 ROBOT = load_robot()
 REST = ROBOT.arm.rest_qpos

@@ -5,8 +5,7 @@ import pytest
 from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
 
 from torc.errors import PhysicsError
-from torc.scenes.problem import ObjectPlacement, load_problem
-from torc.scenes.workspace import Workspace
+from torc.problems.problem import ObjectPlacement, load_problem
 from torc.sim.settling import (
     COARSE,
     UNSEEN,
@@ -21,6 +20,7 @@ from torc.sim.settling import (
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.watchdog import Watchdog
 from torc.sim.world import Presence, build_world
+from torc.workspace.description import Workspace
 
 KINDS = ("soup_can_red", "mug_red", "apple_red", "bowl_blue", "cracker_box_red", "tuna_can_blue")
 

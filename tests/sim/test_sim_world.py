@@ -8,13 +8,13 @@ import pytest
 from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
 
 from torc.errors import InputError
+from torc.problems.problem import Problem
 from torc.records import BACKGROUND, ROBOT
 from torc.robots.kinematics import tool0_poses
 from torc.robots.loading import load_robot
 from torc.robots.schema import EXAMPLE
-from torc.scenes.problem import Problem
-from torc.scenes.workspace import Workspace
 from torc.sim.world import Presence, build_world
+from torc.workspace.description import Workspace
 
 
 def test_the_target_is_object_zero():

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from sim_scenes import row, standing, world_of
 
-from torc.scenes.problem import ObjectPlacement
-from torc.scenes.workspace import Workspace
+from torc.problems.problem import ObjectPlacement
 from torc.sim.settling import settle
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import Presence
+from torc.workspace.description import Workspace
 
 STANDING = ("soup_can_red", "mug_red", "cracker_box_red")
 

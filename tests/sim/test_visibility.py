@@ -5,15 +5,15 @@ import pytest
 from sim_scenes import problem, standing, world_of
 
 from torc.geometry.transforms import make_pose, rotation_about
+from torc.problems.problem import load_problem
 from torc.robots.ik import solve_ik
 from torc.robots.loading import load_robot
-from torc.scenes.problem import load_problem
-from torc.scenes.workspace import Workspace
 from torc.sim.gl import gl_backend
 from torc.sim.rendering import CameraRenderer
 from torc.sim.state import save_state
 from torc.sim.visibility import measure_visibility
 from torc.sim.world import Presence, build_world
+from torc.workspace.description import Workspace
 
 MOUNT = Workspace().camera
 

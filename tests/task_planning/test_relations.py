@@ -7,7 +7,6 @@ import pytest
 
 from torc.errors import InputError
 from torc.records import SegmentedScene
-from torc.scenes.workspace import CameraMount
 from torc.task_planning.graph import EdgeKind
 from torc.task_planning.relation_kernels import nearby_labels
 from torc.task_planning.relations import (
@@ -20,6 +19,7 @@ from torc.task_planning.relations import (
 )
 from torc.testing.contexts import box, perceive
 from torc.testing.synthetic import half_sizes, random_clutter
+from torc.workspace.description import CameraMount
 
 FULL_HD = CameraMount(width=1920, height=1080)
 STANDARD = CameraMount()

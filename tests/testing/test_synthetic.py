@@ -7,7 +7,6 @@ from torc.errors import InputError
 from torc.geometry.projection import unproject
 from torc.geometry.transforms import rotation_about, wxyz_from_rotation
 from torc.records import BACKGROUND
-from torc.scenes.workspace import CameraMount, Workspace
 from torc.testing.synthetic import (
     SyntheticBox,
     SyntheticCylinder,
@@ -19,6 +18,7 @@ from torc.testing.synthetic import (
     shape_pose,
     synthetic_observation,
 )
+from torc.workspace.description import CameraMount, Workspace
 
 TILT = tuple(wxyz_from_rotation(rotation_about((1, 2, 3), 0.7)))
 SHAPES = (

@@ -25,11 +25,11 @@ from tools.grasp_model.floating_model import build_floating
 from tools.grasp_model.sampling import SamplingConfig, choose_for_evaluation, choose_for_training
 from tools.grasp_model.scenes import SceneConfig, make_scene, take_away
 from tools.grasp_model.snapshot import Snapshot, take_snapshot
+from torc.objects.library import load_object
+from torc.problems.problem import Problem
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
-from torc.scenes.library import load_object
-from torc.scenes.problem import Problem
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 Choice = Callable[[Snapshot, int, np.random.Generator], list[tuple[int, Policy]]]
 """Which candidates of a snapshot are tried, and why: from the snapshot, the stage and a generator."""

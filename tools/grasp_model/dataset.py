@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int16, Int32, Int64, UInt8
 
 from torc.errors import InputError
-from torc.scenes.problem import ObjectPlacement, Problem
+from torc.problems.problem import ObjectPlacement, Problem
 
 SHARD_VERSION = 2
 _SHARD_NAME = re.compile(r"trials-(\d{6})-(\d{6})\.npz")

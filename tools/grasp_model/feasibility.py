@@ -20,15 +20,15 @@ from torc.errors import PhysicsError
 from torc.geometry.transforms import rotation_about, rotation_from_wxyz, wxyz_from_rotation
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.protocol import GraspPlanner
+from torc.objects.grasp_facts import FACTS_PATH, GraspFact, model_digest, read_facts, save_facts
+from torc.objects.library import builtin_object_names, load_object
+from torc.problems.problem import ObjectPlacement, Problem
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
-from torc.scenes.grasp_facts import FACTS_PATH, GraspFact, model_digest, read_facts, save_facts
-from torc.scenes.library import builtin_object_names, load_object
-from torc.scenes.problem import ObjectPlacement, Problem
-from torc.scenes.workspace import Workspace
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import settle, with_poses_of
 from torc.sim.world import World, build_world
+from torc.workspace.description import Workspace
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from torc.errors import InputError
+from torc.objects.library import load_object
+from torc.objects.models import ObjectModel
+from torc.problems.problem import Problem
 from torc.robots.description import GripperDescription, RobotDescription
-from torc.scenes.library import load_object
-from torc.scenes.models import ObjectModel
-from torc.scenes.problem import Problem
-from torc.scenes.workspace import Workspace
 from torc.sim.spec import COLLISION_GROUP, WorldConfig, build_spec, object_body_name
+from torc.workspace.description import Workspace
 
 _PREFIX = "hand_"
 _FAR_AWAY = (-3.0, 0.0, 3.0)

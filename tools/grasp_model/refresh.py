@@ -25,10 +25,10 @@ from torc.grasping.features import FEATURE_NAMES, compute_features
 from torc.grasping.generators.common import RawCandidates
 from torc.grasping.hand import HandGeometry, hand_geometry
 from torc.grasping.scoring import HandScore
+from torc.problems.problem import Problem
 from torc.records import OcclusionVolume
 from torc.robots.loading import load_robot
-from torc.scenes.problem import Problem
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 _SLACK_M = 1e-5
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from torc.errors import InputError, PhysicsError
-from torc.scenes.arrangements import StructuredConfig, structured_arrangement
-from torc.scenes.drops import drop_arrangement
-from torc.scenes.problem import Category, ObjectPlacement, Problem
-from torc.scenes.sampling import sample_models
-from torc.scenes.workspace import Workspace
+from torc.generation.arrangements import StructuredConfig, structured_arrangement
+from torc.generation.drops import drop_arrangement
+from torc.generation.sampling import sample_models
+from torc.problems.problem import Category, ObjectPlacement, Problem
 from torc.sim.settling import SettleReport, dump, settle_problem
+from torc.workspace.description import Workspace
 
 
 @dataclass(frozen=True)

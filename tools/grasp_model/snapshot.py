@@ -10,12 +10,12 @@ from torc.grasping.planner import candidates_with_features
 from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, empty_volume, update_volume
 from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.perception.privileged import REAL_CAMERA, LabelPerception
+from torc.problems.problem import Problem
 from torc.records import GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.description import GripperDescription
-from torc.scenes.problem import Problem
-from torc.scenes.workspace import CameraMount, Workspace
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import build_world
+from torc.workspace.description import CameraMount, Workspace
 
 
 @dataclass(frozen=True)

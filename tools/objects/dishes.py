@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw
 from tools.objects.labels import Picture, pixels, rgb, rgba
 from tools.objects.meshes import box_mesh, disc, facetted, loft
 from tools.objects.parts import Parts, box, prism, side_walls
-from torc.scenes.models import VisualMesh
+from torc.objects.models import VisualMesh
 
 Ring = Float[np.ndarray, "s 3"]
 _CORNER = 4

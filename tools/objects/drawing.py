@@ -4,7 +4,7 @@ import importlib
 
 from tools.objects.kinds import Kind, Variant
 from tools.objects.parts import centered
-from torc.scenes.models import ObjectModel
+from torc.objects.models import ObjectModel
 
 
 def draw(kind: Kind, variant: Variant) -> ObjectModel:

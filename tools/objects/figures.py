@@ -6,7 +6,7 @@ from tools.objects.labels import rgba, speckled
 from tools.objects.meshes import Texture, arc, ellipsoid_mesh, moved, revolve
 from tools.objects.parts import Parts, frustum, rod
 from torc.geometry.transforms import rotation_from_wxyz
-from torc.scenes.models import CollisionPiece, Quat, Vec3, VisualMesh
+from torc.objects.models import CollisionPiece, Quat, Vec3, VisualMesh
 
 EYE: Quat = (0.06, 0.06, 0.06, 1.0)
 

@@ -6,7 +6,7 @@ from tools.objects.bottles import LYING
 from tools.objects.labels import gradient, rgb, rgba, speckled
 from tools.objects.meshes import moved, revolve, sweep
 from tools.objects.parts import Parts, hull, ring_points, rod
-from torc.scenes.models import CollisionPiece, VisualMesh
+from torc.objects.models import CollisionPiece, VisualMesh
 
 STEM = rgba("#5a4020")
 

@@ -12,7 +12,7 @@ from jaxtyping import UInt8
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from tools.objects.motifs import MOTIFS
-from torc.scenes.models import Quat
+from torc.objects.models import Quat
 
 Picture = UInt8[np.ndarray, "h w 3"]
 Area = tuple[float, float, float, float]

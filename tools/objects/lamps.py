@@ -6,7 +6,7 @@ from tools.objects.labels import rgba
 from tools.objects.meshes import arc, revolve
 from tools.objects.parts import Parts, cylinder, frustum, turned
 from torc.geometry.transforms import rotation_about
-from torc.scenes.models import CollisionPiece
+from torc.objects.models import CollisionPiece
 
 BRASS = (0.72, 0.70, 0.62, 1.0)
 _TAPER_RAD = 0.85

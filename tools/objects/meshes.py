@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from torc.scenes.models import Quat, VisualMesh
+from torc.objects.models import Quat, VisualMesh
 
 Texture = UInt8[np.ndarray, "h w 3"] | None
 WHITE: Quat = (1.0, 1.0, 1.0, 1.0)

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from tools.objects.meshes import moved
 from torc.geometry.transforms import rotation_from_wxyz, wxyz_from_rotation
-from torc.scenes.models import CollisionPiece, Quat, Vec3, VisualMesh, pieces_bounds
+from torc.objects.models import CollisionPiece, Quat, Vec3, VisualMesh, pieces_bounds
 
 LIFT_M = 0.0006
 """By how much a ring of wall pieces may end above the floor that it surrounds: only the floor touches the table then,

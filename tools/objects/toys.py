@@ -16,7 +16,7 @@ from tools.objects.meshes import (
 )
 from tools.objects.parts import Parts, box, cylinder, hull, prism, ring_points, rod, turned
 from torc.geometry.transforms import rotation_about
-from torc.scenes.models import CollisionPiece, VisualMesh
+from torc.objects.models import CollisionPiece, VisualMesh
 
 
 def toy_brick(studs: tuple[int, int], color: str, pitch_m: float = 0.016, height_m: float = 0.019) -> Parts:

@@ -17,7 +17,7 @@ from tools.objects.parts import (
     side_walls,
 )
 from tools.objects.tools import STEEL
-from torc.scenes.models import CollisionPiece, Quat, VisualMesh
+from torc.objects.models import CollisionPiece, Quat, VisualMesh
 
 Path = Float[np.ndarray, "k 3"]
 

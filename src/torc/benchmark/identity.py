@@ -5,9 +5,9 @@ from dataclasses import asdict
 from typing import Any
 
 from torc.fingerprints import file_fingerprint, fingerprint
-from torc.scenes.library import builtin_object_names
-from torc.scenes.object_store import find_stored
-from torc.scenes.problem import Problem
+from torc.objects.library import builtin_object_names
+from torc.objects.store import find_stored
+from torc.problems.problem import Problem
 from torc.specs.trial import PlannerSpec
 from torc.vlm.config import VlmConfig
 from torc.vlm.simulated.profiles import find_profile

@@ -10,7 +10,7 @@ from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.fingerprints import part_source
 from torc.pipeline.building import sources
-from torc.scenes.problem import load_problem
+from torc.problems.problem import load_problem
 from torc.vlm.cache import CacheConfig
 
 TRIAL, OUTPUT = "trial", "output.txt"

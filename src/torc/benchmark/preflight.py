@@ -15,8 +15,8 @@ from torc.errors import InputError
 from torc.fingerprints import part_source
 from torc.pipeline.building import build_system, sources
 from torc.plugins import parameters
-from torc.scenes.problem import Problem, load_problem
-from torc.scenes.problem_sets import select_problems, shipped_path
+from torc.problems.problem import Problem, load_problem
+from torc.problems.sets import select_problems, shipped_path
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec

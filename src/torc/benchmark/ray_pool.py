@@ -24,15 +24,15 @@ from torc.benchmark.playing import TRIAL, Order
 from torc.benchmark.ray_worker import CODE, Sent, play_there, torc_facts
 from torc.benchmark.spec import BenchSpec
 from torc.errors import InputError, MissingDependencyError, TorcError, extra_remedy
+from torc.objects.store import ENVIRONMENT_VARIABLE, find_stored
+from torc.problems.problem import Problem, save_problem
 from torc.records.files import write_json
 from torc.robots.loading import load_robot, robot_names
-from torc.scenes.object_store import ENVIRONMENT_VARIABLE, find_stored
-from torc.scenes.problem import Problem, save_problem
-from torc.scenes.workspace_files import workspace_names
 from torc.specs.files import to_plain
 from torc.specs.variants import varied
 from torc.stages import STAGES
 from torc.vlm.cache import CacheMode
+from torc.workspace.files import workspace_names
 
 _OBJECTS, _PROBLEMS, _ROBOT, _WORKSPACE = "own-objects", "own-problems", "own-robot", "own-workspace.yaml"
 """Below Ray's working directory, as CODE."""

@@ -17,8 +17,8 @@ from torc.episode.recorded import check_directory, picks_of
 from torc.episode.trial_files import read_events, read_spec
 from torc.errors import InputError
 from torc.generation.difficulty import Difficulty, stated_difficulty
-from torc.scenes.library import object_facts
-from torc.scenes.problem import Problem, load_problem
+from torc.objects.library import object_facts
+from torc.problems.problem import Problem, load_problem
 from torc.specs.trial import TrialSpec
 
 _MAX_DEPTH = 6

@@ -26,9 +26,9 @@ from torc.episode.recorded import LOG
 from torc.episode.trial import RESULT_FORMAT
 from torc.episode.versions import versions
 from torc.errors import InputError
+from torc.problems.problem import Problem, save_problem
 from torc.records.files import write_json
 from torc.records.locks import try_lock
-from torc.scenes.problem import Problem, save_problem
 from torc.specs.files import to_plain
 
 SPEC, MANIFEST, TRIALS, PROBLEMS, WORK, LOCK = (

@@ -15,11 +15,11 @@ from torc.records import OcclusionVolume
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
-from torc.scenes.workspace import Bin, Box, Workspace
 from torc.specs.conditions import PipelineSpec
 from torc.task_planning.asking import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.task_planning.registry import make_planner
+from torc.workspace.description import Bin, Box, Workspace
 
 # Frames come from any distance: what perception takes for a reading, the volume does too.
 _ANY_DISTANCE = replace(FIXED_CAMERA, max_depth_m=PerceptionConfig().max_depth_m)

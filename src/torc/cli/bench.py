@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from torc.benchmark.runner import Played
     from torc.benchmark.spec import BenchSpec
     from torc.benchmark.store import Store
-    from torc.scenes.problem import Problem
+    from torc.problems.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -186,8 +186,8 @@ class BenchCommand:
         from torc.benchmark.preflight import find_around, find_planners, find_problems
         from torc.benchmark.shards import parse_shard
         from torc.benchmark.spec import make_spec
+        from torc.problems.made_for import robot_hint
         from torc.robots.loading import load_robot
-        from torc.scenes.made_for import robot_hint
         from torc.specs.variants import variants
 
         problems, robot = find_problems(self.problems), load_robot(self.conditions.robot)

@@ -62,8 +62,8 @@ class HumanCommand:
             raise InputError("--seed must be at least 0.")
         web_parts()
         from torc.pipeline.building import build_system
-        from torc.scenes.problem import load_problem
-        from torc.scenes.problem_sets import select_problems
+        from torc.problems.problem import load_problem
+        from torc.problems.sets import select_problems
         from torc.web.frames import FrameBoard
         from torc.web.human_queue import make_queue
         from torc.web.session import Session

@@ -7,13 +7,13 @@ from torc.cli.printing import printable
 
 if TYPE_CHECKING:
     from torc.errors import InputError
-    from torc.scenes.library import ObjectFacts
+    from torc.objects.library import ObjectFacts
 
 
 def known_objects() -> list["ObjectFacts"]:
     """Facts of all objects whose description can be read, those that come with torc first."""
     from torc.errors import InputError
-    from torc.scenes.library import object_facts, object_names
+    from torc.objects.library import object_facts, object_names
 
     found = []
     for name in object_names():

@@ -13,7 +13,7 @@ import tyro
 from torc.cli.printing import printable
 
 if TYPE_CHECKING:
-    from torc.scenes.importing import MeshOptions
+    from torc.objects.importing import MeshOptions
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class ImportCommand:
     def run(self) -> int:
         """Import the meshes; returns the exit code."""
         from torc.errors import InputError, PhysicsError
-        from torc.scenes.importing.storing import check_library
+        from torc.objects.importing.storing import check_library
 
         meshes, left_out = self._meshes()
         check_library(self.library)  # a mesh may take minutes
@@ -107,7 +107,7 @@ class ImportCommand:
         Raises InputError for arguments that make no sense.
         """
         from torc.errors import InputError
-        from torc.scenes.importing.storing import find_meshes
+        from torc.objects.importing.storing import find_meshes
 
         self._options(self.name)
         named: list[tuple[Path, str | None, Path | None]] = []
@@ -130,7 +130,7 @@ class ImportCommand:
         return named, left_out
 
     def _options(self, name: str | None, stem: str | None = None, root: Path | None = None) -> "MeshOptions":
-        from torc.scenes.importing import MeshOptions
+        from torc.objects.importing import MeshOptions
 
         if name is None and stem is not None:
             name = MeshOptions().name_for(Path(f"{stem}.obj"))
@@ -151,7 +151,7 @@ class ImportCommand:
     def _kept(self, meshes: list[tuple[Path, str | None, Path | None]]) -> dict[Path, str]:
         """Of the meshes in directories, those that were imported before, with the names of the objects."""
         from torc.errors import InputError
-        from torc.scenes.importing.storing import kept_names
+        from torc.objects.importing.storing import kept_names
 
         names: dict[Path, str] = {}
         for path, name, root in meshes:
@@ -162,8 +162,8 @@ class ImportCommand:
         return {path: name for path, name in kept.items() if self.name in (None, name)}
 
     def _import_one(self, path: Path, options: "MeshOptions", start: str) -> dict[str, Any]:
-        from torc.scenes.importing import read_mesh
-        from torc.scenes.importing.storing import add_object, check_name
+        from torc.objects.importing import read_mesh
+        from torc.objects.importing.storing import add_object, check_name
         from torc.sim.object_check import check_object
 
         check_name(options.name_for(path), self.library, self.overwrite)
@@ -191,12 +191,12 @@ class ImportCommand:
         }
 
     def _library(self) -> Path:
-        from torc.scenes.object_store import store_directories
+        from torc.objects.store import store_directories
 
         return self.library or store_directories()[0]
 
     def _tell_where(self) -> None:
-        from torc.scenes.object_store import store_directories
+        from torc.objects.store import store_directories
 
         if self.library is not None and self.library.resolve() not in [
             d.resolve() for d in store_directories()

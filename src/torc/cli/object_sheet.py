@@ -13,7 +13,7 @@ if TYPE_CHECKING:  # the command line answers before Pillow and MuJoCo are impor
     from PIL.Image import Image as Picture
     from PIL.ImageDraw import ImageDraw
 
-    from torc.scenes.models import ObjectModel
+    from torc.objects.models import ObjectModel
 
 COLUMNS, ROWS = 5, 8
 CELL, CAPTION = (250, 205), 68
@@ -53,7 +53,7 @@ class SheetCommand:
 def _chosen(names: Sequence[str]) -> list[str]:
     """Model names of the objects and kinds named, without those that cannot be read."""
     from torc.errors import UnknownNameError
-    from torc.scenes.library import object_names
+    from torc.objects.library import object_names
 
     known = known_objects()
     sound, kinds = [facts.name for facts in known], list(dict.fromkeys(facts.kind for facts in known))
@@ -101,7 +101,7 @@ def _unwritable(path: Path, error: OSError) -> Exception:
 def _cells(names: Sequence[str], say: Callable[[str], None]) -> Iterator["Picture"]:
     """Portraits with captions of the objects that can be drawn; `say` is told which comes next."""
     from torc.errors import InputError
-    from torc.scenes.library import load_object
+    from torc.objects.library import load_object
 
     for number, name in enumerate(names, start=1):
         say(f"{number} of {len(names)}: {name}")

@@ -28,7 +28,7 @@ class ListCommand:
     def run(self) -> int:
         """Print a line per object."""
         from torc.errors import UnknownNameError
-        from torc.scenes.grasp_facts import graspable
+        from torc.objects.grasp_facts import graspable
 
         found = known_objects()
         kinds = sorted({facts.kind for facts in found})
@@ -114,10 +114,10 @@ OBJECTS = Group(
 
 
 def _facts(name: str) -> dict[str, Any]:
-    from torc.scenes.grasp_facts import graspable
-    from torc.scenes.library import load_object, object_facts
-    from torc.scenes.object_files import load_source
-    from torc.scenes.object_store import find_stored
+    from torc.objects.files import load_source
+    from torc.objects.grasp_facts import graspable
+    from torc.objects.library import load_object, object_facts
+    from torc.objects.store import find_stored
 
     model, known = load_object(name), object_facts(name)
     facts: dict[str, Any] = {
@@ -151,7 +151,7 @@ def _write_picture(name: str, path: Path) -> None:
     from PIL import Image
 
     from torc.errors import InputError
-    from torc.scenes.library import load_object
+    from torc.objects.library import load_object
     from torc.sim.object_check import world_with
     from torc.sim.rendering import render_view
 

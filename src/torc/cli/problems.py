@@ -26,8 +26,8 @@ class ListCommand:
 
     def run(self) -> int:
         """Print each selection with a line per problem."""
-        from torc.scenes.problem import load_problem
-        from torc.scenes.problem_sets import problem_sets, select_problems
+        from torc.problems.problem import load_problem
+        from torc.problems.sets import problem_sets, select_problems
 
         selections = (self.set,) if self.set else problem_sets()
         groups = {text: [load_problem(name) for name in select_problems(text)] for text in selections}
@@ -63,9 +63,9 @@ class ShowCommand:
 
     def run(self) -> int:
         """Print the problem."""
+        from torc.problems.made_for import robot_wanted
+        from torc.problems.problem import load_problem
         from torc.records.serialization import to_plain
-        from torc.scenes.made_for import robot_wanted
-        from torc.scenes.problem import load_problem
 
         problem = load_problem(self.problem)
         if self.json:

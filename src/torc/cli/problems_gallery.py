@@ -57,8 +57,8 @@ class GalleryCommand:
         from torc.generation.gallery import HTML, MARKDOWN, left_over, make_gallery
         from torc.generation.oracle_orders import orders_from
         from torc.pipeline.warm_up import announced_compilation
-        from torc.scenes.problem import Problem, load_problem
-        from torc.scenes.problem_sets import select_problems
+        from torc.problems.problem import Problem, load_problem
+        from torc.problems.sets import select_problems
 
         problems = [load_problem(name) for name in select_problems(self.problems)]
         orders = orders_from(self.answers, problems) if self.answers else {}

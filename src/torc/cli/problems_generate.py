@@ -114,7 +114,7 @@ class GenerateCommand:
         from torc.generation.batch import Job
         from torc.generation.choice import allowed_models
         from torc.generation.config import GenerationConfig
-        from torc.scenes.problem_file import Category
+        from torc.problems.schema import Category
 
         if self.count < 1 or self.seed < 0 or self.workers < 1:
             raise InputError("--count and --workers must be at least 1, --seed at least 0.")
@@ -158,7 +158,7 @@ class GenerateCommand:
         """Whether the problem of this job has a file. Raises InputError where the file is another one's."""
         from torc.errors import InputError
         from torc.generation.generator import is_made_from
-        from torc.scenes.problem import load_problem
+        from torc.problems.problem import load_problem
 
         path = self._path(job)
         if self.overwrite or not path.exists():
@@ -175,7 +175,7 @@ class GenerateCommand:
     ) -> None:
         from torc.errors import InputError
         from torc.generation.generator import GeneratedProblem
-        from torc.scenes.problem import save_problem
+        from torc.problems.problem import save_problem
 
         path = self._path(job)
         if isinstance(made, GeneratedProblem) and not self._is_there(

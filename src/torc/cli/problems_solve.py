@@ -37,8 +37,8 @@ class SolveCommand:
         from torc.errors import InputError
         from torc.pipeline.building import build_system
         from torc.pipeline.warm_up import announced_compilation
-        from torc.scenes.made_for import robot_hint
-        from torc.scenes.problem import load_problem
+        from torc.problems.made_for import robot_hint
+        from torc.problems.problem import load_problem
 
         if self.seed < 0:
             raise InputError("--seed must be at least 0.")

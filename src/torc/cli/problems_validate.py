@@ -56,9 +56,9 @@ class ValidateCommand:
         from torc.generation.solving import oracle_check
         from torc.generation.validation import validate_problem
         from torc.pipeline.warm_up import announced_compilation
-        from torc.scenes.made_for import robot_hint
-        from torc.scenes.problem import load_problem
-        from torc.scenes.problem_sets import select_problems
+        from torc.problems.made_for import robot_hint
+        from torc.problems.problem import load_problem
+        from torc.problems.sets import select_problems
 
         if not self.problems:
             raise InputError("Name at least one problem, e.g. `torc problems validate structured-01`.")

@@ -11,7 +11,7 @@ from torc.collision.distance import distance_field
 from torc.collision.obstacles import sum_up_blocks
 from torc.geometry.arrays import kernel_array
 from torc.records import BACKGROUND, OcclusionVolume, VoxelGrid
-from torc.scenes.workspace import Box, Workspace
+from torc.workspace.description import Box, Workspace
 
 FREE, SURFACE, UNKNOWN = 0, 1, 2
 """Kinds of voxels."""

@@ -18,8 +18,8 @@ from torc.episode.state import EpisodeState, first_state
 from torc.episode.steps import EpisodeConfig, Steps
 from torc.pipeline.building import System
 from torc.pipeline.look import Look
+from torc.problems.problem import Problem
 from torc.records import Decision, PickOutcome, PickResult
-from torc.scenes.problem import Problem
 from torc.sim.contacts import lies_on
 from torc.sim.robot import RobotState, SimulatedRobot
 from torc.sim.visibility import Visibility, measure_visibility

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from torc.episode.steps import PickParts
 from torc.pipeline.building import System, configured, make_stage
-from torc.scenes.problem import Problem
+from torc.problems.problem import Problem
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
 from torc.sim.stepping import Observer
 from torc.sim.world import build_world

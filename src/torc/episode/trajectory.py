@@ -14,9 +14,9 @@ from torc.episode.mp4 import Mp4Writer
 from torc.errors import InputError
 from torc.records.serialization import load_record, save_record
 from torc.robots.description import RobotDescription
-from torc.scenes.workspace import CameraMount
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import World
+from torc.workspace.description import CameraMount
 
 FPS = 25
 """Frames per simulated second: how often the simulation calls its observers."""

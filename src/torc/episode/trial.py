@@ -24,8 +24,8 @@ from torc.episode.witness import Witness
 from torc.errors import InputError, TorcError
 from torc.pipeline.building import System, build_system, sources
 from torc.pipeline.warm_up import announced_compilation
-from torc.scenes.made_for import robot_hint
-from torc.scenes.problem import Problem, load_problem
+from torc.problems.made_for import robot_hint
+from torc.problems.problem import Problem, load_problem
 from torc.sim.stepping import Observer
 from torc.sim.world import World
 from torc.specs.files import to_plain

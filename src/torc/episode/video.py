@@ -13,9 +13,9 @@ from torc.episode.mp4 import Mp4Writer
 from torc.episode.pictures import Crop, crop_around_objects
 from torc.geometry.transforms import look_at
 from torc.perception.marking import mark_image
-from torc.scenes.workspace import CameraMount
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import World
+from torc.workspace.description import CameraMount
 
 WIDTH, HEIGHT = 800, 600
 GRABS_PER_FRAME = 2

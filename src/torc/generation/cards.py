@@ -15,8 +15,8 @@ from torc.generation.oracle_orders import OracleOrder
 from torc.generation.views import ViewConfig, ViewName, problem_views
 from torc.perception.label_places import LabelPlace, place_labels
 from torc.perception.palette import object_color
+from torc.problems.problem import Problem
 from torc.records import TARGET_ID
-from torc.scenes.problem import Problem
 from torc.sim.rendering import View
 
 Color = tuple[int, int, int]

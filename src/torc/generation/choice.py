@@ -2,7 +2,7 @@
 
 from torc.errors import InputError, UnknownNameError
 from torc.generation.config import GenerationConfig
-from torc.scenes.library import (
+from torc.objects.library import (
     ObjectFacts,
     builtin_object_names,
     has_object,
@@ -10,7 +10,7 @@ from torc.scenes.library import (
     object_facts,
     object_names,
 )
-from torc.scenes.object_store import store_directories, stored_objects
+from torc.objects.store import store_directories, stored_objects
 
 
 def allowed_models(config: GenerationConfig) -> tuple[str, ...]:

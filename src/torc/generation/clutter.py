@@ -5,19 +5,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from torc.errors import InputError, PhysicsError
+from torc.generation.arrangements import StructuredConfig, structured_arrangement
 from torc.generation.config import MANY
+from torc.generation.drops import drop_arrangement
 from torc.generation.rejections import Reason
-from torc.scenes.arrangements import StructuredConfig, structured_arrangement
-from torc.scenes.drops import drop_arrangement
-from torc.scenes.library import load_object
-from torc.scenes.models import ObjectModel
-from torc.scenes.problem import ObjectPlacement, Problem
-from torc.scenes.problem_file import Category
-from torc.scenes.workspace import Workspace
+from torc.objects.library import load_object
+from torc.objects.models import ObjectModel
+from torc.problems.problem import ObjectPlacement, Problem
+from torc.problems.schema import Category
 from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import COARSE, DumpConfig, SettleConfig, dump, settle_problem, with_poses_of
 from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
 from torc.sim.world import World, build_world
+from torc.workspace.description import Workspace
 
 MAX_OVERLAP_M = 0.0015
 """Objects at rest are less than half as deep in each other; more are wedged, and jump apart when one is picked up."""

@@ -6,8 +6,8 @@ from typing import Literal, get_args
 
 from torc.errors import InputError, UnknownNameError
 from torc.perception.segmentation import PerceptionConfig
+from torc.problems.schema import Category
 from torc.records import MAX_OBJECTS
-from torc.scenes.problem_file import Category
 
 GENERATOR_VERSION = 2
 """Raised whenever the same configuration and seed give another problem than before."""

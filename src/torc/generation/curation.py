@@ -20,10 +20,10 @@ from torc.errors import InputError
 from torc.generation.batch import inspector_for
 from torc.generation.difficulty import difficulty_of
 from torc.generation.oracle_orders import ORDER_KEY, join_order
+from torc.problems.problem import Problem, load_problem, save_problem
+from torc.problems.schema import Category
+from torc.problems.sets import select_problems
 from torc.robots.names import DEFAULT_ROBOT
-from torc.scenes.problem import Problem, load_problem, save_problem
-from torc.scenes.problem_file import Category
-from torc.scenes.problem_sets import select_problems
 
 HIDDENNESS = ("hidden", "partly")
 BANDS = ((8, 11), (12, 15), (16, 20))

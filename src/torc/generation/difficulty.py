@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from torc.generation.config import Hiddenness
 from torc.generation.inspection import Inspector, SceneView
 from torc.generation.surroundings import Surroundings
-from torc.scenes.problem import Problem
-from torc.scenes.problem_file import Scalar
+from torc.problems.problem import Problem
+from torc.problems.schema import Scalar
 
 
 @dataclass(frozen=True)

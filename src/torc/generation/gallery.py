@@ -9,7 +9,7 @@ from torc.generation.difficulty import difficulty_of
 from torc.generation.gallery_pages import Shown, html_page, markdown_page
 from torc.generation.inspection import Inspector
 from torc.generation.oracle_orders import OracleOrder, stated_order
-from torc.scenes.problem import Problem
+from torc.problems.problem import Problem
 
 MAX_CARD_BYTES = 70_000
 CARDS, HTML, MARKDOWN = "cards", "index.html", "gallery.md"

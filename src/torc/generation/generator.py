@@ -22,13 +22,13 @@ from torc.generation.config import GenerationConfig, Hiddenness, generator_versi
 from torc.generation.difficulty import Difficulty, measure_difficulty
 from torc.generation.inspection import Inspector, SceneView, robot_facts
 from torc.generation.rejections import Reason
+from torc.generation.sampling import sample_models
+from torc.objects.library import object_description
 from torc.pipeline.seeding import stage_rng
+from torc.problems.problem import Problem
+from torc.problems.schema import Scalar
 from torc.records import MAX_OBJECTS
 from torc.robots.description import GripperDescription, RobotDescription
-from torc.scenes.library import object_description
-from torc.scenes.problem import Problem
-from torc.scenes.problem_file import Scalar
-from torc.scenes.sampling import sample_models
 from torc.sim.settling import UNSEEN, with_poses_of
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import build_world

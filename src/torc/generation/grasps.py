@@ -17,6 +17,7 @@ from torc.geometry.transforms import Pose, make_pose, rotation_about
 from torc.grasping.config import CloudConfig, GraspConfig, SelectionConfig
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps
+from torc.objects.library import load_object
 from torc.records import (
     BACKGROUND,
     EMPTY,
@@ -28,8 +29,7 @@ from torc.records import (
     SegmentedScene,
 )
 from torc.robots.description import RobotDescription
-from torc.scenes.library import load_object
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 # The cloud has its spacing already, and thinning it further would merge the two sides of thin walls. A few grasps of
 # each object tell whether there is one.

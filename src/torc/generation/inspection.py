@@ -12,17 +12,17 @@ from torc.grasping.protocol import GraspPlanner
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import System
 from torc.pipeline.look import Pipeline
+from torc.problems.made_for import NAME_KEY, SOURCE_KEY
+from torc.problems.problem import Problem
+from torc.problems.schema import Scalar
 from torc.records import TARGET_ID, GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
-from torc.scenes.made_for import NAME_KEY, SOURCE_KEY
-from torc.scenes.problem import Problem
-from torc.scenes.problem_file import Scalar
-from torc.scenes.workspace import Workspace
 from torc.sim.rendering import CameraRenderer
 from torc.sim.visibility import Visibility, measure_visibility
 from torc.sim.world import build_world
+from torc.workspace.description import Workspace
 
 
 @dataclass(frozen=True)

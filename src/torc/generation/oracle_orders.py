@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from torc.episode.oracle.answer import PASS_NAME, OracleAnswer
 from torc.errors import InputError
 from torc.files.reading import read_bytes
-from torc.scenes.problem import Problem
+from torc.problems.problem import Problem
 
 ORDER_KEY = "oracle_order"
 """Where a problem's origin holds the order."""

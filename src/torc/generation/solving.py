@@ -11,7 +11,7 @@ from torc.episode.oracle.solve import solve_problem
 from torc.errors import InputError, PhysicsError
 from torc.generation.inspection import Inspector
 from torc.generation.validation import Check, Resolve
-from torc.scenes.problem import Problem
+from torc.problems.problem import Problem
 
 FEWEST_PICKS = 2
 

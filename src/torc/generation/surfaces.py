@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from torc.geometry.transforms import Pose
-from torc.scenes.models import ObjectModel, VisualMesh
+from torc.objects.models import ObjectModel, VisualMesh
 
 SPACING_M = 0.004
 """Distance between neighbouring points: what the grasp planner thins its clouds to."""

@@ -25,8 +25,8 @@ from jaxtyping import Float
 from torc.errors import UnknownNameError
 from torc.generation.surfaces import placed, surface_cloud
 from torc.geometry.transforms import Pose
-from torc.scenes.library import load_object
-from torc.scenes.problem import ObjectPlacement, Problem
+from torc.objects.library import load_object
+from torc.problems.problem import ObjectPlacement, Problem
 
 BESIDE_M = 0.15
 """The paper's distance to the left or right."""

@@ -10,7 +10,7 @@ from torc.generation.clutter import MAX_OVERLAP_M
 from torc.generation.difficulty import Difficulty, measure_difficulty
 from torc.generation.inspection import Inspector, SceneView
 from torc.generation.surroundings import Surroundings
-from torc.scenes.problem import Problem
+from torc.problems.problem import Problem
 from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import UNSEEN
 from torc.sim.stillness import StillnessConfig, watch_stillness

@@ -10,12 +10,12 @@ from jaxtyping import Bool, Float, UInt8
 
 from torc.geometry.transforms import Pose, look_at, rotation_from_wxyz
 from torc.perception.palette import object_color
+from torc.problems.problem import Problem
 from torc.records import TARGET_ID
-from torc.scenes.problem import Problem
-from torc.scenes.workspace import CameraMount, Workspace
 from torc.sim.rendering import CameraRenderer, View
 from torc.sim.state import restore_state, save_state
 from torc.sim.world import Presence, World, build_world
+from torc.workspace.description import CameraMount, Workspace
 
 ViewName = Literal["robot", "front", "side", "top"]
 VIEW_NAMES: tuple[ViewName, ...] = get_args(ViewName)

@@ -17,11 +17,11 @@ from torc.gym_env.playground import Playground, SimulatedPlayground
 from torc.gym_env.rewards import RewardConfig, reward
 from torc.perception.marking import mark_image
 from torc.pipeline.look import Look
+from torc.problems.sets import select_problems
 from torc.records import MAX_OBJECTS, Decision, PickOutcome
-from torc.scenes.problem_sets import select_problems
-from torc.scenes.workspace import CameraMount
-from torc.scenes.workspace_files import load_workspace
 from torc.specs.conditions import Conditions
+from torc.workspace.description import CameraMount
+from torc.workspace.files import load_workspace
 
 RESET_OPTIONS = ("problem", "episode_seed")
 _SEEDS = 2**31

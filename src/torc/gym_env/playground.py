@@ -10,7 +10,7 @@ from torc.episode.steps import EpisodeConfig, Steps
 from torc.episode.stepwise import Episode
 from torc.pipeline.building import build_system
 from torc.pipeline.warm_up import announced_compilation
-from torc.scenes.problem import load_problem
+from torc.problems.problem import load_problem
 from torc.sim.closing import Closing
 from torc.sim.robot import RobotState, SimulatedRobot
 from torc.specs.conditions import Conditions

@@ -22,7 +22,7 @@ from torc.motion.way_out import way_out
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 
 class FreeMotions:

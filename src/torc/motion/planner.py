@@ -16,7 +16,7 @@ from torc.motion.warm_up import use_kernels
 from torc.records import GraspStatus, PickPlan, PlanFailure, PlanStage
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tcp_pose
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 
 class SamplingMotionPlanner:

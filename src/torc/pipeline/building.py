@@ -16,11 +16,11 @@ from torc.pipeline.look import Pipeline
 from torc.plugins import PartKind, load_part, make_part
 from torc.robots.description import GripperDescription, RobotDescription
 from torc.robots.loading import load_robot, own_source
-from torc.scenes.workspace import Workspace
-from torc.scenes.workspace_files import load_workspace, own_workspace_source
 from torc.specs.conditions import Conditions, PipelineSpec
 from torc.specs.settings import arguments, changed, in_stage, under
 from torc.stages import CONFIGURED, STAGES
+from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace, own_workspace_source
 
 
 @dataclass(frozen=True)

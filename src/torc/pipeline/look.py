@@ -35,8 +35,8 @@ from torc.records import (
     SegmentedScene,
 )
 from torc.robots.description import GripperDescription, RobotDescription
-from torc.scenes.workspace import Workspace
 from torc.specs.conditions import DEFAULT_MIN_SCORE
+from torc.workspace.description import Workspace
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from torc.grasping.scoring import default_scorer
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.look import Look, Pipeline
 from torc.records import BACKGROUND, TARGET_ID, Observation
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 MESSAGE = "Compiling numerical kernels: a minute or more, once; they are cached for the next time."
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from torc.geometry.transforms import rotation_from_wxyz
-from torc.scenes.models import ObjectModel
-from torc.scenes.problem import ObjectPlacement, Problem
-from torc.scenes.workspace import Workspace
+from torc.objects.models import ObjectModel
+from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.settling import run
 from torc.sim.world import World, build_world
+from torc.workspace.description import Workspace
 
 _STEADY_RAD, _STEADY_M = float(np.deg2rad(8.0)), 0.02
 

@@ -5,11 +5,11 @@ from jaxtyping import Float, UInt8
 from PIL import Image
 
 from torc.geometry.transforms import look_at
-from torc.scenes.models import ObjectModel
-from torc.scenes.problem import ObjectPlacement, Problem
-from torc.scenes.workspace import CameraMount, Workspace
+from torc.objects.models import ObjectModel
+from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import World, WorldConfig, build_world
+from torc.workspace.description import CameraMount, Workspace
 
 _FOV_RAD = 0.5
 _AZIMUTH_RAD = (0.18, 0.06)

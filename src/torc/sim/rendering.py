@@ -13,11 +13,11 @@ from jaxtyping import Float32, Int16, UInt8
 from torc.errors import InputError
 from torc.geometry.transforms import Pose, look_at
 from torc.records import BACKGROUND
-from torc.scenes.workspace import CameraMount
 from torc.sim.closing import Closing
 from torc.sim.gl import BACKENDS, gl_backend, make_context
 from torc.sim.raycasting import cast, pixel_directions, shade
 from torc.sim.world import World
+from torc.workspace.description import CameraMount
 
 _NEAR_M, _FAR_M = 0.02, 30.0
 _MAX_SCENE_GEOMS = 4000

@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 from jaxtyping import Float
 
-from torc.scenes.problem import Problem
-from torc.scenes.workspace import Box, Workspace
+from torc.problems.problem import Problem
 from torc.sim.watchdog import Watchdog
 from torc.sim.world import Presence, World, WorldConfig, build_world
+from torc.workspace.description import Box, Workspace
 
 UNSEEN = WorldConfig(surfaces=False)
 """Of worlds that nobody looks at."""

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh
+from torc.problems.problem import Problem
 from torc.robots.description import RobotDescription
-from torc.scenes.models import CollisionPiece, ObjectModel, VisualMesh
-from torc.scenes.problem import Problem
-from torc.scenes.workspace import Box, Workspace
 from torc.sim.made_textures import checker_texture, sky_texture, wood_texture
+from torc.workspace.description import Box, Workspace
 
 VISUAL_GROUP, COLLISION_GROUP = 1, 3
 _PIECE_TYPES = {

@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Int16
 
 from torc.geometry.transforms import invert, make_pose, rotation_from_wxyz, transform_points
+from torc.objects.models import ObjectModel
 from torc.records import BACKGROUND
-from torc.scenes.models import ObjectModel
-from torc.scenes.workspace import CameraMount
 from torc.sim.raycasting import cast, pixel_directions
 from torc.sim.state import restore_state, save_state
 from torc.sim.world import Presence, World
+from torc.workspace.description import CameraMount
 
 _FAR_M = 30.0
 _NEAR_M = 0.02

@@ -8,15 +8,15 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Int16, UInt8
 
 from torc.errors import InputError
+from torc.objects.library import load_object
+from torc.objects.models import ObjectModel
+from torc.problems.problem import Problem
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT
 from torc.robots.description import RobotDescription
 from torc.robots.mujoco_log import warnings_in_the_log
-from torc.scenes.library import load_object
-from torc.scenes.models import ObjectModel
-from torc.scenes.problem import Problem
-from torc.scenes.workspace import Box, Workspace
 from torc.sim.sleeping import wake_all
 from torc.sim.spec import WorldConfig, build_spec, object_body_name
+from torc.workspace.description import Box, Workspace
 
 __all__ = ["Presence", "World", "WorldConfig", "build_world"]
 

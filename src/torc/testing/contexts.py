@@ -18,8 +18,8 @@ from torc.records import (
     SegmentedScene,
     VoxelGrid,
 )
-from torc.scenes.workspace import CameraMount
 from torc.testing.synthetic import Shape, SyntheticBox, random_clutter, synthetic_observation
+from torc.workspace.description import CameraMount
 
 _Fate = tuple[int, GraspStatus, tuple[int, ...]]
 """A grasp: its object, its status, who blocks it."""

@@ -26,10 +26,10 @@ from torc.plugins import parameters
 from torc.records import GraspSet
 from torc.robots.description import GripperDescription
 from torc.robots.loading import load_robot
-from torc.scenes.workspace import Workspace
 from torc.testing.conformance import NonConformanceError
 from torc.testing.contexts import box
 from torc.testing.views import View, view_of, view_of_clutter
+from torc.workspace.description import Workspace
 
 GraspPlannerFactory = Callable[..., GraspPlanner]
 _TABLE_Z = Workspace().support_z_m

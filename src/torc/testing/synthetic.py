@@ -9,8 +9,8 @@ from jaxtyping import Bool, Float, Float32, Int16, UInt8
 from torc.errors import InputError
 from torc.geometry.transforms import make_pose, rotation_from_wxyz
 from torc.records import BACKGROUND, Observation
-from torc.scenes.workspace import CameraMount, Workspace
 from torc.testing.raycast import BOX, CYLINDER, SPHERE, cast_rays
+from torc.workspace.description import CameraMount, Workspace
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 

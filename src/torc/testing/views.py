@@ -9,8 +9,8 @@ from torc.collision.world import CollisionWorld, build_collision_world
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception
 from torc.records import OcclusionVolume, SegmentedScene
-from torc.scenes.workspace import Workspace
 from torc.testing.synthetic import Shape, random_clutter, synthetic_observation
+from torc.workspace.description import Workspace
 
 
 @dataclass(frozen=True)

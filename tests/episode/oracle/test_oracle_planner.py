@@ -18,15 +18,15 @@ from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import build_system
+from torc.problems.problem import load_problem
 from torc.records import PickOutcome, PickResult
-from torc.scenes.problem import load_problem
-from torc.scenes.workspace import Workspace
 from torc.sim.actuation import GripState
 from torc.sim.robot import RobotState
 from torc.sim.stepping import StepperState
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.testing import contexts
+from torc.workspace.description import Workspace
 
 PROBLEM = load_problem("structured-04")
 NAMES = [placement.name for placement in PROBLEM.ordered()]

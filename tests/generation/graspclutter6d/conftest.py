@@ -3,7 +3,7 @@
 import pytest
 
 from tests.helpers.plain_mesh_reader import read_plain_mesh
-from torc.scenes.importing.graspclutter6d import objects
+from torc.generation.graspclutter6d import objects
 
 
 @pytest.fixture(autouse=True)

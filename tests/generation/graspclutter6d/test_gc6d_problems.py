@@ -8,7 +8,7 @@ from settled_scenes import OBJECTS, QUICK, settled
 from tests.helpers.graspclutter6d_tree import TreeObject, upright
 from torc.generation.graspclutter6d.problems import category_of, make_problem
 from torc.geometry.transforms import make_pose, rotation_about
-from torc.scenes.problem import parse_problem, problem_text
+from torc.problems.problem import parse_problem, problem_text
 
 
 def test_a_problem_says_where_it_comes_from_and_survives_the_disk(tmp_path):

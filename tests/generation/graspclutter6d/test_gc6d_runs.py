@@ -11,9 +11,9 @@ from torc.errors import InputError
 from torc.generation.graspclutter6d import runs
 from torc.generation.graspclutter6d.runs import ImportRequest, run_import
 from torc.generation.graspclutter6d.settling import ImportConfig, SceneFailure
+from torc.problems.made_for import robot_wanted
+from torc.problems.problem import load_problem
 from torc.robots.loading import load_robot
-from torc.scenes.made_for import robot_wanted
-from torc.scenes.problem import load_problem
 from torc.sim.stillness import StillnessConfig
 
 SPREAD = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))

@@ -9,9 +9,9 @@ from settled_scenes import OBJECTS, QUICK, settled
 from tests.helpers.graspclutter6d_tree import TreeObject, upright
 from torc.generation.graspclutter6d.settling import SceneFailure, SettledScene
 from torc.geometry.transforms import make_pose
-from torc.scenes.workspace import Workspace
 from torc.sim.settling import SettleConfig
 from torc.sim.stillness import StillnessConfig
+from torc.workspace.description import Workspace
 
 
 def _lifted(tree_object, dz):

@@ -10,9 +10,9 @@ from PIL import Image
 
 from torc.geometry.transforms import wxyz_from_rotation
 from torc.records import Observation
-from torc.scenes.workspace import CameraMount
 from torc.testing.contexts import box, small_mount
 from torc.testing.synthetic import synthetic_observation
+from torc.workspace.description import CameraMount
 
 SHAPES = (
     box(0, 0.62, 0.0, (0.06, 0.06, 0.10)),

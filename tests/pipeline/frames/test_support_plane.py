@@ -11,9 +11,9 @@ from torc.errors import InputError
 from torc.pipeline.frames import load_frame
 from torc.pipeline.frames.support_plane import estimate_support_z_m, grid_around
 from torc.records import BACKGROUND
-from torc.scenes.workspace import CameraMount, Workspace
 from torc.testing.contexts import small_mount
 from torc.testing.synthetic import SyntheticBox, random_clutter, synthetic_observation
+from torc.workspace.description import CameraMount, Workspace
 
 
 @pytest.mark.parametrize("support_z_m", [0.0, 0.4, 0.85, 1.05])

@@ -10,9 +10,9 @@ from tools.grasp_model.refresh import refresh
 from tools.grasp_model.sampling import SamplingConfig, choose_for_training
 from tools.grasp_model.scenes import SceneConfig, draw_models, make_scene
 from tools.grasp_model.train import TrainConfig, fit
+from torc.objects.library import load_object
 from torc.robots.loading import load_robot
-from torc.scenes.library import load_object
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 SMALL = CollectConfig(
     scenes=SceneConfig(min_objects=3, max_objects=4, structured_share=1.0),

@@ -7,11 +7,11 @@ import pytest
 from tools.grasp_model import feasibility
 from tools.grasp_model.feasibility import FeasibilityConfig, measure, measure_all
 from torc.grasping.planner import GeometricGraspPlanner
+from torc.objects.grasp_facts import GraspFact, all_grasp_facts, model_digest, read_facts
+from torc.objects.library import load_object
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
-from torc.scenes.grasp_facts import GraspFact, all_grasp_facts, model_digest, read_facts
-from torc.scenes.library import load_object
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 Bench = tuple[RobotDescription, GeometricGraspPlanner, Workspace]
 QUICK = FeasibilityConfig(turns=1, falls=1, tries=4)

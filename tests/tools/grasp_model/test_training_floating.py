@@ -7,10 +7,10 @@ from tools.grasp_model.carry_path import smooth_steps
 from tools.grasp_model.dataset import Cause
 from tools.grasp_model.floating import FloatingGripper
 from tools.grasp_model.floating_model import build_floating
+from torc.objects.models import CollisionPiece, ObjectModel
+from torc.problems.problem import ObjectPlacement, Problem
 from torc.robots.loading import load_robot
-from torc.scenes.models import CollisionPiece, ObjectModel
-from torc.scenes.problem import ObjectPlacement, Problem
-from torc.scenes.workspace import Workspace
+from torc.workspace.description import Workspace
 
 SIZE = (0.05, 0.06, 0.10)
 BOX = ObjectModel("box", "box", "a box", 0.2, (CollisionPiece("box", tuple(s / 2 for s in SIZE)),), (), SIZE)

@@ -6,9 +6,9 @@ from typing import Any
 from torc.episode.bound import Bound
 from torc.episode.oracle.found import Found
 from torc.episode.privileged import Moment
+from torc.problems.problem import Problem
 from torc.records import PickOutcome
 from torc.records.serialization import to_plain
-from torc.scenes.problem import Problem
 
 PASS_NAME = "(nothing)"
 

@@ -11,7 +11,7 @@ from torc.episode.oracle.search import search
 from torc.episode.privileged import Moment, Sandbox, open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.pipeline.building import System
-from torc.scenes.problem import Problem
+from torc.problems.problem import Problem
 
 
 def solve_problem(

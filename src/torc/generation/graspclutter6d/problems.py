@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from torc.generation.graspclutter6d.published import published_category
 from torc.generation.graspclutter6d.settling import ImportConfig, SettledScene
 from torc.geometry.transforms import rotation_from_wxyz
-from torc.scenes.importing.graspclutter6d.published import published_category
-from torc.scenes.library import object_description
-from torc.scenes.problem import ObjectPlacement, Problem
-from torc.scenes.problem_file import Category, Scalar
+from torc.objects.library import object_description
+from torc.problems.problem import ObjectPlacement, Problem
+from torc.problems.schema import Category, Scalar
 
 LICENCE = "GraspClutter6D, CC-BY-SA-4.0"
 BY_USER = "the user"

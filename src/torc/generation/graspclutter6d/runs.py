@@ -6,7 +6,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from torc.errors import InputError
+from torc.generation.graspclutter6d.annotations import AnnotatedScene, read_scene, same_annotation
+from torc.generation.graspclutter6d.layout import check_root, image_id, object_stem
+from torc.generation.graspclutter6d.objects import check_meshes
+from torc.generation.graspclutter6d.placement import placement_rule
 from torc.generation.graspclutter6d.problems import BY_USER, how_imported, make_problem, problem_name
+from torc.generation.graspclutter6d.published import PaperProblem, paper_problems, parse_object_name
 from torc.generation.graspclutter6d.settling import (
     ImportConfig,
     Say,
@@ -16,14 +21,9 @@ from torc.generation.graspclutter6d.settling import (
 )
 from torc.generation.graspclutter6d.targets import choose_target, find_target
 from torc.generation.inspection import Inspector, SceneView, robot_facts
-from torc.scenes.importing.graspclutter6d.annotations import AnnotatedScene, read_scene, same_annotation
-from torc.scenes.importing.graspclutter6d.layout import check_root, image_id, object_stem
-from torc.scenes.importing.graspclutter6d.objects import check_meshes
-from torc.scenes.importing.graspclutter6d.placement import placement_rule
-from torc.scenes.importing.graspclutter6d.published import PaperProblem, paper_problems, parse_object_name
-from torc.scenes.made_for import ROBOT_KEYS
-from torc.scenes.problem import Problem, load_problem, save_problem
-from torc.scenes.problem_file import Category
+from torc.problems.made_for import ROBOT_KEYS
+from torc.problems.problem import Problem, load_problem, save_problem
+from torc.problems.schema import Category
 
 _TARGET_BY, _BY_RULE = "target_by", "torc"
 

@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 
 from torc.errors import PhysicsError
-from torc.scenes.importing.graspclutter6d.alignment import TableScene, align_to_table
-from torc.scenes.importing.graspclutter6d.annotations import ANNOTATION, CAMERA, AnnotatedScene
-from torc.scenes.importing.graspclutter6d.masks import mask_notes
-from torc.scenes.importing.graspclutter6d.objects import ConvertedObject, check_meshes, convert_object
-from torc.scenes.importing.graspclutter6d.placement import place_objects, placement_rule
-from torc.scenes.importing.graspclutter6d.published import object_words
-from torc.scenes.problem import ObjectPlacement, Problem
-from torc.scenes.workspace import Workspace
+from torc.generation.graspclutter6d.alignment import TableScene, align_to_table
+from torc.generation.graspclutter6d.annotations import ANNOTATION, CAMERA, AnnotatedScene
+from torc.generation.graspclutter6d.masks import mask_notes
+from torc.generation.graspclutter6d.objects import ConvertedObject, check_meshes, convert_object
+from torc.generation.graspclutter6d.placement import place_objects, placement_rule
+from torc.generation.graspclutter6d.published import object_words
+from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.easing import EaseConfig, EaseReport, ease_apart
 from torc.sim.settling import SettleConfig, settle, with_poses_of
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import Presence, World, build_world
+from torc.workspace.description import Workspace
 
 _TWINS = {401: 404, 404: 401}
 _ALONE = "nothing stands around a target: choose another scene"

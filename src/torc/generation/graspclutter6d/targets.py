@@ -3,9 +3,9 @@
 from collections import Counter
 
 from torc.errors import InputError
+from torc.generation.graspclutter6d.published import parse_object_name
 from torc.generation.graspclutter6d.settling import SceneFailure, SettledScene
 from torc.generation.inspection import Inspector, SceneView
-from torc.scenes.importing.graspclutter6d.published import parse_object_name
 
 
 def find_target(scene: SettledScene, wanted: str) -> str | SceneFailure:

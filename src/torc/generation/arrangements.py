@@ -1,0 +1,199 @@
+"""Structured scenes to start a problem from: objects that stand tightly packed.
+
+The poses are not settled: the simulator lets them come to rest. World frame, metres.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.errors import InputError
+from torc.generation.footprints import (
+    DIRECTIONS,
+    LIE_ON_BACK,
+    Footprint,
+    directions,
+    fits_on,
+    footprint,
+    gaps,
+)
+from torc.generation.sampling import placement_names
+from torc.geometry.transforms import rotation_about
+from torc.objects.library import load_object
+from torc.objects.models import ObjectModel
+from torc.problems.problem import ObjectPlacement
+
+Rectangle = tuple[tuple[float, float], tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class StructuredConfig:
+    """Standing clutter.
+
+    Attributes:
+        region: ((x0, x1), (y0, y1)) of the objects' origins; the default is what the arm reaches well.
+        margin_m: by how much footprints may stick out of the region.
+        support_z_m: height of the table top.
+        clearance_m: free height under each object; it drops by that much when the simulation starts.
+        gap_m: wanted smallest and largest gap to the nearest neighbour; the smallest always holds.
+        tall_in_front: chance that an object is drawn to the front by its height (the tall hide the short).
+        stacked: chance that a flat low thing is put on top of another one, where one fits.
+        lying: chance that a box lies on its back ...
+        lying_width_m: ... if the narrower side that then faces sideways is no wider than this. A gripper cannot pick
+            up a wide flat box that lies.
+        turned_rad: standard deviation of the yaw about facing the robot.
+        sideways: chance of another quarter turn.
+        candidates: poses tried per object.
+        restarts: how often the packing starts afresh before it gives up.
+    """
+
+    region: Rectangle = ((0.52, 0.78), (-0.33, 0.10))
+    margin_m: float = 0.04
+    support_z_m: float = 1.05
+    clearance_m: float = 0.002
+    gap_m: tuple[float, float] = (0.005, 0.025)
+    tall_in_front: float = 0.6
+    stacked: float = 0.3
+    lying: float = 0.15
+    lying_width_m: float = np.inf
+    turned_rad: float = 0.4
+    sideways: float = 0.25
+    candidates: int = 240
+    restarts: int = 30
+
+
+def structured_arrangement(
+    names: Sequence[str], rng: np.random.Generator, config: StructuredConfig | None = None
+) -> list[ObjectPlacement]:
+    """Objects in natural poses, tightly packed, in the order of `names`.
+
+    Raises InputError if they do not fit into the region UnknownNameError for an unknown
+    model.
+    """
+    config = config or StructuredConfig()
+    models = [load_object(name) for name in names]
+    for _ in range(config.restarts):
+        packing = _Packing(models, rng, config)
+        if packing.run():
+            return [packing.placement(i, name) for i, name in enumerate(placement_names(names))]
+    (x0, x1), (y0, y1) = config.region
+    raise InputError(
+        f"{len(names)} objects do not fit into {x1 - x0:.2f} x {y1 - y0:.2f} m after {config.restarts} tries. "
+        "Use fewer or smaller objects, or a larger region."
+    )
+
+
+class _Packing:
+    """One attempt at a packing: footprints and positions grow object by object."""
+
+    def __init__(self, models: list[ObjectModel], rng: np.random.Generator, config: StructuredConfig) -> None:
+        self._models, self._rng, self._config = models, rng, config
+        self._prints: dict[int, Footprint] = {}
+        self._positions: dict[int, np.ndarray] = {}
+        self._on_table: list[int] = []
+        self._carrying: set[int] = set()
+
+    def run(self) -> bool:
+        """Places all objects, large ones first, with some luck in the order. False if one finds no place."""
+        area = np.array([m.size_m[0] * m.size_m[1] for m in self._models])
+        order = np.argsort(-area * self._rng.uniform(0.6, 1.4, len(area)), kind="stable")
+        return all(self._stack(int(i)) or self._stand(int(i)) for i in order)
+
+    def placement(self, index: int, name: str) -> ObjectPlacement:
+        """Where an object came to be."""
+        x, y, z = (float(v) for v in self._positions[index])
+        return ObjectPlacement(name, self._models[index].name, (x, y, z), self._prints[index].wxyz)
+
+    def _pose(self, model: ObjectModel) -> Footprint:
+        """A natural orientation: upright or a box on its back, the front more or less towards the robot."""
+        config, rng = self._config, self._rng
+        is_box = len(model.pieces) == 1 and model.pieces[0].kind == "box"
+        lies = is_box and rng.random() < config.lying and min(model.size_m[1:]) <= config.lying_width_m
+        yaw = rng.normal(0.0, config.turned_rad) + (np.pi / 2 if rng.random() < config.sideways else 0.0)
+        R = rotation_about((0, 0, 1), yaw) @ (LIE_ON_BACK if lies else np.eye(3))
+        return footprint(model, R)
+
+    def _stack(self, index: int) -> bool:
+        """Puts a flat low object on top of a free flat one, if chance and the sizes allow."""
+        config, rng = self._config, self._rng
+        if rng.random() >= config.stacked:
+            return False
+        upper = self._pose(self._models[index])
+        if upper.height_m > 0.06 or upper.base is None:
+            return False
+        for below in rng.permutation(self._on_table):
+            lower, offset = self._prints[int(below)], rng.normal(0.0, 0.006, 2)
+            if int(below) not in self._carrying and fits_on(upper, lower, offset, overhang_m=0.008):
+                position = self._positions[int(below)].copy()
+                position[:2] += offset
+                position[2] += lower.highest_m + config.clearance_m + upper.lowest_m
+                self._prints[index], self._positions[index] = upper, position
+                self._carrying.add(int(below))
+                return True
+        return False
+
+    def _stand(self, index: int) -> bool:
+        """Puts an object on the table, next to others."""
+        config, rng = self._config, self._rng
+        best: tuple[float, Footprint, np.ndarray] | None = None
+        x_wanted = self._wanted_x(index) if rng.random() < config.tall_in_front else None
+        for _ in range(6):
+            shape = self._pose(self._models[index])
+            xy = self._candidates(shape, config.candidates // 6)
+            nearest = self._nearest_gap(shape, xy)
+            xy, nearest = xy[nearest >= config.gap_m[0]], nearest[nearest >= config.gap_m[0]]
+            if len(xy) == 0:
+                continue
+            cost = np.maximum(nearest - config.gap_m[1], 0.0) if self._on_table else np.zeros(len(xy))
+            cost = cost + (
+                0.3 * np.abs(xy[:, 0] - x_wanted) if x_wanted is not None else 0.02 * rng.random(len(xy))
+            )
+            k = int(np.argmin(cost))
+            if best is None or cost[k] < best[0]:
+                best = (float(cost[k]), shape, xy[k])
+        if best is None:
+            return False
+        _, shape, at = best
+        z = config.support_z_m + config.clearance_m + shape.lowest_m
+        self._prints[index], self._positions[index] = shape, np.array([at[0], at[1], z])
+        self._on_table.append(index)
+        return True
+
+    def _wanted_x(self, index: int) -> float:
+        """The tallest at the front (small x), the lowest at the back."""
+        (x0, x1), _ = self._config.region
+        heights = np.array([m.size_m[2] for m in self._models])
+        return x0 + (x1 - x0) * float(np.mean(heights > heights[index]))
+
+    def _candidates(self, shape: Footprint, count: int) -> Float[np.ndarray, "n 2"]:
+        """Positions in the region: some anywhere, some right beside what already stands."""
+        rng, config = self._rng, self._config
+        quarter = DIRECTIONS // 4
+        # +x, +y, -x, -y
+        reach = np.maximum(shape.extents[[0, quarter, 2 * quarter, 3 * quarter]] - config.margin_m, 0.0)
+        (x0, x1), (y0, y1) = config.region
+        low = np.array([x0 + reach[2], y0 + reach[3]])
+        high = np.array([x1 - reach[0], y1 - reach[1]])
+        if (low > high).any():
+            return np.empty((0, 2))
+        free = rng.uniform(low, high, (count, 2))
+        if not self._on_table:
+            return free
+        k = rng.integers(DIRECTIONS, size=count)
+        neighbours = rng.choice(self._on_table, size=count)
+        centers = np.array([self._positions[int(n)][:2] for n in neighbours])
+        spans = np.array([self._prints[int(n)].extents for n in neighbours])[np.arange(count), k]
+        away = spans + shape.extents[(k + DIRECTIONS // 2) % DIRECTIONS] + rng.uniform(*config.gap_m, count)
+        side = rng.normal(0.0, 0.02, count)[:, None] * directions()[(k + quarter) % DIRECTIONS]
+        beside = centers + away[:, None] * directions()[k] + side
+        return np.concatenate([free, beside[((beside >= low) & (beside <= high)).all(axis=1)]])
+
+    def _nearest_gap(self, shape: Footprint, xy: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n"]:
+        """Gap to the nearest object on the table; infinite if there is none."""
+        if not self._on_table:
+            return np.full(len(xy), np.inf)
+        others = np.array([self._prints[i].extents for i in self._on_table])
+        positions = np.array([self._positions[i][:2] for i in self._on_table])
+        return gaps(shape.extents, xy, others, positions).min(axis=1)

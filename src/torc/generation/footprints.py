@@ -1,0 +1,115 @@
+"""Footprints of objects on the table, as support functions over evenly spaced horizontal directions."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.geometry.transforms import rotation_about, wxyz_from_rotation
+from torc.objects.models import CollisionPiece, ObjectModel, Quat
+
+DIRECTIONS = 32
+"""Even, so that the opposite of every direction is one of them too."""
+LIE_ON_BACK = rotation_about((0, 1, 0), np.pi / 2)
+"""Lays a box on its back: the front up, the top away from the robot."""
+UP_TOLERANCE = 0.999
+
+Extents = Float[np.ndarray, "32"]
+
+
+def directions() -> Float[np.ndarray, "32 2"]:
+    """Unit directions in the plane of the table; direction k + 16 is the opposite of direction k."""
+    t = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    return np.stack([np.cos(t), np.sin(t)], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Footprint:
+    """The shadow of an object on the table, about the model's origin.
+
+    Attributes:
+        extents: per direction, how far the object reaches from its origin, metres.
+        top, base: the same for its flat top and its flat base; None if it has none.
+        lowest_m, highest_m: how far it reaches below and above its origin.
+        rotation: orientation of the model frame in the world.
+    """
+
+    extents: Extents
+    top: Extents | None
+    base: Extents | None
+    lowest_m: float
+    highest_m: float
+    rotation: Float[np.ndarray, "3 3"]
+
+    @property
+    def height_m(self) -> float:
+        """Its height."""
+        return self.lowest_m + self.highest_m
+
+    @property
+    def wxyz(self) -> Quat:
+        """Its orientation as a quaternion."""
+        w, x, y, z = (float(v) for v in wxyz_from_rotation(self.rotation))
+        return w, x, y, z
+
+
+def footprint(model: ObjectModel, rotation: Float[np.ndarray, "3 3"]) -> Footprint:
+    """The footprint of a model in an orientation."""
+    up = np.array([[0.0, 0.0, 1.0]])
+    highest, lowest = float(model.support(up @ rotation)[0]), float(model.support(-up @ rotation)[0])
+    return Footprint(
+        extents=model.support(_horizontal() @ rotation),
+        top=_flat_end(model, rotation, 1.0, highest),
+        base=_flat_end(model, rotation, -1.0, lowest),
+        lowest_m=lowest,
+        highest_m=highest,
+        rotation=rotation,
+    )
+
+
+def _horizontal() -> Float[np.ndarray, "32 3"]:
+    return np.concatenate([directions(), np.zeros((DIRECTIONS, 1))], axis=1)
+
+
+def _flat_end(model: ObjectModel, rotation: np.ndarray, sign: float, reach_m: float) -> Extents | None:
+    """Extents of the largest flat end (box or upright cylinder) that makes up the top or the base."""
+    best: Extents | None = None
+    for piece in model.pieces:
+        extents = _flat_piece(piece, rotation, sign, reach_m)
+        if extents is not None and (best is None or extents.min() > best.min()):
+            best = extents
+    return best
+
+
+def _flat_piece(piece: CollisionPiece, rotation: np.ndarray, sign: float, reach_m: float) -> Extents | None:
+    T = piece.T_object_piece
+    R = rotation @ T[:3, :3]
+    up = np.array([[0.0, 0.0, sign]])
+    at_end = abs(float(piece.support(up @ rotation)[0]) - reach_m) < 1e-3
+    if piece.kind == "cylinder":
+        flat = abs(R[2, 2]) > UP_TOLERANCE
+    else:
+        flat = piece.kind == "box" and np.abs(R[2]).max() > UP_TOLERANCE
+    if not (at_end and flat):
+        return None
+    extents = piece.support(_horizontal() @ rotation)
+    return extents if extents.min() > 0.01 else None  # one that is not under the middle carries nothing
+
+
+def gaps(
+    extents: Float[np.ndarray, "32"],
+    positions: Float[np.ndarray, "n 2"],
+    others: Float[np.ndarray, "m 32"],
+    other_positions: Float[np.ndarray, "m 2"],
+) -> Float[np.ndarray, "n m"]:
+    """A lower bound of the distance between footprints (separating axis over the directions); negative: overlap."""
+    away = (other_positions[None] - positions[:, None]) @ directions().T
+    opposite = np.roll(others, -DIRECTIONS // 2, axis=1)
+    return (away - extents - opposite[None]).max(axis=2)
+
+
+def fits_on(upper: Footprint, lower: Footprint, offset: Float[np.ndarray, "2"], overhang_m: float) -> bool:
+    """Whether the upper object's flat base rests on the lower one's flat top, `offset` from its origin."""
+    if upper.base is None or lower.top is None:
+        return False
+    return bool((upper.base + directions() @ offset <= lower.top + overhang_m).all())

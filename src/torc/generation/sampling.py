@@ -1,0 +1,57 @@
+"""Which objects a made-up scene is of, and what they are called in it."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from torc.errors import InputError
+from torc.objects.library import builtin_object_names, object_facts
+from torc.records.camera import MAX_OBJECTS
+
+
+def sample_models(
+    count: int, rng: np.random.Generator, held_out: bool | None = None, models: Sequence[str] | None = None
+) -> list[str]:
+    """Random model names, kinds as different as possible.
+
+    Args:
+        count: how many.
+        rng: decides which.
+        held_out: only of held-out kinds, only of others, or of all.
+        models: draw from these. By default from the built-in ones alone, so that a seed gives the same on every
+            machine, whatever its user has imported.
+
+    Raises:
+        InputError: too many asked for, or nothing to draw from.
+        UnknownNameError: an unknown name in `models`.
+    """
+    if not 0 <= count <= MAX_OBJECTS:
+        raise InputError(f"A scene holds 0 to {MAX_OBJECTS} objects, not {count}.")
+    kinds: dict[str, list[str]] = {}
+    for facts in map(object_facts, builtin_object_names() if models is None else dict.fromkeys(models)):
+        if held_out is None or facts.held_out == held_out:
+            kinds.setdefault(facts.kind, []).append(facts.name)
+    if count and not kinds:
+        raise InputError("There are no object models to draw from. `torc objects list` shows what there is.")
+    pools = list(kinds.values())
+    names: list[str] = []
+    while len(names) < count:
+        round_ = [pools[i] for i in rng.permutation(len(pools))]
+        names += [_any_variant(pool, names, rng) for pool in round_[: count - len(names)]]
+    return names
+
+
+def _any_variant(pool: list[str], taken: list[str], rng: np.random.Generator) -> str:
+    free = [name for name in pool if name not in taken] or pool
+    return free[int(rng.integers(len(free)))]
+
+
+def placement_names(models: Sequence[str]) -> list[str]:
+    """A unique name for each: the model's own, numbered from the second one on."""
+    seen: Counter[str] = Counter()
+    names = []
+    for model in models:
+        seen[model] += 1
+        names.append(model if seen[model] == 1 else f"{model}_{seen[model]}")
+    return names

@@ -1,0 +1,254 @@
+"""A mesh file to an object in the format `torc-object/1`: the child process's task."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from jaxtyping import Float
+
+from torc.errors import InputError
+from torc.fingerprints import file_fingerprint
+from torc.geometry.transforms import wxyz_from_rotation
+from torc.objects.checks import visible_area_m2
+from torc.objects.files import ObjectSource, save_object
+from torc.objects.importing.colours import baked
+from torc.objects.importing.decomposing import convex_pieces, few_corners, solid_enough
+from torc.objects.importing.mesh import MADE_DIRECTORY, READ_FILE
+from torc.objects.importing.options import MeshOptions
+from torc.objects.importing.reading import Y_UP, read_surfaces
+from torc.objects.importing.resting import is_round, resting_rotation
+from torc.objects.importing.solids import Solid, simplified, solid
+from torc.objects.importing.surfaces import Surface, shaded, sound, welded, with_area
+from torc.objects.models import CollisionPiece, ObjectModel, Vec3, VisualMesh, pieces_bounds
+from torc.objects.schema import MAX_MASS_KG, MAX_SIZE_M, MAX_VISUALS, MIN_MASS_KG, MIN_SIZE_M
+
+_MAX_CONTACT_FACES = 4_000
+"""Enough for contact; the decomposition's time grows with them."""
+_MAX_READ_FACES = 40_000
+"""Where simplification does not get that far, e.g. thousands of loose triangles."""
+_LIES_MAYBE = (
+    "It stands on z = 0 in the file, not on y = 0: if it lies on its side now, its z points up; give --up z (GLB's "
+    "standard is y)."
+)
+_UNITS = (0.001, 0.01, 0.0254, 0.1, 10.0, 100.0, 1000.0)
+"""What a scale may be off by: millimetres, centimetres, inches, or the other way about."""
+_ON_ZERO, _OFF_ZERO = 0.02, 0.1
+"""Share of a length by which a bounding box may miss 0 to stand on it, or must miss it not to."""
+
+
+def make_object(request: Mapping[str, Any], directory: Path) -> dict[str, Any]:
+    """Makes an object of the file request["path"] and leaves it in `directory`.
+
+    Args:
+        request: "path"; "options": those of `MeshOptions` as plain data; "undecomposed": why to take the convex hull
+            instead of decomposing it, or None.
+        directory: for the object.
+
+    Returns:
+        "notes": what was done to the mesh, for its owner.
+
+    Raises:
+        InputError: not readable, without triangles, of an absurd size or mass, or flat.
+    """
+    path, given = Path(request["path"]), dict(request["options"])
+    options = MeshOptions(**{**given, "root": None if given["root"] is None else Path(given["root"])})
+    y_up = options.up == "y" or (options.up == "auto" and path.suffix.lower() == ".glb")
+    root = (options.root or path.parent) if options.textures else None
+    surfaces, notes = read_surfaces(path, options.scale, y_up, root, options.texture_px)
+    surfaces = _sound(surfaces, path, notes)
+    _check_size(surfaces, path, options.scale)
+    whole = _net(surfaces)
+    contact = solid(simplified(whole, _MAX_CONTACT_FACES))
+    if len(contact.net.faces) > _MAX_READ_FACES:
+        raise InputError(
+            f"{path} cannot be simplified below {_MAX_READ_FACES} triangles: it is torn into pieces."
+        )
+    visuals = _visuals(_visible(surfaces, path, notes), contact, whole, options, notes)
+    notes += _net_notes(contact)
+    if options.up == "auto" and y_up and _lies_maybe(contact.net.vertices):
+        notes.append(_LIES_MAYBE)
+    (directory / READ_FILE).touch()
+    hulls = _hulls(contact.net, options, path, request["undecomposed"], notes)
+    model, source = _assembled(path, options, visuals, few_corners(hulls), y_up, notes)
+    save_object(model, directory / MADE_DIRECTORY / model.name, source, overwrite=True)
+    return {"notes": notes}
+
+
+def _sound(surfaces: Sequence[Surface], path: Path, notes: list[str]) -> list[Surface]:
+    found = [good for surface in surfaces if len((good := sound(surface)).faces)]
+    dropped = sum(len(s.faces) for s in surfaces) - sum(len(s.faces) for s in found)
+    if not found:
+        raise InputError(f"{path} holds no usable triangles: all {dropped} are not finite.")
+    if dropped:
+        notes.append(f"{dropped} unusable triangles were left out (not finite, or without corners).")
+    return found
+
+
+def _check_size(surfaces: Sequence[Surface], path: Path, scale: float) -> None:
+    extent = np.ptp(np.concatenate([s.vertices for s in surfaces]), axis=0)
+    largest, thinnest = float(extent.max()), float(extent.min())
+    if not 2 * MIN_SIZE_M <= largest <= MAX_SIZE_M:
+        fitting = [f for f in _UNITS if 0.02 <= f * largest <= 0.6]
+        remedy = "Give the metres per unit of the file with --scale."
+        if fitting:
+            remedy = f"With --scale {fitting[0] * scale:g} it would be {_length(fitting[0] * largest)}."
+        raise InputError(
+            f"{path} is {_length(largest)} large; possible are {_length(2 * MIN_SIZE_M)} to {MAX_SIZE_M:g} m. {remedy}"
+        )
+    if thinnest < MIN_SIZE_M:
+        raise InputError(
+            f"{path} is {_length(thinnest)} thin; things thinner than {_length(MIN_SIZE_M)} slip through contacts. "
+            "Give it a thickness first."
+        )
+
+
+def _length(metres: float) -> str:
+    return f"{metres:.4g} m" if metres >= 1.0 else f"{1000 * metres:.3g} mm"
+
+
+def _net(surfaces: Sequence[Surface]) -> trimesh.Trimesh:
+    offsets = np.cumsum([0, *(len(s.vertices) for s in surfaces)])
+    return welded(
+        np.concatenate([s.vertices for s in surfaces]),
+        np.concatenate([s.faces + offset for s, offset in zip(surfaces, offsets)]),
+    )
+
+
+def _visible(surfaces: Sequence[Surface], path: Path, notes: list[str]) -> list[Surface]:
+    """Those that the physics takes for surfaces."""
+    found = [s for s in map(with_area, surfaces) if visible_area_m2(s.vertices, s.faces) > 0.0]
+    if not found:
+        raise InputError(f"{path} has next to no area: its triangles are points or lines.")
+    if len(found) < len(surfaces):
+        notes.append(f"Parts that are but points or lines were left out ({len(surfaces) - len(found)}).")
+    return found
+
+
+def _visuals(
+    surfaces: list[Surface], contact: Solid, whole: trimesh.Trimesh, options: MeshOptions, notes: list[str]
+) -> tuple[VisualMesh, ...]:
+    # Only closed surfaces that face outwards can be drawn from one side.
+    two_sided = not contact.closed or contact.closed_holes > 0
+    allowed = options.max_faces // 2 if two_sided else options.max_faces
+    count = sum(len(s.faces) for s in surfaces)
+    if contact.turned:
+        surfaces = [replace(s, faces=s.faces[:, ::-1]) for s in surfaces]
+    painted = [
+        s for s in surfaces if s.texture is not None or s.colours is not None or s.rgba != surfaces[0].rgba
+    ]
+    if count <= allowed and len(surfaces) <= MAX_VISUALS // 2 and all(s.colours is None for s in surfaces):
+        visuals = [shaded(s) for s in surfaces]
+    else:
+        net = simplified(whole, allowed)
+        faces = net.faces[:, ::-1] if contact.turned else net.faces
+        fewer = with_area(Surface(np.array(net.vertices), np.array(faces), rgba=surfaces[0].rgba))
+        if count > len(fewer.faces):
+            notes.append(f"To look at, {count} triangles were simplified to {len(fewer.faces)}.")
+        if painted:
+            notes.append("Its colours were put into one new texture.")
+        visuals = [baked(surfaces, fewer, options.texture_px) if painted else shaded(fewer)]
+    if two_sided:
+        visuals = [side for visual in visuals for side in (visual, _back(visual))]
+    return tuple(visuals)
+
+
+def _back(visual: VisualMesh) -> VisualMesh:
+    """The other side of a surface."""
+    normals = None if visual.normals is None else -visual.normals
+    return replace(visual, faces=visual.faces[:, ::-1], normals=normals)
+
+
+def _net_notes(contact: Solid) -> list[str]:
+    notes = ["Its triangles faced inwards; they were turned."] if contact.turned else []
+    notes += [f"{contact.closed_holes} holes were closed."] if contact.closed_holes else []
+    if not contact.closed:
+        notes.append("It is not watertight: open parts are touched as a shell around their surface.")
+    return notes
+
+
+def _lies_maybe(vertices: Float[np.ndarray, "n 3"]) -> bool:
+    """Whether a file that is read with y up looks as if z pointed up in it: it stands on z = 0, and not on y = 0."""
+    _, y, z = (vertices @ Y_UP).T  # in the file's own axes
+    return bool(abs(z.min()) < _ON_ZERO * np.ptp(z) and abs(y.min()) > _OFF_ZERO * np.ptp(y))
+
+
+def _hulls(
+    net: trimesh.Trimesh, options: MeshOptions, path: Path, undecomposed: str | None, notes: list[str]
+) -> list[np.ndarray]:
+    """Convex pieces; the convex hull, and a note, for want of better."""
+    hulls, why = [], undecomposed
+    if why is None:
+        try:
+            hulls, why = convex_pieces(net, options.concavity, options.max_pieces), "nothing solid came out"
+        except Exception as error:  # third-party code on odd nets
+            why = f"{type(error).__name__}: {str(error)[:200]}"
+    hulls = [hull for hull in hulls if solid_enough(hull)]
+    if hulls:
+        return hulls
+    if not solid_enough(net.vertices):
+        raise InputError(f"{path} encloses no volume: it is flat. Give it a thickness first.")
+    notes.append(f"Its contact geometry is its convex hull: the decomposition failed ({why}).")
+    return [np.array(net.vertices)]
+
+
+def _assembled(
+    path: Path,
+    options: MeshOptions,
+    visuals: Sequence[VisualMesh],
+    hulls: Sequence[np.ndarray],
+    y_up: bool,
+    notes: list[str],
+) -> tuple[ObjectModel, ObjectSource]:
+    """The object in its resting pose, in its own frame, and where it comes from."""
+    R = resting_rotation(hulls) if options.stand else np.eye(3)
+    angle = float(np.rad2deg(np.arccos(np.clip((np.trace(R) - 1) / 2, -1, 1))))
+    if angle > 1.0:
+        notes.append(f"It was turned by {angle:.0f} degrees to where it rests.")
+    turned = [h @ R.T for h in hulls]
+    lower, upper = pieces_bounds([CollisionPiece("mesh", vertices=h) for h in turned])
+    shift = -(lower + upper) / 2
+    pieces = tuple(CollisionPiece("mesh", vertices=h + shift) for h in turned)
+    size_m = _vec3(upper - lower)
+    if min(size_m) < MIN_SIZE_M:
+        raise InputError(f"{path} is thinner than {_length(MIN_SIZE_M)}: it would slip through contacts.")
+    name = options.name_for(path)
+    model = ObjectModel(
+        name=name,
+        kind=options.kind or name,
+        description=options.description_for(path),
+        mass_kg=_mass_kg(path, options, pieces),
+        pieces=pieces,
+        visuals=tuple(_moved(v, R, shift) for v in visuals),
+        size_m=size_m,
+        rolls=is_round(turned) if options.rolls is None else options.rolls,
+        friction=options.friction,
+        held_out=True,  # the grasp model has never seen it
+    )
+    w, x, y, z = (float(v) for v in wxyz_from_rotation(R @ Y_UP if y_up else R))
+    file = "".join(c if c.isprintable() else "_" for c in path.name)
+    return model, ObjectSource(file, "", options.scale, _vec3(shift), (w, x, y, z), file_fingerprint(path))
+
+
+def _mass_kg(path: Path, options: MeshOptions, pieces: Sequence[CollisionPiece]) -> float:
+    if options.mass_kg is not None:
+        return options.mass_kg
+    mass_kg = sum(p.volume_m3 for p in pieces) * options.density_kg_m3
+    if not MIN_MASS_KG <= mass_kg <= MAX_MASS_KG:
+        raise InputError(
+            f"{path} would weigh {mass_kg:.3g} kg (volume x {options.density_kg_m3:g} kg/m3); possible are "
+            f"{MIN_MASS_KG:g} to {MAX_MASS_KG:g} kg. Give --mass, or check --scale."
+        )
+    return mass_kg
+
+
+def _moved(visual: VisualMesh, R: Float[np.ndarray, "3 3"], shift: Float[np.ndarray, "3"]) -> VisualMesh:
+    normals = None if visual.normals is None else visual.normals @ R.T
+    return replace(visual, vertices=visual.vertices @ R.T + shift, normals=normals)
+
+
+def _vec3(values: np.ndarray) -> Vec3:
+    x, y, z = (float(v) for v in values)
+    return x, y, z

@@ -1,0 +1,206 @@
+"""Mesh files to surfaces, by trimesh. Runs in a child process: the files are a stranger's."""
+
+import io
+import logging
+import re
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from jaxtyping import Float, UInt8
+from PIL import Image
+from trimesh.resolvers import FilePathResolver
+
+from torc.errors import InputError
+from torc.objects.importing.misread import check_glb, check_obj, check_ply
+from torc.objects.importing.surfaces import Surface
+
+Y_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""y up and the front towards +z (glTF) to z up and the front towards -x."""
+_MAX_NOTES = 20
+_SEE_THROUGH = ("BLEND", "MASK")
+_COMPLAINT = re.compile("unable|unsupported|not loaded|failed to (load|process)|skipping primitive|weird")
+
+
+def read_surfaces(
+    path: Path, scale: float, y_up: bool, root: Path | None, texture_px: int
+) -> tuple[list[Surface], list[str]]:
+    """The surfaces in a mesh file, metres, z up; and what a user should know about the reading.
+
+    Args:
+        path: the file.
+        scale: metres per unit of it.
+        y_up: its y axis points up.
+        root: materials and textures are read from this directory and below; None: no colours at all.
+        texture_px: longest side of a texture.
+
+    Raises:
+        InputError: without triangles, misread by trimesh, or it points to files that it may not read. Of what is no
+            mesh file, trimesh raises anything.
+    """
+    neighbours, complaints = Neighbours(path, root or path.parent), _Complaints()
+    try:
+        scene = _load(path, neighbours, complaints, root is not None)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if neighbours.refused:
+        raise InputError(
+            f"{path} names '{neighbours.refused[0][:120]}', which is not below {neighbours.root}. Import the directory "
+            "that holds both, or put the file beside the mesh and correct the name, or leave materials out "
+            "(--no-textures)."
+        )
+    notes = [f"'{name[:120]}' is not there: its colours are missing." for name in neighbours.missing]
+    notes = notes or complaints.texts
+    dressed = {}
+    for name, mesh in scene.geometry.items():
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+            dressed[name] = _plain(mesh) if root is None else _dressed(mesh, path, texture_px, notes)
+    surfaces = []
+    R = scale * (Y_UP if y_up else np.eye(3))
+    for node in scene.graph.nodes_geometry:
+        T, name = scene.graph[node]
+        if name in dressed:
+            surfaces.append(_placed(dressed[name], R @ T[:3]))
+    if not surfaces:
+        raise InputError(f"{path} holds no triangles.")
+    return surfaces, list(dict.fromkeys(notes))[:_MAX_NOTES]
+
+
+class Neighbours(FilePathResolver):  # type: ignore[misc]
+    """The files that a mesh names, below one directory. trimesh goes on without what is not to be had; what was
+    refused or missing is written down here."""
+
+    def __init__(self, path: Path, root: Path) -> None:
+        super().__init__(str(path))
+        self.root, self.refused, self.missing = root.resolve(), list[str](), list[str]()
+
+    def get(self, name: str) -> bytes:
+        path = (Path(self.parent) / name.strip().strip('"').replace("\\", "/")).resolve()
+        if not path.is_relative_to(self.root):
+            self.refused.append(name)
+        elif not path.is_file():
+            self.missing.append(name)
+        else:
+            return path.read_bytes()
+        raise FileNotFoundError(name)
+
+
+class _Complaints(logging.Handler):
+    """What trimesh tells its log that it could not read."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.DEBUG)
+        self.texts: list[str] = []
+
+    def __enter__(self) -> None:
+        trimesh.util.log.addHandler(self)
+        trimesh.util.log.setLevel(logging.DEBUG)
+
+    def __exit__(self, *_: object) -> None:
+        trimesh.util.log.removeHandler(self)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        text = record.getMessage()
+        if _COMPLAINT.search(text):
+            self.texts.append(f"The reader says: {text[:200]}.")
+
+
+def _load(path: Path, neighbours: Neighbours, complaints: _Complaints, textures: bool) -> trimesh.Scene:
+    """What trimesh makes of a file. Raises InputError for what it would read wrongly."""
+    data, kind = path.read_bytes(), path.suffix[1:].lower()
+    if kind == "obj":
+        data = data.replace(b"\t", b" ").replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
+        check_obj(data, textures)
+        if textures and b"\nusemtl" in data and b"mtllib" not in data:
+            complaints.texts.append("It names materials, but no library of them: their colours are missing.")
+    if kind == "glb":
+        check_glb(data, textures)
+    with warnings.catch_warnings(), complaints:
+        warnings.simplefilter("error", DeprecationWarning)  # numpy's, of text that it reads but in part
+        # "process" would join corners of different colours
+        scene = trimesh.load_scene(
+            io.BytesIO(data), kind, neighbours, process=False, skip_materials=not textures
+        )
+    if kind == "ply":
+        for mesh in scene.geometry.values():
+            check_ply(mesh.metadata["_ply_raw"])
+    return scene
+
+
+def _placed(surface: Surface, T: Float[np.ndarray, "3 4"]) -> Surface:
+    """The surface moved by an affine transform; where that mirrors it, its triangles are turned over."""
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is left out later
+        vertices = surface.vertices @ T[:, :3].T + T[:, 3]
+    return replace(
+        surface, vertices=vertices, faces=surface.faces[:, :: -1 if np.linalg.det(T[:, :3]) < 0 else 1]
+    )
+
+
+def _plain(mesh: trimesh.Trimesh) -> Surface:
+    return Surface(np.array(mesh.vertices), np.array(mesh.faces))
+
+
+def _dressed(mesh: trimesh.Trimesh, path: Path, texture_px: int, notes: list[str]) -> Surface:
+    """A mesh with its material, texture, or colours of corners or triangles."""
+    visual: Any = mesh.visual
+    surface, is_glb = _plain(mesh), path.suffix.lower() == ".glb"
+    image = factor = colours = None
+    if visual.kind == "vertex":
+        colours = visual.vertex_colors
+    elif visual.kind == "face":  # every triangle gets corners of its own
+        corners = surface.vertices[surface.faces].reshape(-1, 3)
+        surface = Surface(corners, np.arange(len(corners)).reshape(-1, 3))
+        colours = np.repeat(visual.face_colors, 3, axis=0)
+    elif visual.kind == "texture" and is_glb:
+        image, factor = visual.material.baseColorTexture, visual.material.baseColorFactor
+        factor = (255, 255, 255) if factor is None else factor
+        colours = visual.vertex_attributes.get("color")
+        if visual.material.alphaMode in _SEE_THROUGH:
+            notes.append("Transparent parts are shown opaque.")
+    elif visual.kind == "texture":
+        image, colours = visual.material.image, mesh.vertex_attributes.get("color")
+        if image is None:
+            factor = visual.material.diffuse
+        elif image.format is None:  # where there is no material, trimesh paints a picture
+            image = None
+        else:  # many exporters write a grey colour beside a picture and do not mean it
+            factor, colours = (255, 255, 255), None
+    tints = None if factor is None else np.array(factor)[None, :3] / 255
+    if colours is not None and len(colours) == len(surface.vertices):
+        shares = np.array(colours)[:, :3] / (1 if colours.dtype.kind == "f" else 255)
+        tints = shares * tints if is_glb and tints is not None else shares
+    if tints is not None:
+        surface = _tinted(surface, tints, is_glb)
+    if image is None:
+        return surface
+    if visual.uv is None or len(visual.uv) != len(surface.vertices):
+        notes.append("A texture without coordinates was left out.")
+        return surface
+    uv = np.clip(np.nan_to_num(np.array(visual.uv)), -1e3, 1e3) * (1.0, -1.0) + (0.0, 1.0)  # v down
+    return replace(surface, uv=uv, texture=_picture(image, path, texture_px))
+
+
+def _tinted(surface: Surface, tints: Float[np.ndarray, "k 3"], is_linear: bool) -> Surface:
+    """The surface with one colour, or one per vertex, 0 to 1; of linear light in glTF (2.0, section 3.9.2)."""
+    tints = np.clip(np.nan_to_num(tints), 0.0, 1.0)
+    if is_linear:  # to the values of sRGB (IEC 61966-2-1)
+        bright = 1.055 * np.maximum(tints, 0.0031308) ** (1 / 2.4) - 0.055
+        tints = np.where(tints <= 0.0031308, 12.92 * tints, bright).round(9)
+    if (tints == tints[0]).all():
+        r, g, b = (float(c) for c in tints[0])
+        return replace(surface, rgba=(r, g, b, 1.0))
+    return replace(surface, colours=np.round(255 * tints).astype(np.uint8))
+
+
+def _picture(image: Image.Image, path: Path, texture_px: int) -> UInt8[np.ndarray, "h w 3"]:
+    try:
+        colours = image.convert("RGB")
+    except (OSError, SyntaxError, ValueError) as error:
+        raise InputError(
+            f"{path}: a texture cannot be used ({error}). Repair it, or leave textures out (--no-textures)."
+        ) from None
+    colours.thumbnail((texture_px, texture_px), Image.Resampling.LANCZOS)
+    return np.asarray(colours, np.uint8)

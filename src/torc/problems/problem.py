@@ -1,0 +1,169 @@
+"""Problems: which objects lie where, and which one is wanted. YAML on disk, format `torc-problem/1`.
+
+format: torc-problem/1
+name: behind_the_milk
+category: structured            # or unstructured
+description: The mug stands behind a milk carton.
+target: mug
+objects:
+- name: mug                     # unique within the problem
+  model: mug_red                # see `torc objects list`
+  position: [0.72, -0.10, 1.0975]   # of the model's origin, world frame, metres
+  wxyz: [1.0, 0.0, 0.0, 0.0]
+"""
+
+import os
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from torc.errors import InputError, UnknownNameError
+from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
+from torc.objects.models import Quat, Vec3
+from torc.problems.schema import FORMAT, MAX_BYTES, Category, Scalar, read_problem_file
+from torc.problems.sets import problem_names, problem_sets, shipped_path
+
+
+@dataclass(frozen=True)
+class ObjectPlacement:
+    """One object of a problem.
+
+    Attributes:
+        name: unique within the problem.
+        model: name of its model in the object library.
+        position, wxyz: pose of the model frame in the world frame; metres, unit quaternion.
+    """
+
+    name: str
+    model: str
+    position: Vec3
+    wxyz: Quat
+
+    @cached_property
+    def T_world_object(self) -> Pose:
+        """Pose of the model frame in the world frame."""
+        return make_pose(rotation_from_wxyz(self.wxyz), self.position)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A retrieval problem.
+
+    Attributes:
+        name: e.g. "structured_003".
+        category: structured (most objects in a natural pose) or unstructured (a pile).
+        description: the target in words, e.g. "the blue tuna can".
+        target: name of the wanted placement.
+        objects: placements in file order.
+        notes: for people; may be empty.
+        origin: where it comes from (generator, seed, source ...).
+    """
+
+    name: str
+    category: Category
+    description: str
+    target: str
+    objects: tuple[ObjectPlacement, ...]
+    notes: str = ""
+    origin: dict[str, Scalar] = field(default_factory=dict)
+
+    def ordered(self) -> tuple[ObjectPlacement, ...]:
+        """Placements by object id: the target first, then the others in file order."""
+        return (
+            *(o for o in self.objects if o.name == self.target),
+            *(o for o in self.objects if o.name != self.target),
+        )
+
+
+def load_problem(name_or_path: str | os.PathLike[str]) -> Problem:
+    """A shipped problem by its name, or one from a YAML file. Raises InputError naming file, field and remedy."""
+    path = _find(name_or_path)
+    return parse_problem(_read(path), str(path))
+
+
+def parse_problem(text: str, source: str = "problem") -> Problem:
+    """A problem from YAML text; `source` names it in errors. Raises InputError."""
+    parsed = read_problem_file(text, source)
+    if parsed.target not in {o.name for o in parsed.objects}:
+        names = [o.name for o in parsed.objects]
+        raise InputError(
+            f"{source}, target: {UnknownNameError('object', parsed.target, names)} Use one of these names."
+        )
+    return Problem(
+        name=parsed.name,
+        category=parsed.category,
+        description=parsed.description,
+        target=parsed.target,
+        objects=tuple(ObjectPlacement(o.name, o.model, o.position, o.wxyz) for o in parsed.objects),
+        notes=parsed.notes,
+        origin=parsed.origin,
+    )
+
+
+def problem_text(problem: Problem) -> str:
+    """The YAML of a problem; `parse_problem` gives back an equal one. Raises InputError if it is not valid."""
+    data: dict[str, Any] = {"format": FORMAT, "name": problem.name, "category": problem.category}
+    data["description"] = problem.description
+    if problem.notes:
+        data["notes"] = problem.notes
+    if problem.origin:
+        data["origin"] = dict(problem.origin)
+    data["target"] = problem.target
+    data["objects"] = [
+        {
+            "name": o.name,
+            "model": o.model,
+            "position": [float(v) for v in o.position],
+            "wxyz": [float(v) for v in o.wxyz],
+        }
+        for o in problem.objects
+    ]
+    text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
+    parse_problem(text, f"problem '{problem.name}'")
+    return text
+
+
+def save_problem(problem: Problem, path: str | os.PathLike[str]) -> None:
+    """Writes a problem; the file appears complete or not at all. Raises InputError if the problem is not valid."""
+    path = Path(path)
+    text = problem_text(problem)
+    aside = path.with_name(f".{path.name}.tmp")
+    try:
+        aside.write_text(text, encoding="utf-8")
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def _find(name_or_path: str | os.PathLike[str]) -> Path:
+    path = Path(name_or_path)
+    if os.path.isfile(path):  # unlike Path.is_file, False for names that no file can have
+        return path
+    if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
+        raise InputError(f"There is no problem file {path}. `torc problems list` shows the shipped problems.")
+    name = str(path)
+    if name in problem_sets():
+        raise InputError(
+            f"{name} is a set of {len(problem_names(name))} problems: name one of them (torc problems list {name}), "
+            f"or play all with torc bench --problems {name}."
+        )
+    shipped = shipped_path(name)
+    if shipped is None:
+        raise UnknownNameError("problem", name, list(problem_names()), lister="torc problems list")
+    return shipped
+
+
+def _read(path: Path) -> str:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise InputError(f"{path} is larger than {MAX_BYTES} bytes: that is not a problem file.")
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path} is not UTF-8 text: {error.reason} at byte {error.start}. Save it as UTF-8."
+        ) from None
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}.") from None

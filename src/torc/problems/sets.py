@@ -1,0 +1,61 @@
+"""The problem sets that come with torc: `torc40` to compare task planners on, `validation` to tune them on."""
+
+import os
+from functools import cache
+from pathlib import Path
+
+from torc.errors import InputError, UnknownNameError
+
+_SHIPPED = Path(__file__).parent / "data"
+
+
+@cache
+def problem_sets() -> tuple[str, ...]:
+    """Names of the shipped sets."""
+    return tuple(sorted(p.name for p in _SHIPPED.iterdir() if p.is_dir()))
+
+
+def problem_names(problem_set: str | None = None) -> tuple[str, ...]:
+    """Names of the problems of a shipped set, or of all sets; no two are the same. Raises UnknownNameError."""
+    if problem_set is not None and problem_set not in problem_sets():
+        raise UnknownNameError("problem set", problem_set, list(problem_sets()))
+    return tuple(name for name, path in _paths().items() if problem_set in (None, path.parent.name))
+
+
+def shipped_path(name: str) -> Path | None:
+    """The file of a shipped problem; None if there is none of that name."""
+    return _paths().get(name)
+
+
+def select_problems(selection: str) -> tuple[str, ...]:
+    """The problems that a user means: names or paths that `load_problem` takes.
+
+    Args:
+        selection: comma-separated; each a shipped set, a shipped problem, a problem file, or a directory of them.
+
+    Raises:
+        InputError: nothing is there, or a directory holds no problem file.
+    """
+    chosen: list[str] = []
+    for part in (p.strip() for p in selection.split(",") if p.strip()):
+        if part in problem_sets():
+            chosen += problem_names(part)
+        elif part in _paths() or os.path.isfile(part):  # False for names that no file can have
+            chosen.append(part)
+        elif os.path.isdir(part):
+            files = sorted(str(p) for p in Path(part).glob("*.yaml"))
+            if not files:
+                raise InputError(f"There is no problem file (*.yaml) in '{part}'.")
+            chosen += files
+        else:
+            raise UnknownNameError(
+                "problem or problem set", part, [*problem_sets(), *_paths()], lister="torc problems list"
+            )
+    if not chosen:
+        raise InputError(f"No problems are named in '{selection}'. `torc problems list` shows what there is.")
+    return tuple(dict.fromkeys(chosen))
+
+
+@cache
+def _paths() -> dict[str, Path]:
+    return {p.stem: p for p in sorted(_SHIPPED.glob("*/*.yaml"))}

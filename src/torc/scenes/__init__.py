@@ -1,1 +1,0 @@
-"""The world of a task: the workspace, the object library, problems and arrangements."""

@@ -1,0 +1,1 @@
+"""The workspace: table, bin, camera and watched region, and their files."""

@@ -1,0 +1,173 @@
+"""Workspace files (`torc-workspace/1`): table, bin, camera and watched region, as a robot is a file."""
+
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from torc.errors import InputError, UnknownNameError
+from torc.files.strict_yaml import Number, parse_plain_yaml
+from torc.fingerprints import fingerprint
+from torc.geometry.transforms import look_at
+from torc.records import VoxelGrid
+from torc.workspace.description import Bin, Box, CameraMount, Workspace
+
+DATA = Path(__file__).parent / "data"
+"""Where the shipped workspaces are."""
+EXAMPLE = DATA / "paper.yaml"
+"""A shipped workspace, to compare with."""
+_MAX_BYTES = 100_000
+_MAX_VOXELS = 20_000_000
+_SUPPORT_TOLERANCE_M = 0.005
+Positive = Annotated[Number, Field(gt=0.0)]
+Vec = tuple[Number, Number, Number]
+Size = tuple[Positive, Positive, Positive]
+
+
+def workspace_names() -> tuple[str, ...]:
+    """The workspaces that are shipped."""
+    return tuple(sorted(p.stem for p in DATA.glob("*.yaml")))
+
+
+def load_workspace(name_or_path: str | Path = "paper") -> Workspace:
+    """A shipped workspace by name, or any by the path of its YAML.
+
+    Raises:
+        UnknownNameError: neither a shipped name nor an existing file.
+        InputError: the file contradicts the format.
+    """
+    path = Path(name_or_path)
+    if path.suffix in {".yaml", ".yml"} and path.is_file():
+        return _read(path)
+    if str(name_or_path) not in workspace_names():
+        own = f", or a YAML file of your own; compare {EXAMPLE}"
+        raise UnknownNameError("workspace (nor a YAML file)", str(name_or_path), list(workspace_names()), own)
+    return _shipped(str(name_or_path))
+
+
+def own_workspace_source(name_or_path: str) -> str:
+    """Fingerprint of a workspace of the user's own; "" for those that come with torc. Raises as `load_workspace`."""
+    workspace = load_workspace(name_or_path)
+    return "" if name_or_path in workspace_names() else workspace.source
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class _BoxEntry(_Strict):
+    center: Vec
+    size: Size
+
+
+class _Obstacle(_BoxEntry):
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,63}$")]
+
+
+class _BinEntry(_Strict):
+    floor_center: Vec
+    inner_size: Size
+    wall: Positive = 0.02
+    drop_position: Vec
+
+
+class _CameraEntry(_Strict):
+    """The camera: an ideal pinhole. Its pose, OpenCV axes, as a matrix, or as a position and what it looks at."""
+
+    position: Vec | None = None
+    look_at: Vec | None = None
+    T_world_camera: list[list[Number]] | None = None
+    width: Annotated[int, Field(ge=16, le=4096)] = 640
+    height: Annotated[int, Field(ge=16, le=4096)] = 480
+    vertical_fov_deg: Annotated[Number, Field(gt=1.0, lt=170.0)]
+
+    @model_validator(mode="after")
+    def _one_pose(self) -> "_CameraEntry":
+        seen_from = self.position is not None and self.look_at is not None
+        if seen_from == (self.T_world_camera is not None):
+            raise ValueError("give either position and look_at, or T_world_camera")
+        if self.T_world_camera is not None:
+            T = np.array(self.T_world_camera, dtype=float)
+            if T.shape != (4, 4) or not np.allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-4):
+                raise ValueError("T_world_camera must be a 4x4 rigid transform")
+        return self
+
+    def mount(self) -> CameraMount:
+        """As the pipeline takes it."""
+        if self.position is not None and self.look_at is not None:
+            T = look_at(self.position, self.look_at)
+        else:
+            T = np.array(self.T_world_camera, dtype=float)
+        return CameraMount(T, self.width, self.height, float(np.deg2rad(self.vertical_fov_deg)))
+
+
+class _RegionEntry(_Strict):
+    origin: Vec
+    voxel_size: Annotated[Number, Field(ge=0.002, le=0.1)]
+    shape: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]]
+
+
+class _WorkspaceFile(_Strict):
+    """The whole file."""
+
+    format: Literal["torc-workspace/1"]
+    name: Annotated[str, Field(pattern=r"^\w[\w .+-]{0,63}$")]
+    table: _BoxEntry
+    bin: _BinEntry
+    camera: _CameraEntry
+    region: _RegionEntry
+    obstacles: list[_Obstacle] = []
+
+    @model_validator(mode="after")
+    def _fits(self) -> "_WorkspaceFile":
+        support = self.table.center[2] + self.table.size[2] / 2
+        if abs(self.region.origin[2] - support) > _SUPPORT_TOLERANCE_M:
+            raise ValueError(f"the region's floor must be the table's upper side, at z = {support:g}")
+        if np.prod(self.region.shape) > _MAX_VOXELS:
+            raise ValueError(f"the region has more than {_MAX_VOXELS:,} voxels; enlarge voxel_size")
+        return self
+
+
+@cache
+def _shipped(name: str) -> Workspace:
+    return _read(DATA / f"{name}.yaml")
+
+
+def _read(path: Path) -> Workspace:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Cannot read the workspace file {path}: {error}.") from None
+    content = parse_plain_yaml(
+        text, str(path), "workspace", _MAX_BYTES, f"Compare it with a shipped one: {EXAMPLE}"
+    )
+    try:
+        entry = _WorkspaceFile.model_validate(content)
+    except ValidationError as error:
+        lines = [f"  {'.'.join(map(str, e['loc'])) or 'file'}: {e['msg']}" for e in error.errors()]
+        raise InputError(
+            "\n".join(
+                [
+                    f"{path} is not a valid workspace file:",
+                    *lines,
+                    f"Compare it with a shipped one: {EXAMPLE}.",
+                ]
+            )
+        ) from None
+    return _workspace(entry)
+
+
+def _workspace(entry: _WorkspaceFile) -> Workspace:
+    bin_, region = entry.bin, entry.region
+    return Workspace(
+        table=Box("table", entry.table.center, entry.table.size),
+        bin=Bin(bin_.floor_center, bin_.inner_size, bin_.wall),
+        camera=entry.camera.mount(),
+        grid=VoxelGrid(np.array(region.origin), region.voxel_size, region.shape),
+        drop_position=bin_.drop_position,
+        obstacles=tuple(Box(o.name, o.center, o.size) for o in entry.obstacles),
+        name=entry.name,
+        source=fingerprint(entry.model_dump()),
+    )

@@ -1,0 +1,33 @@
+"""What is dropped hangs free of everything else, in any orientation."""
+
+import numpy as np
+import pytest
+
+from torc.generation.drops import DropConfig, bounding_radius, drop_arrangement
+from torc.generation.sampling import sample_models
+from torc.geometry.transforms import rotation_from_wxyz
+from torc.objects.library import load_object
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_dropped_objects_are_apart_and_between_the_walls(seed: int) -> None:
+    rng, config = np.random.default_rng(seed), DropConfig()
+    placements = drop_arrangement(sample_models(15, rng), rng, config)
+    centers = np.array([p.position for p in placements])
+    radii = np.array([bounding_radius(load_object(p.model)) for p in placements])
+    apart = np.linalg.norm(centers[:, None] - centers[None], axis=2) - radii[:, None] - radii[None]
+    assert apart[~np.eye(len(radii), dtype=bool)].min() >= config.gap_m - 1e-9
+    assert (centers[:, 2] - radii).min() >= config.support_z_m + config.lowest_m - 1e-9
+    inside = (
+        np.abs(centers[:, :2] - config.center)
+        <= np.maximum(np.array(config.size) / 2 - radii[:, None], 0) + 1e-9
+    )
+    assert inside.all()
+    assert centers[:, 2].max() < config.support_z_m + 1.0  # a fall from higher would scatter the heap
+
+
+def test_orientations_of_dropped_objects_are_uniform() -> None:
+    placements = drop_arrangement(["die_white"] * 60, np.random.default_rng(0))
+    up = np.array([rotation_from_wxyz(p.wxyz)[2] for p in placements])
+    assert np.abs(up.mean(axis=0)).max() < 0.25
+    np.testing.assert_allclose((up**2).mean(axis=0), 1 / 3, atol=0.1)

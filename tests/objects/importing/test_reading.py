@@ -1,0 +1,328 @@
+"""Mesh files are read as they are meant; what trimesh would read wrongly is refused."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from mesh_files import L_OUTLINE, SIZE, box, edit_glb, prism, textured_box, two_tone, write_obj, write_ply
+from PIL import Image
+from trimesh.visual.material import PBRMaterial
+from trimesh.visual.texture import TextureVisuals
+
+from torc.errors import InputError
+from torc.objects.importing.reading import Y_UP, read_surfaces
+from torc.objects.importing.surfaces import GREY, Surface
+
+SQUARE = [(0.0, 0.0), (0.1, 0.0), (0.1, 0.1), (0.0, 0.1)]
+
+
+def read(path: Path, root: Path | None = None, y_up: bool = False) -> tuple[list[Surface], list[str]]:
+    return read_surfaces(path, 1.0, y_up, root or path.parent, 1024)
+
+
+def mesh_of(surfaces: list[Surface]) -> trimesh.Trimesh:
+    """All together, corners welded."""
+    mesh = trimesh.util.concatenate([trimesh.Trimesh(s.vertices, s.faces, process=False) for s in surfaces])
+    mesh.merge_vertices()
+    return mesh
+
+
+def colour_at(surface: Surface, point: np.ndarray) -> tuple[int, ...]:
+    """The texture's colour at the vertex that is nearest to a point."""
+    assert surface.texture is not None
+    assert surface.uv is not None
+    u, v = surface.uv[np.linalg.norm(surface.vertices - point, axis=1).argmin()]
+    h, w = surface.texture.shape[:2]
+    return tuple(surface.texture[min(int(v * h), h - 1), min(int(u * w), w - 1)].tolist())
+
+
+@pytest.mark.parametrize("name", ["a.obj", "a.glb", "a.stl", "a.ply", "A.PLY"])
+def test_every_format_gives_the_solid_back(name: str, tmp_path: Path) -> None:
+    box(SIZE).export(tmp_path / name, file_type=name[-3:].lower())
+    surfaces, notes = read(tmp_path / name)
+    assert notes == []
+    mesh = mesh_of(surfaces)
+    assert mesh.is_volume
+    assert mesh.volume == pytest.approx(np.prod(SIZE), rel=1e-5)
+    np.testing.assert_allclose(mesh.extents, SIZE, rtol=1e-5)
+    assert {s.rgba for s in surfaces} == {GREY}
+
+
+def test_text_files_of_several_solids_are_read_whole(tmp_path: Path) -> None:
+    parts = [
+        trimesh.exchange.stl.export_stl_ascii(box(SIZE).apply_translation((x, 0, 0))) for x in (0.0, 0.3)
+    ]
+    (tmp_path / "a.stl").write_text("\n".join(parts))
+    assert mesh_of(read(tmp_path / "a.stl")[0]).volume == pytest.approx(2 * np.prod(SIZE), rel=1e-5)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_parts_of_a_scene_are_where_its_nodes_put_them(mirrored: bool, tmp_path: Path) -> None:
+    scene, T = trimesh.Scene(), trimesh.transformations.rotation_matrix(0.5, (1, 2, 3), (0.1, 0, 0))
+    T[:3, :3] *= 2.0
+    T[:3, 0] *= -1.0 if mirrored else 1.0
+    for matrix in (np.eye(4), T):
+        scene.add_geometry(box(SIZE), geom_name="box", transform=matrix)
+    scene.export(tmp_path / "a.glb")
+    surfaces, _ = read(tmp_path / "a.glb", y_up=True)
+    first, second = sorted((mesh_of([s]) for s in surfaces), key=lambda mesh: mesh.area)
+    assert first.volume == pytest.approx(np.prod(SIZE), rel=1e-5)
+    assert second.volume == pytest.approx(
+        8 * np.prod(SIZE), rel=1e-5
+    )  # turned inside out, it would be negative
+    wanted = trimesh.transform_points(box(SIZE).vertices, T) @ Y_UP.T
+    np.testing.assert_allclose(second.bounds, (wanted.min(axis=0), wanted.max(axis=0)), atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["a.obj", "a.glb"])
+def test_a_picture_is_the_right_way_up(name: str, tmp_path: Path) -> None:
+    textured_box(SIZE, 2, two_tone(2048), name.endswith("glb")).export(tmp_path / name)
+    (surface,), notes = read(tmp_path / name)
+    assert notes == []
+    assert surface.rgba == (1.0, 1.0, 1.0, 1.0)
+    assert surface.texture is not None
+    assert surface.texture.shape == (1024, 1024, 3)
+    assert colour_at(surface, np.array([0, 0, 0.2])) == (220, 0, 0)
+    assert colour_at(surface, np.array([0, 0, -0.2])) == (0, 0, 220)
+    (plain,), _ = read_surfaces(tmp_path / name, 1.0, False, None, 1024)
+    assert (plain.texture, plain.rgba) == (None, GREY)
+
+
+def test_a_ply_picture_is_found(tmp_path: Path) -> None:
+    two_tone().save(tmp_path / "paper.png")
+    head = "ply\nformat ascii 1.0\ncomment TextureFile paper.png\nelement vertex 3\n"
+    head += "".join(f"property float {name}\n" for name in "xyzst") + "element face 1\n"
+    head += "property list uchar int vertex_indices\nend_header\n"
+    (tmp_path / "a.ply").write_text(head + "0 0 0 0 0\n1 0 0 1 0\n0 0 1 0 1\n3 0 1 2\n")
+    (surface,), _ = read(tmp_path / "a.ply")
+    assert colour_at(surface, np.array([0, 0, 1])) == (220, 0, 0)
+
+
+@pytest.mark.parametrize("name", ["a.ply", "a.obj", "a.glb"])
+@pytest.mark.parametrize("of", ["vertices", "faces"])
+def test_colours_of_corners_and_triangles_are_kept(name: str, of: str, tmp_path: Path) -> None:
+    mesh = box(SIZE)
+    mesh.unmerge_vertices()
+    top = (mesh.triangles_center if of == "faces" else mesh.vertices)[:, 2:] > 0
+    colours = np.where(top, (255, 0, 0, 255), (0, 0, 255, 255)).astype(np.uint8)
+    setattr(mesh.visual, "vertex_colors" if of == "vertices" else "face_colors", colours)
+    mesh.export(tmp_path / name)
+    (surface,), _ = read(tmp_path / name)
+    assert surface.colours is not None
+    corner = surface.vertices[:, 2] > 0
+    if of == "vertices":
+        np.testing.assert_array_equal(surface.colours, np.where(corner[:, None], (255, 0, 0), (0, 0, 255)))
+    else:
+        assert {tuple(c) for c in surface.colours.tolist()} >= {(255, 0, 0), (0, 0, 255)}
+
+
+def test_materials_have_their_colours(tmp_path: Path) -> None:
+    """Those of glTF are of linear light, by which colours of corners are multiplied."""
+    (tmp_path / "a.mtl").write_text("newmtl red\nKd 0.8 0.2 0.2\nnewmtl blue\nKd 0 0 1\n")
+    text = write_obj(tmp_path / "a.obj", *prism(SQUARE, 0.1)).read_text()
+    text = text.replace("f ", "usemtl red\nf ", 1) + "usemtl blue\nf 1 2 6\n"
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\n" + text)
+    assert {s.rgba for s in read(tmp_path / "a.obj")[0]} == {(0.8, 0.2, 0.2, 1.0), (0.0, 0.0, 1.0, 1.0)}
+    mesh = box(SIZE)
+    mesh.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=(55, 255, 0, 255), alphaMode="BLEND"))
+    mesh.visual.vertex_attributes["color"] = np.full((8, 4), 255, np.uint8)
+    mesh.export(tmp_path / "a.glb")
+    (surface,), notes = read(tmp_path / "a.glb")
+    np.testing.assert_allclose(surface.rgba[:3], (0.5, 1.0, 0.0), atol=0.005)
+    assert notes == ["Transparent parts are shown opaque."]
+
+
+def test_coordinates_without_a_picture_do_not_hide_colours(tmp_path: Path) -> None:
+    rows = [
+        "v 0 0 0 1 0 0",
+        "v 1 0 0 0 1 0",
+        "v 0 1 \\\n0 0 0 1",
+        "vt 0 0",
+        "vt 1 0",
+        "vt 0 1",
+        "f 1/1\t2/2 3/3",
+    ]
+    (tmp_path / "a.obj").write_text("\r\n".join(rows))
+    (surface,), notes = read(tmp_path / "a.obj")
+    assert (surface.texture, notes) == (None, [])
+    np.testing.assert_array_equal(surface.colours, 255 * np.eye(3))
+    (tmp_path / "a.obj").write_text("\n".join([*rows[:6], "usemtl paper", rows[6]]))
+    assert read(tmp_path / "a.obj")[1] == [
+        "It names materials, but no library of them: their colours are missing."
+    ]
+
+
+def textured(folder: Path, picture: str) -> Path:
+    """An OBJ in a folder whose material names a picture."""
+    folder.mkdir(parents=True)
+    (folder / "a.mtl").write_text(f"newmtl paper\nmap_Kd {picture}\n")
+    lines = ["mtllib a.mtl", "usemtl paper", "v 0 0 0", "v 1 0 0", "v 0 0 1", "vt 0 0", "vt 1 0", "vt 0 1"]
+    (folder / "a.obj").write_text("\n".join([*lines, "f 1/1 2/2 3/3\n"]))
+    return folder / "a.obj"
+
+
+def test_pictures_are_read_from_the_imported_directory_and_below(tmp_path: Path) -> None:
+    two_tone().save(tmp_path / "paper.png")
+    path = textured(tmp_path / "meshes" / "box", "..\\..\\paper.png")
+    assert read(path, tmp_path)[0][0].texture is not None
+    with pytest.raises(
+        InputError, match=r"names '.*paper.png', which is not below .*meshes. Import the directory"
+    ):
+        read(path, tmp_path / "meshes")
+    (path.parent / "link.png").symlink_to(tmp_path / "paper.png")
+    for name in (str(tmp_path / "paper.png"), "link.png"):
+        (path.parent / "a.mtl").write_text(f"newmtl paper\nmap_Kd {name}\n")
+        with pytest.raises(InputError, match="is not below"):
+            read(path)
+
+
+def test_what_is_not_there_or_no_picture_is_told(tmp_path: Path) -> None:
+    path = textured(tmp_path / "a", "paper.png")
+    assert read(path)[1] == ["'paper.png' is not there: its colours are missing."]
+    (path.parent / "paper.png").write_text("no picture")
+    assert read(path)[1] == ["The reader says: failed to load image."]
+    (path.parent / "a.mtl").unlink()
+    assert read(path)[1] == ["'a.mtl' is not there: its colours are missing."]
+    whole = path.parent / "paper.png"
+    two_tone().save(whole)
+    whole.write_bytes(whole.read_bytes()[:-40])
+    (path.parent / "a.mtl").write_text("newmtl paper\nmap_Kd paper.png\n")
+    with pytest.raises(InputError, match=r"a texture cannot be used .*--no-textures"):
+        read(path)
+    Image.fromarray(np.zeros((4, 4), np.uint8)).save(whole)
+    path.write_text(path.read_text().replace("/1", "").replace("/2", "").replace("/3", ""))
+    assert read(path)[1] == ["A texture without coordinates was left out."]
+
+
+@pytest.mark.parametrize("write", [write_obj, write_ply])
+def test_polygons_are_read_where_triangles_from_their_first_corner_make_them(write, tmp_path: Path) -> None:
+    path = tmp_path / f"a.{write.__name__[-3:]}"
+    hexagon = [(0.05 * np.cos(a), 0.05 * np.sin(a)) for a in np.arange(6) * np.pi / 3]
+    straight = [(0.0, 0.0), (0.05, 0.0), (0.1, 0.0), (0.1, 0.1), (0.0, 0.1)]
+    notch = [(0.04, 0.04), (0.0, 0.1), (0.0, 0.0), (0.1, 0.0)]  # concave at its first corner
+    for outline, area in ((hexagon, 0.0064952), (straight, 0.01), (notch, 0.004), (SQUARE, 0.01)):
+        mesh = mesh_of(read(write(path, *prism(outline, 0.05)))[0])
+        assert mesh.volume == pytest.approx(0.05 * area, rel=1e-4)
+        assert mesh.is_watertight
+    fan_fails = L_OUTLINE[1:] + L_OUTLINE[:1]
+    for outline in (fan_fails, notch[1:] + notch[:1]):
+        with pytest.raises(
+            InputError, match=r"has concave polygons.* Export it triangulated, without compression\."
+        ):
+            read(write(path, *prism(outline, 0.05)))
+    vertices, polygons = prism(SQUARE, 0.1)
+    dart = np.array([(0.05, 0.1, 0.05), (0.055, 0.1, 0.05), (0.051, 0.1, 0.051), (0.05, 0.1, 0.055)])
+    read(write(path, np.concatenate([vertices, dart]), [*polygons, [9, 10, 11, 8]]))  # too small to be seen
+
+
+def test_binary_ply_polygons_of_different_lengths_are_refused(tmp_path: Path) -> None:
+    vertices, polygons = prism(SQUARE, 0.1)
+    assert mesh_of(read(write_ply(tmp_path / "a.ply", vertices, polygons, binary=True))[0]).is_watertight
+    polygons[1:3] = [polygons[1][:3], [*polygons[1], polygons[2][0]]]  # as many bytes as two squares
+    with pytest.raises(InputError, match="different numbers of corners"):
+        read(write_ply(tmp_path / "a.ply", vertices, polygons, binary=True))
+
+
+def test_what_is_cut_off_is_refused(tmp_path: Path) -> None:
+    path = write_ply(tmp_path / "a.ply", *prism(SQUARE, 0.1))
+    path.write_text(path.read_text()[:-14])
+    with pytest.raises(InputError, match="It is cut off: 5 of 6 rows of 'face'"):
+        read(path)
+    for name in ("b.stl", "b.glb", "b.ply"):
+        box(SIZE).export(tmp_path / name)
+        (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:-10])
+        with pytest.raises((InputError, ValueError, KeyError)):
+            read(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda text: text.replace("f 1", "f 0", 1), "faces without corners"),
+        (lambda text: text + "f 1 2\n", "faces without corners"),
+        (lambda text: text + "f -3 -2 -1\nv 1 1 1\n", "counts corners backwards"),
+        (lambda text: "mtllib a.mtl\nmtllib b.mtl\n" + text, "several material libraries.*--no-textures"),
+    ],
+)
+def test_odd_obj_files_are_refused(change, message: str, tmp_path: Path) -> None:
+    path = write_obj(tmp_path / "a.obj", *prism(SQUARE, 0.1))
+    path.write_text(change(path.read_text()))
+    with pytest.raises(InputError, match=message):
+        read(path)
+
+
+def _set(*where, value):
+    def change(header: dict) -> None:
+        for key in where[:-1]:
+            header = header[key]
+        header[where[-1]] = value
+
+    return change
+
+
+def _quantized(header: dict) -> None:
+    header["accessors"][header["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]["componentType"] = (
+        5122
+    )
+
+
+PRIMITIVE = ("meshes", 0, "primitives", 0)
+BASE = ("materials", 0, "pbrMetallicRoughness", "baseColorTexture")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            _set("extensionsRequired", value=["KHR_draco_mesh_compression"]),
+            "needs KHR_draco_mesh_compression",
+        ),
+        (_set("extensionsRequired", value=["EXT_meshopt_compression"]), "needs EXT_meshopt_compression"),
+        (_set("extensionsRequired", value=["KHR_mesh_quantization"]), "needs KHR_mesh_quantization"),
+        (_set("extensionsUsed", value=["EXT_mesh_gpu_instancing"]), "needs EXT_mesh_gpu_instancing"),
+        (_set("accessors", 0, "sparse", value={"count": 1}), "sparse or compressed"),
+        (_set("accessors", 1, "sparse", value={"count": 1}), "sparse or compressed"),
+        (lambda header: header["accessors"][1].pop("bufferView"), "sparse or compressed"),
+        (_quantized, "quantized"),
+        (_set("nodes", 0, "skin", value=0), "skeleton"),
+        (_set("meshes", 0, "weights", value=[0.5]), "shape key"),
+        (_set("nodes", 0, "camera", value=0), "camera"),
+        (_set(*PRIMITIVE, "mode", value=6), "fans of triangles"),
+        (_set(*BASE, "texCoord", value=1), "coordinates of its own.*--no-textures"),
+        (
+            _set(*BASE, "extensions", value={"KHR_texture_transform": {"scale": [2, 2]}}),
+            "coordinates of its own",
+        ),
+    ],
+)
+def test_what_trimesh_misreads_of_glb_is_refused(change, message: str, tmp_path: Path) -> None:
+    textured_box(SIZE, 2, two_tone(), True).export(tmp_path / "a.glb")
+    plain = _set(
+        *BASE, "extensions", value={"KHR_texture_transform": {"offset": [0.0, 0.0], "scale": [1, 1]}}
+    )
+    read(edit_glb(tmp_path / "a.glb", plain))
+    with pytest.raises(InputError, match=message):
+        read(edit_glb(tmp_path / "a.glb", change))
+
+
+def test_files_without_triangles_are_refused(tmp_path: Path) -> None:
+    trimesh.PointCloud([[0, 0, 0], [1, 1, 1]]).export(tmp_path / "a.ply")
+    (tmp_path / "a.obj").write_text("v 0 0 0\n")
+    box(SIZE).export(tmp_path / "a.glb")
+    edit_glb(tmp_path / "a.glb", lambda header: header["scenes"][0].pop("nodes"))
+    for name in ("a.ply", "a.obj", "a.glb"):
+        with pytest.raises((InputError, KeyError), match=r"no triangles|accessors"):
+            read(tmp_path / name)
+
+
+def test_what_is_no_finite_triangle_is_left_out() -> None:
+    from torc.objects.importing.surfaces import sound, with_area
+
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [np.nan, 0, 0], [2.0, 0, 0]])
+    surface = Surface(vertices, np.array([[0, 1, 2], [0, 1, 3], [0, 1, 9], [0, 1, -1], [0, 1, 4]]))
+    surface = replace(surface, colours=np.arange(15, dtype=np.uint8).reshape(5, 3))
+    assert sound(surface).faces.tolist() == [[0, 1, 2], [0, 1, 3]]
+    (face,) = with_area(sound(surface)).faces
+    np.testing.assert_array_equal(with_area(sound(surface)).vertices[face], vertices[:3])

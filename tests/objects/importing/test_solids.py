@@ -1,0 +1,110 @@
+"""Solids are closed where that is surely meant, face outwards, and keep their looks when they are simplified."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from mesh_files import MUG, SIZE, box, revolved, two_tone
+
+from torc.objects.importing.colours import baked
+from torc.objects.importing.solids import simplified, solid
+from torc.objects.importing.surfaces import Surface, shaded, welded
+
+
+def without(mesh: trimesh.Trimesh, *faces: int) -> trimesh.Trimesh:
+    return trimesh.Trimesh(mesh.vertices, np.delete(mesh.faces, faces, axis=0), process=False)
+
+
+def test_corners_that_coincide_are_one_and_flat_faces_keep_it_closed() -> None:
+    mesh = box(SIZE)
+    a, b, c = mesh.faces[0]
+    middle = mesh.vertices[[a, b]].mean(axis=0)
+    vertices = np.concatenate([mesh.vertices, [middle]])
+    faces = np.concatenate([mesh.faces[1:], [(a, 8, c), (8, b, c), (a, b, 8), (a, b, 8), (a, a, b)]])
+    loose = vertices[faces].reshape(-1, 3)
+    net = welded(loose + 1e-8, np.arange(len(loose)).reshape(-1, 3))
+    assert len(net.vertices) == 9
+    assert len(net.faces) == 14
+    assert net.is_volume
+
+
+def test_closed_nets_stay_as_they_are() -> None:
+    mesh = box(SIZE)
+    found = solid(mesh)
+    assert (found.closed, found.turned, found.closed_holes) == (True, False, 0)
+    np.testing.assert_array_equal(found.net.faces, mesh.faces)
+
+
+def test_what_faces_inwards_is_turned_as_a_whole() -> None:
+    cavity = trimesh.util.concatenate([box(SIZE), box(np.array(SIZE) / 2)])
+    cavity.faces[12:] = cavity.faces[12:, ::-1]
+    volume = cavity.volume
+    cavity.invert()
+    found = solid(cavity)
+    assert (found.closed, found.turned) == (True, True)
+    assert found.net.volume == pytest.approx(volume)
+
+
+def test_faces_that_disagree_are_turned_one_by_one() -> None:
+    mesh = trimesh.util.concatenate([box(SIZE), box(SIZE).apply_translation((0.3, 0, 0))])
+    mesh.faces[[0, 3, 4, 12, 17]] = mesh.faces[[0, 3, 4, 12, 17], ::-1]
+    found = solid(mesh)
+    assert (found.closed, found.turned) == (True, False)
+    assert found.net.volume == pytest.approx(2 * np.prod(SIZE))
+
+
+def test_small_holes_and_undersides_are_closed_and_mouths_are_not() -> None:
+    mug = revolved([*MUG[:2], (0.04, 0.03), (0.04, 0.038), *MUG[2:]], 24)
+    z, within = mug.triangles_center[:, 2], np.ptp(mug.triangles[:, :, 2], axis=1) < 0.05
+    walls = np.flatnonzero((z > 0.03) & (z < 0.038) & within)[[0, 30]]
+    found = solid(without(mug, *np.flatnonzero(z < 1e-6), *walls))
+    assert (found.closed, found.closed_holes) == (True, 3)
+    assert found.net.volume == pytest.approx(mug.volume, rel=0.02)
+    outside = revolved(MUG[:3], 24)
+    assert (solid(outside).closed, solid(outside).closed_holes) == (False, 0)
+
+
+def test_normals_are_smooth_but_for_sharp_edges() -> None:
+    can = shaded(Surface(*_arrays(revolved([(0.0, 0.0), (0.03, 0.0), (0.03, 0.1), (0.0, 0.1)], 24))))
+    assert can.normals is not None
+    side = np.abs(can.normals[:, 2]) < 0.5
+    np.testing.assert_allclose(np.abs(can.normals[~side]), [(0, 0, 1)] * (~side).sum(), atol=1e-9)
+    out = can.vertices[side] * (1, 1, 0) / 0.03
+    np.testing.assert_allclose(can.normals[side], out, atol=0.05)
+    assert len(shaded(Surface(*_arrays(box(SIZE)))).vertices) == 24
+
+
+def _arrays(mesh: trimesh.Trimesh) -> tuple[np.ndarray, np.ndarray]:
+    return np.array(mesh.vertices), np.array(mesh.faces)
+
+
+def test_simplified_nets_keep_their_size_whatever_their_units() -> None:
+    ball = trimesh.creation.icosphere(5, 0.05)
+    few = simplified(ball, 2000)
+    assert len(few.faces) <= 2000
+    assert few.volume == pytest.approx(ball.volume, rel=0.01)
+    assert few.is_volume
+    assert simplified(few, 5000) is few
+
+
+@pytest.mark.parametrize("by_picture", [True, False])
+def test_baked_colours_are_those_of_the_nearest_surface(by_picture: bool) -> None:
+    ball = trimesh.creation.icosphere(4, 0.05)
+    surface = Surface(*_arrays(ball))
+    upper = ball.vertices[:, 2:] > 0
+    if by_picture:
+        uv = np.stack([np.full(len(upper), 0.5), 1.5 - ball.vertices[:, 2] / 0.1], axis=1)
+        surface = replace(surface, uv=uv, texture=np.asarray(two_tone()), rgba=(0.5, 1.0, 1.0, 1.0))
+    else:
+        surface = replace(surface, colours=np.where(upper, (110, 0, 0), (0, 0, 220)).astype(np.uint8))
+    few = simplified(ball, 800)
+    found = baked([surface], Surface(*_arrays(few)), 512)
+    assert found.texture is not None
+    assert found.uv is not None
+    size = np.array(found.texture.shape[1::-1])
+    for corners, uv in zip(found.vertices[found.faces], found.uv[found.faces]):
+        z = corners[:, 2].mean()
+        column, row = (uv.mean(axis=0) * size).astype(int)
+        if abs(z) > 0.008:
+            assert found.texture[row, column].tolist() == ([110, 0, 0] if z > 0 else [0, 0, 220])

@@ -1,0 +1,228 @@
+"""Problems survive the disk exactly, and every fault in a file is named with its field and a remedy."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from torc.errors import InputError, UnknownNameError
+from torc.objects.library import builtin_object_names
+from torc.problems.problem import (
+    ObjectPlacement,
+    Problem,
+    load_problem,
+    parse_problem,
+    problem_text,
+    save_problem,
+)
+from torc.problems.sets import problem_names, problem_sets
+from torc.records.camera import MAX_OBJECTS
+
+GOOD = """\
+format: torc-problem/1
+name: demo
+category: structured
+description: A demo.
+target: mug
+objects:
+- name: can
+  model: soup_can_red
+  position: [0.6, -0.1, 1.1]
+  wxyz: [1, 0, 0, 0]
+- name: mug
+  model: mug_red
+  position: [0.7, -0.1, 1.1]
+"""
+
+
+def test_a_good_file_loads_and_the_target_comes_first(tmp_path: Path) -> None:
+    (tmp_path / "demo.yaml").write_text(GOOD)
+    problem = load_problem(tmp_path / "demo.yaml")
+    assert [o.name for o in problem.ordered()] == ["mug", "can"]
+    assert problem.objects[1].wxyz == (1.0, 0.0, 0.0, 0.0)
+    np.testing.assert_allclose(problem.objects[0].T_world_object[:3, 3], [0.6, -0.1, 1.1])
+
+
+def _poses() -> st.SearchStrategy:
+    x, y, z = st.floats(0.42, 1.1), st.floats(-0.68, 0.56), st.floats(1.04, 2.0)
+    unit = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 1e-3)
+    return st.tuples(
+        st.tuples(x, y, z), unit.map(lambda q: tuple(float(v) for v in np.array(q) / np.linalg.norm(q)))
+    )
+
+
+@settings(
+    max_examples=40,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(
+    poses=st.lists(_poses(), min_size=1, max_size=6),
+    notes=st.text(st.characters(codec="utf-8").filter(lambda c: c.isprintable() or c == "\n"), max_size=30),
+    seed=st.integers(0, 9),
+)
+def test_saving_and_loading_gives_back_the_same_problem(
+    tmp_path: Path, poses: list, notes: str, seed: int
+) -> None:
+    names = builtin_object_names()
+    objects = tuple(
+        ObjectPlacement(f"o{i}", names[(seed + i) % len(names)], position, wxyz)
+        for i, (position, wxyz) in enumerate(poses)
+    )
+    problem = Problem(
+        "p", "unstructured", notes, "o0", objects, notes, {"seed": seed, "generator": "test", "share": 0.1}
+    )
+    save_problem(problem, tmp_path / "p.yaml")
+    assert load_problem(tmp_path / "p.yaml") == problem
+    assert [f.name for f in tmp_path.iterdir()] == ["p.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "mug_red",
+            "mug_rde",
+            r"objects\[1\].model: there is no object model 'mug_rde' on this machine; did you mean 'mug_red'\?",
+        ),
+        ("name: can", "name: mug", r"objects: names must be unique; more than once: mug\. Rename"),
+        ("target: mug", "target: mugg", "target: Unknown object 'mugg'. Did you mean 'mug'"),
+        ("target: mug\n", "", "target: is missing; add it"),
+        ("objects:", "objekts:", "objekts: is not a field"),
+        ("[0.6,", "[.nan,", r"objects\[0\].position\[0\]: must be a finite number"),
+        ("[0.6,", "[true,", r"objects\[0\].position\[0\]: must be a number, not true or false"),
+        ("[1, 0, 0, 0]", "[yes, 0, 0, 0]", r"objects\[0\].wxyz\[0\]: must be a number, not true or false"),
+        ("[0.6,", "[6.0,", r"objects\[0\].position: .*not over the table"),
+        ("-0.1, 1.1]\n  wxyz", "-0.1, 0.1]\n  wxyz", r"objects\[0\].position: .*not over the table"),
+        ("[0.6, ", "[", r"objects\[0\].position\[2\]: is missing"),
+        ("[1, 0, 0, 0]", "[0, 0, 0, 0]", r"objects\[0\].wxyz: a rotation must not be zero"),
+        ("[1, 0, 0, 0]", "[1, .inf, 0, 0]", r"objects\[0\].wxyz\[1\]: must be a finite number"),
+        ("name: demo", "name: ../demo", "name: must be 1 to 64 letters"),
+        ("name: can", "name: 12", r"objects\[0\].name: must be text; put it in quotes"),
+        ("structured", "tidy", "category: Input should be 'structured' or 'unstructured'"),
+        ("problem/1", "problem/9", "format: .*torc-problem/1"),
+        ("name: demo", "name: demo\nname: two", "'name' is given 2 times"),
+        ("A demo.", r'"a \e[2J demo"', "description: has characters that cannot be printed"),
+        ("A demo.", "!!python/object:os.system x", "tags .* are not supported"),
+        ("A demo.", "!!bool maybe", "tags .* are not supported"),
+        ("A demo.", "!!int ''", "tags .* are not supported"),
+        ("A demo.", "!!timestamp now", "tags .* are not supported"),
+        ("A demo.", "1" + ":59" * 400 + ".5", "not readable YAML"),
+        (
+            "[1, 0, 0, 0]",
+            "[1.0e+308, 1.0e+308, 0, 0]",
+            r"objects\[0\].wxyz: a rotation must not be zero or huge",
+        ),
+        ("soup_can_red", r'"\ud800"', r"objects\[0\].model: has characters that are none"),
+        ("soup_can_red", "x" * 65, r"objects\[0\].model: must be 1 to 64 letters"),
+        ("target: mug", r'target: "\e[2J"', "target: must be 1 to 64 letters"),
+        (
+            "target:",
+            "origin: {seed: 0x" + "f" * 4000 + "}\ntarget:",
+            "origin: holds a number that is too large",
+        ),
+        ("target:", "origin: {share: 1.0e+300}\ntarget:", "origin: holds a number that is too large"),
+        ("target:", r'origin: {by: "\a"}' + "\ntarget:", "origin: has characters that cannot be printed"),
+        ("target:", r'origin: {"\udfff": 1}' + "\ntarget:", "origin.*has characters that are none"),
+        (
+            "target:",
+            "origin: {" + "".join(f"k{i}: 1, " for i in range(101)) + "}\ntarget:",
+            "too many entries",
+        ),
+        ("target:", "x" * 1000 + ": 1\ntarget:", r"x{120}\.\.\.: is not a field"),
+        ("A demo.", "&a text\nnotes: *a", "aliases"),
+        ("A demo.", "'unclosed", "not readable YAML"),
+    ],
+)
+def test_faults_name_file_field_and_remedy(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert old in GOOD
+    path = tmp_path / "bad.yaml"
+    path.write_text(GOOD.replace(old, new, 1))
+    with pytest.raises(InputError, match=message) as info:
+        load_problem(path)
+    assert str(path) in str(info.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "holds no problem"),
+        (b"- 1\n", "holds no problem"),
+        (b"[" * 20_000, "nested too deeply"),
+        (b"\xff\xfe\x00bad", "not UTF-8"),
+        (b"#" * 64_001, "larger than"),
+        (b"!!map [a]", "tags"),
+        (b"? !!set {a}\n: b", "tags"),
+        (b"{[1]: 2}", "not readable YAML"),
+        (b"a: \x00", "not readable YAML"),
+    ],
+)
+def test_hostile_files_are_refused(tmp_path: Path, content: bytes, message: str) -> None:
+    (tmp_path / "bad.yaml").write_bytes(content)
+    with pytest.raises(InputError, match=message):
+        load_problem(tmp_path / "bad.yaml")
+
+
+def test_more_than_64_objects_are_refused() -> None:
+    entry = "- {name: c%d, model: soup_can_red, position: [0.6, 0, 1.1]}\n"
+    text = GOOD + "".join(entry % i for i in range(MAX_OBJECTS - 2))
+    assert len(parse_problem(text).objects) == MAX_OBJECTS
+    with pytest.raises(InputError, match=f"objects: .*{MAX_OBJECTS} objects"):
+        parse_problem(text + entry % 99)
+
+
+def test_rotations_are_normalised_once() -> None:
+    problem = parse_problem(GOOD.replace("[1, 0, 0, 0]", "[1, 0, 0, 1]"))
+    assert np.linalg.norm(problem.objects[0].wxyz) == pytest.approx(1.0)
+    assert parse_problem(problem_text(problem)) == problem
+
+
+def test_an_invalid_problem_is_not_saved(tmp_path: Path) -> None:
+    problem = Problem(
+        "p", "structured", "", "a", (ObjectPlacement("a", "mug_red", (9.0, 0.0, 1.0), (1.0, 0, 0, 0)),)
+    )
+    with pytest.raises(InputError, match="not over the table"):
+        save_problem(problem, tmp_path / "p.yaml")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_shipped_problems_load_under_their_own_name() -> None:
+    assert "structured-01" in problem_names()
+    for name in problem_names():
+        assert load_problem(name).name == name
+
+
+def test_unknown_problems_are_reported() -> None:
+    with pytest.raises(UnknownNameError, match="Did you mean 'structured-") as near:
+        load_problem("structured-1")
+    assert "Known:" not in str(near.value)
+    with pytest.raises(UnknownNameError) as far:
+        load_problem("nothing-like-it")
+    for told in (near, far):
+        assert f"`torc problems list` lists all {len(problem_names())}" in str(told.value)
+    assert sum(name in str(far.value) for name in problem_names()) == UnknownNameError.FEW
+    for name in problem_sets():
+        with pytest.raises(InputError, match=f"play all with torc bench --problems {name}"):
+            load_problem(name)
+    with pytest.raises(InputError, match="no problem file"):
+        load_problem("nowhere/problem.yaml")
+
+
+@pytest.mark.parametrize("stop", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_a_save_that_is_stopped_leaves_nothing_and_keeps_what_was_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stop: BaseException
+) -> None:
+    path = tmp_path / "p.yaml"
+    path.write_text("as it was")
+
+    def stopped(self: Path, target: Path) -> None:
+        raise stop
+
+    monkeypatch.setattr(Path, "replace", stopped)
+    with pytest.raises(type(stop)):
+        save_problem(parse_problem(GOOD), path)
+    assert [p.name for p in tmp_path.iterdir()] == ["p.yaml"]
+    assert path.read_text() == "as it was"
