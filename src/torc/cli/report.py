@@ -28,6 +28,8 @@ class ReportCommand:
     """Where the report is written; DIRECTORY/report if not given."""
     gallery: int = 24
     """Failed trials that are shown in pictures, at most."""
+    track: Annotated[str | None, tyro.conf.arg(metavar="TRACKER:NAME")] = None
+    """Also log each planner's measures to an experiment tracker: mlflow:EXPERIMENT or wandb:PROJECT."""
     open: bool = False
     """Open the page in the browser."""
     json: Annotated[bool, tyro.conf.arg(help="Print answer, ranking and measures as JSON.")] = False
@@ -38,6 +40,7 @@ class ReportCommand:
         import webbrowser
 
         from torc.benchmark.report.writing import write_report
+        from torc.benchmark.tracking import track
         from torc.cli.printing import printable
         from torc.episode.viewer_links import REPORT
         from torc.errors import InputError
@@ -49,6 +52,8 @@ class ReportCommand:
         if self.out is None and len(self.directories) > 1:
             raise InputError("Name a directory for the report of several directories: --out DIR.")
         report = write_report(self.directories, self.out or self.directories[0] / REPORT.parent, self.gallery)
+        if self.track is not None:
+            track(report, self.track)
         if self.json:
             print(json.dumps({**report.summary, "page": str(report.page)}, indent=2))
         else:
