@@ -1,8 +1,8 @@
 FROM python:3.11-slim-bookworm
 
-# OpenGL without a screen, and OpenMP for pinocchio.
+# OpenGL without a screen.
 RUN apt-get update \
-    && apt-get install -y --no-install-recommends libosmesa6 libgomp1 \
+    && apt-get install -y --no-install-recommends libosmesa6 \
     && rm -rf /var/lib/apt/lists/*
 
 COPY pyproject.toml constraints.txt README.md LICENSE /src/
