@@ -13,13 +13,12 @@ import numpy as np
 
 from tests.helpers.reaching import reaching_qpos
 from torc.collision.checks import blockers, collides, edges_collide, robot_arrays
-from torc.collision.distance import distance_field
-from torc.collision.world import CollisionWorld, build_collision_world
+from torc.collision.world import CollisionWorld, build_collision_world, distance_field
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
 from torc.robots.loading import load_robot
 from torc.testing.views import view_of_clutter
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 
 def main() -> None:
@@ -27,7 +26,7 @@ def main() -> None:
     parser.add_argument("--objects", type=int, default=15)
     parser.add_argument("--configurations", type=int, default=1000)
     args = parser.parse_args()
-    robot, workspace = load_robot(), Workspace()
+    robot, workspace = load_robot(), load_workspace()
     view = view_of_clutter(0, args.objects, workspace)
     world = view.world
     print(

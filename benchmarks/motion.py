@@ -26,9 +26,8 @@ from torc.motion.config import MotionConfig, SearchConfig
 from torc.motion.geometry import rounded_path
 from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
-from torc.motion.queries import MotionQuery
 from torc.motion.smoothing import corner_blends, shortcut
-from torc.motion.space import FreeSpace
+from torc.motion.space import FreeSpace, MotionQuery
 from torc.motion.timing import join, time_path
 from torc.motion.tree_search import tree_search
 from torc.records import PickPlan
@@ -36,6 +35,7 @@ from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.loading import load_robot
 from torc.testing.views import view_of_clutter
 from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 STAGES = {
     "straight.candidates": "branches, lines",
@@ -52,7 +52,7 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=6)
     parser.add_argument("--objects", type=int, default=15)
     args = parser.parse_args()
-    robot, workspace = load_robot(), Workspace()
+    robot, workspace = load_robot(), load_workspace()
     requests = [r for seed in range(args.scenes) for r in _requests(robot, workspace, seed, args.objects)]
     print(f"{len(requests)} graspable objects in {args.scenes} scenes")
     planner = SamplingMotionPlanner(robot, workspace)

@@ -33,6 +33,7 @@ from torc.sim.robot import SimulatedRobot
 from torc.sim.world import build_world
 from torc.specs.conditions import Conditions
 from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Args:
 def main() -> None:
     """Run and print the table."""
     args = tyro.cli(Args)
-    robot, workspace = load_robot(), Workspace()
+    robot, workspace = load_robot(), load_workspace()
     planner, checker = SamplingMotionPlanner(robot, workspace), PlanChecker(robot, workspace)
     seconds, failures, faulty, checked = [], Counter(), [], 0
     for name, seed, request in itertools.islice(all_requests(robot, workspace), args.picks):

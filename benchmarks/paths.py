@@ -20,7 +20,7 @@ from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.paths import sink_probabilities
 from torc.task_planning.relations import find_relations
 from torc.testing.contexts import cluttered_context
-from torc.workspace.description import CameraMount
+from torc.workspace.files import load_workspace
 
 ENUMERATED_PATHS = 200_000
 """Enumeration stops here; its time is then a lower bound."""
@@ -103,7 +103,7 @@ def decision_time(scenes: int, repeats: int) -> None:
     rng = np.random.default_rng(0)
     planner = DgSelectPlanner()
     for seed in range(scenes):
-        context = cluttered_context(15, seed, CameraMount(), hidden_target=bool(seed % 2))
+        context = cluttered_context(15, seed, load_workspace().camera, hidden_target=bool(seed % 2))
         decisions.append(seconds(lambda c=context: planner.decide(c, rng), repeats))
         relations = find_relations(context.scene)
         graph = build_dependency_graph(context, relations=relations)

@@ -25,7 +25,7 @@ from torc.testing.synthetic import (
     random_clutter,
     synthetic_observation,
 )
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 MEDIAN_MS, P95_MS = 60.0, 100.0
 
@@ -66,7 +66,7 @@ def report(name: str, ms: np.ndarray) -> None:
 
 def measure(name: str, shapes: list[Shape], repeats: int) -> bool:
     """Time one scene; whether it keeps the budget."""
-    grid, perception = Workspace().grid, LabelPerception()
+    grid, perception = load_workspace().grid, LabelPerception()
     view = synthetic_observation(shapes)
     scene = perception.perceive(view)
     volume = update_volume(empty_volume(grid), scene)

@@ -52,8 +52,8 @@ class Args:
 def gather(problem: str, seed: int, path: Path) -> str:
     """Play a trial of RANDOM, and keep the situations in which it decides."""
     from torc.episode.privileged import Simulation
+    from torc.episode.situations import Situations
     from torc.episode.trial import run_trial
-    from torc.episode.witness import Witness
     from torc.specs.trial import TrialSpec
     from torc.task_planning.random_choice import RandomPlanner
     from torc.task_planning.relations import find_relations
@@ -63,21 +63,23 @@ def gather(problem: str, seed: int, path: Path) -> str:
         """RANDOM that writes down what is so."""
 
         def __init__(self) -> None:
-            self.witness, self.rows = Witness(), []
+            self.situations, self.rows = Situations(), []
 
         def attach(self, simulation: Simulation) -> None:
-            self.witness.attach(simulation)
+            self.situations.attach(simulation)
 
         def decide(self, context, rng):
             if context.report.graspable_ids:
-                row = {"facts": grasp_facts(context), **plain(self.witness.situation())}
+                row = {"facts": grasp_facts(context), **plain(self.situations.situation())}
                 found = [(r.source, r.kind.value, r.target) for r in find_relations(context.scene)]
                 self.rows.append({**row, "by_geometry": found})
             return super().decide(context, rng)
 
     watcher = Watcher()
     spec = TrialSpec.of(problem, "random", seed)
-    run_trial(spec, path.with_suffix(""), planner=watcher, listeners=[watcher.witness], say=lambda text: None)
+    run_trial(
+        spec, path.with_suffix(""), planner=watcher, listeners=[watcher.situations], say=lambda text: None
+    )
     path.write_text(json.dumps(watcher.rows))
     return f"{path.stem}: {len(watcher.rows)} situations"
 

@@ -14,7 +14,7 @@ from torc.problems.problem import load_problem
 from torc.robots.loading import load_robot
 from torc.sim.robot import SimulatedRobot
 from torc.sim.world import build_world
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 DEPTH_SCALE_M = 0.0001
 """Metres per unit of the stored depth."""
@@ -24,7 +24,7 @@ DEFAULT_OUT = Path(tempfile.gettempdir()) / "torc_frame.npz"
 def main(out: Path, problem_name: str = "validation-structured-02") -> None:
     """Looks once and writes the file. A camera of your own has to deliver the same arrays."""
     problem = load_problem(problem_name)
-    workspace = Workspace()
+    workspace = load_workspace()
     with SimulatedRobot(build_world(problem, load_robot(), workspace)) as robot:
         robot.take_over()
         seen = robot.capture()

@@ -6,7 +6,7 @@ import pytest
 from slow_motion import SlowMotion
 from torc.robots.loading import load_robot
 from torc.testing.motion_conformance import check_motion_planner, requests
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 
 def test_it_conforms():
@@ -14,7 +14,7 @@ def test_it_conforms():
 
 
 def test_it_takes_as_much_longer_as_asked():
-    planner = SlowMotion(load_robot(), Workspace(), speed=0.25)
+    planner = SlowMotion(load_robot(), load_workspace(), speed=0.25)
     (request, *_) = requests()
     slow, quick = (p.plan_pick(request, np.random.default_rng(0)) for p in (planner, planner.shipped))
     assert slow.lift.duration_s == pytest.approx(4 * quick.lift.duration_s)

@@ -8,6 +8,7 @@ import pytest
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 
 @pytest.fixture(autouse=True)
@@ -33,4 +34,4 @@ def robot() -> RobotDescription:
 @pytest.fixture(scope="session")
 def workspace() -> Workspace:
     """The default table, bin and camera."""
-    return Workspace()
+    return load_workspace()

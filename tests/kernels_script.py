@@ -24,11 +24,11 @@ from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.testing.synthetic import random_clutter, synthetic_observation
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 
 def main(directory: Path, trials: list[str]) -> dict[str, object]:
-    robot, workspace = load_robot(), Workspace()
+    robot, workspace = load_robot(), load_workspace()
     shapes = random_clutter(np.random.default_rng(0), 9)
     motion = SamplingMotionPlanner(robot, workspace)
     planner, pipeline = make_planner("dg-select"), build_pipeline(Conditions(), robot, workspace)

@@ -128,14 +128,15 @@ def test_extras_are_imported_only_where_they_are_used(library, package):
     assert users <= set(package.split())
 
 
-def test_importing_the_importer_needs_none_of_its_libraries():
-    libraries = {"trimesh", "coacd", "fast_simplification"}
-    probe = f"import sys, torc.objects.importing; print({libraries} & set(sys.modules))"
-    out = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
-    assert out.strip() == "set()"
-
-
-def test_importing_the_report_needs_none_of_its_libraries():
-    probe = "import sys, torc.benchmark.report.writing; print({'matplotlib', 'duckdb'} & set(sys.modules))"
+@pytest.mark.parametrize(
+    ("module", "libraries"),
+    [
+        ("torc", {"numpy", "mujoco", "numba"}),
+        ("torc.objects.importing", {"trimesh", "coacd", "fast_simplification"}),
+        ("torc.benchmark.report.writing", {"matplotlib", "duckdb"}),
+    ],
+)
+def test_importing_a_module_needs_none_of_these_libraries(module, libraries):
+    probe = f"import sys, {module}; print({libraries} & set(sys.modules))"
     out = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
     assert out.strip() == "set()"

@@ -10,7 +10,7 @@ import pytest
 from torc.cli.experiments import read_experiment
 from torc.cli.main import parse
 from torc.pipeline import warm_up
-from torc.pipeline.frames import directory_form, npz_form
+from torc.pipeline.frames import forms
 from torc.problems.problem import parse_problem
 from torc.records import GraspStatus, PickResult, PlanningContext
 from torc.robots import schema
@@ -55,18 +55,15 @@ def test_the_page_on_planners_names_all_that_a_planner_meets():
     assert {w for w in words if w.lower() not in PLANNERS.lower()} == set()
 
 
-def test_the_planner_on_the_page_conforms():
-    (code,) = re.findall(r"```python\n(from torc.records import Decision.*?)```", PLANNERS, re.DOTALL)
+@pytest.mark.parametrize(
+    ("page", "name", "check"),
+    [("task_planners.md", "Largest", check_planner), ("vlm.md", "Obedient", check_client)],
+)
+def test_the_part_on_the_page_conforms(page, name, check):
+    (code,) = (block for block in _blocks(page, "python") if f"class {name}" in block)
     names: dict = {}
     exec(code, names)
-    check_planner(names["Largest"])
-
-
-def test_the_client_on_the_page_conforms():
-    (code,) = re.findall(r"```python\n(from torc.vlm.replies import reply_of.*?)```", VLM, re.DOTALL)
-    names: dict = {}
-    exec(code, names)
-    check_client(names["Obedient"])
+    check(names[name])
 
 
 def test_the_page_on_the_simulated_vlm_has_its_numbers():
@@ -101,7 +98,7 @@ def test_the_code_on_the_page_on_frames_runs(beside_the_examples, capsys):
 
 def test_the_page_on_frames_names_every_key():
     text = (ROOT / "docs" / "frames.md").read_text()
-    keys = {*npz_form._REQUIRED_ARRAYS, *npz_form._OPTIONAL, *directory_form._JSON_KEYS}
+    keys = {*forms.REQUIRED_ARRAYS, *forms.OPTIONAL_ARRAYS, *forms.FrameJson.model_fields}
     assert {key for key in keys if f"`{key}`" not in text} == set()
 
 

@@ -77,31 +77,6 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    ("name", "told"),
-    [
-        ("mine", "Write mine.py:CLASS."),
-        ("mine.py", "Write mine.py:CLASS."),
-        ("deep down/mine.py", "Write 'deep down/mine.py:CLASS'."),
-        ("deep down/mine", "Write 'deep down/mine.py:CLASS'."),
-        ("deep down/mine:Mine", "Write 'deep down/mine.py:Mine'."),
-        ("package.mine.Mine", "Write package.mine:Mine."),
-        ("package.mine", "Write package.mine:CLASS."),
-        ("vendor/model-2.5", None),
-        ("no_such_module", None),
-        ("no_such_module:Mine", None),
-        ("needs_more:Mine", None),
-    ],
-)
-def test_a_part_that_is_named_by_its_file_or_by_dots_is_spelt_out(name, told, here):
-    with pytest.raises(InputError) as caught:
-        make_part(KIND, name, {})
-    assert str(caught.value).endswith(told or ".")
-    assert ("Write" in str(caught.value)) == (told is not None)
-    if ":" not in name:
-        assert "Known: ours, or your own as module:Class or path/to/file.py:Class." in str(caught.value)
-
-
 def test_a_part_is_loaded_from_its_file_wherever_that_lies(here):
     for name in ("deep down/mine.py:Mine", f"{here}/deep down/mine.py:Mine"):
         part = make_part(KIND, name, {})
@@ -111,37 +86,21 @@ def test_a_part_is_loaded_from_its_file_wherever_that_lies(here):
     assert load_part(KIND, "mine.py:Mine") is load_part(KIND, "mine.py:Mine")
 
 
-@pytest.mark.parametrize(
-    ("name", "told"),
-    [
-        ("no/such.py:Mine", "there is no file 'no/such.py'. Looked for in the working directory"),
+def test_a_file_without_the_part_is_said_to_be_so(here):
+    for name, told in (
+        ("no/such.py:Mine", "there is no file 'no/such.py'. Looked for"),
         ("needs_more.py:Mine", "No module named 'no_such_library'"),
+        ("needs_more.py:Mine", "No module named"),  # what failed once is not taken for loaded
         ("mine.py:Nobody", "has no 'Nobody'"),
         ("mine.py:", "must be written module:Class"),
-    ],
-)
-def test_a_file_without_the_part_is_said_to_be_so(name, told, here):
-    for _ in range(2):  # what failed once is not taken for loaded
+    ):
         with pytest.raises(InputError, match=told):
             make_part(KIND, name, {})
 
 
 def test_names_for_files_hold_no_directory():
-    assert [short_part_name(n) for n in ("ours", "a.b:C", "x y/../b.py:C", "b:C")] == [
-        "ours",
-        "a.b.C",
-        "b.C",
-        "b.C",
-    ]
-
-
-def test_where_modules_are_looked_for_is_said(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for found in (False, True):
-        with pytest.raises(InputError, match="no_such_module") as caught:
-            make_part(KIND, "no_such_module:Mine", {})
-        assert (str(tmp_path) in str(caught.value)) == found
-        monkeypatch.syspath_prepend(tmp_path)
+    names = [short_part_name(n) for n in ("ours", "a.b:C", "x y/../b.py:C", "b:C")]
+    assert names == ["ours", "a.b.C", "b.C", "b.C"]
 
 
 def test_installed_packages_add_names_but_replace_none(monkeypatch):

@@ -19,15 +19,15 @@ class UnknownNameError(InputError):
     FEW = 5
 
     def __init__(self, what: str, name: str, valid: list[str], more: str = "", lister: str = "") -> None:
-        """Two things that may be known besides the valid names.
-
-        Args:
-            more: said behind them, where others than these will do.
-            lister: the command that lists them, so that few are listed here.
-        """
+        """`more` stands behind the valid names; `lister` is the command that lists them: few are listed here then."""
         import difflib
+        import re
 
-        same = [v for v in valid if _plain_numbers(v) == _plain_numbers(name)]
+        def plain(text: str) -> str:
+            """With the numbers in it as one would say them: "structured-01" is "structured-1"."""
+            return re.sub(r"0+(?=\d)", "", text)
+
+        same = [v for v in valid if plain(v) == plain(name)]
         near = same or difflib.get_close_matches(name, valid, n=6, cutoff=0.5)
         hinted = bool(near and difflib.get_close_matches(name, near[:1]))
         hint = f" Did you mean '{near[0]}'?" if hinted else ""
@@ -41,13 +41,6 @@ class UnknownNameError(InputError):
             known = f"There are {len(valid)}, {others}"
         super().__init__(f"Unknown {what} '{name}'.{hint} {known}{more}.")
         self.name = name
-
-
-def _plain_numbers(name: str) -> str:
-    """With the numbers in it as one would say them: "structured-01" is "structured-1"."""
-    import re
-
-    return re.sub(r"0+(?=\d)", "", name)
 
 
 class MissingDependencyError(TorcError):

@@ -32,11 +32,10 @@ def part_source(maker: Any) -> str:
         return ""
 
 
-def forget_files() -> None:
-    """Read them again, as a new process would."""
-    _as_first_read.cache_clear()
-
-
 @cache
 def _as_first_read(path: str) -> str:
     return file_fingerprint(Path(path))
+
+
+forget_files = _as_first_read.cache_clear
+"""Read them again, as a new process would."""

@@ -1,20 +1,17 @@
 """Parts that anybody can bring, task planners, VLM clients and grasp planners: from a name to the part.
 
 A name is one that torc ships, one that an installed package registered as an entry point, "module:Class", or
-"path/to/file.py:Class". Shipped names are lazy ("module:Class"), so that asking for one part never imports another's
-dependencies. A stranger's code may fail in any way: what comes out is an InputError where the part is made, and the
-part's own error where it is used.
+"path/to/file.py:Class". A stranger's code may fail in any way: what comes out is an InputError where the part is made,
+and the part's own error where it is used.
 """
 
 import inspect
 import os
-import shlex
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from hashlib import sha256
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_file_location
@@ -23,6 +20,7 @@ from types import ModuleType
 from typing import Any
 
 from torc.errors import InputError, TorcError, UnknownNameError
+from torc.fingerprints import fingerprint
 
 
 @dataclass(frozen=True)
@@ -54,33 +52,8 @@ class PartKind:
 
 def unknown_part(kind: PartKind, name: str, known: Iterable[str]) -> UnknownNameError:
     """The error for a name that nobody registered; says how a part of one's own is named."""
-    more = f", or your own as module:Class or path/to/file.py:Class.{own_spelling(name)}"
-    return UnknownNameError(kind.what, name, list(known), more.removesuffix("."))
-
-
-def own_spelling(name: str) -> str:
-    """A sentence on how to write what a user seems to mean by a file or by dots alone; empty if that is not to be seen.
-
-    It begins with a space, to stand behind others.
-    """
-    text, _, attribute = name.partition(":")
-    file = text.removesuffix(".py") + ".py"
-    *module, last = text.split(".")
-    if attribute and text.isidentifier():
-        return ""
-    if text.endswith(".py") or os.path.isfile(file):
-        own = f"{file}:{attribute or 'CLASS'}"
-    elif not attribute and module and all(part.isidentifier() for part in (*module, last)):
-        own = f"{'.'.join(module)}:{last}" if last[0].isupper() else f"{text}:CLASS"
-    else:
-        return ""
-    return "" if own == name else f" Write {shlex.quote(own)}."
-
-
-def file_of_part(name: str) -> str:
-    """The file in "path/to/file.py:Class"; "" for any other name."""
-    path, colon, _ = name.partition(":")
-    return path if colon and path.endswith(".py") else ""
+    more = ", or your own as module:Class or path/to/file.py:Class"
+    return UnknownNameError(kind.what, name, list(known), more)
 
 
 def short_part_name(name: str) -> str:
@@ -109,24 +82,77 @@ def make_part(
     Raises UnknownNameError for a name nobody registered, and InputError where the class cannot be imported, does not
     take the options, or makes no such part; the cause is in the text.
     """
-    path, factory = _path(kind, name), load_part(kind, name)
-    arguments = {k: v for k, v in (offered or {}).items() if k in parameters(factory)} | dict(options)
-    part = _construct(factory, f"{kind.title} '{name}' ({path})", arguments)
-    if not callable(getattr(part, kind.method, None)):
+    factory, what = load_part(kind, name), f"{kind.title} '{name}'"
+    signature = _signature(factory)
+    given = {k: v for k, v in (offered or {}).items() if k in parameters(factory)} | dict(options)
+    try:
+        if signature is not None:
+            signature.bind(**given)
+    except TypeError as error:
         raise InputError(
-            f"{kind.title} '{name}' ({path}) needs a method `{kind.call}`; {type(part).__name__} has none."
-        )
+            f"{what} does not take the options {sorted(given)}: {error}. It takes {signature}."
+        ) from error
+    try:
+        part = factory(**given)
+    except TorcError:
+        raise
+    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+        raise InputError(f"{what} could not be made: {type(error).__name__}: {error}.") from error
+    if not callable(getattr(part, kind.method, None)):
+        raise InputError(f"{what} needs a method `{kind.call}`; {type(part).__name__} has none.")
     return part
 
 
 def load_part(kind: PartKind, name: str) -> Any:
     """What makes the part of that name, imported but not called. Raises as `make_part`."""
-    return _load(kind, name, _path(kind, name))
+    known = part_paths(kind)
+    if name not in known and ":" not in name:
+        raise unknown_part(kind, name, known)
+    what = f"{kind.title} '{name}'"
+    module_name, _, attribute = known.get(name, name).partition(":")
+    if not module_name or not attribute:
+        raise InputError(f"{what} must be written module:Class, e.g. my_package.my_module:MyClass.")
+    try:
+        is_file = module_name.endswith(".py")
+        found: Any = _module_of_file(module_name) if is_file else import_module(module_name)
+        for part in attribute.split("."):
+            found = getattr(found, part)
+    except TorcError:
+        raise
+    except (ModuleNotFoundError, FileNotFoundError) as error:
+        here = os.getcwd()
+        local = f"the working directory ({here}), " if {here, ""} & set(sys.path) else ""
+        raise InputError(
+            f"{what}: importing {module_name} failed: {error}. Looked for in {local}this environment and PYTHONPATH."
+        ) from error
+    except AttributeError as error:
+        raise InputError(f"{what}: module {module_name} has no '{attribute}' ({error}).") from error
+    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+        raise InputError(
+            f"{what}: importing {module_name} failed with {type(error).__name__}: {error}."
+        ) from error
+    if not callable(found):
+        raise InputError(f"{what} is a {type(found).__name__}, not a class.")
+    return found
 
 
 def takes(kind: PartKind, name: str, argument: str) -> bool:
     """Whether the class of that name takes an argument. Raises as `make_part`."""
     return argument in parameters(load_part(kind, name))
+
+
+def parameters(factory: Any) -> frozenset[str]:
+    """Names of the arguments that something takes, as far as it tells."""
+    signature = _signature(factory)
+    return frozenset() if signature is None else frozenset(signature.parameters)
+
+
+def refuses(factory: Any, argument: str) -> bool:
+    """Whether something tells that it takes no argument of that name."""
+    signature = _signature(factory)
+    return signature is not None and not any(
+        p.name == argument or p.kind is p.VAR_KEYWORD for p in signature.parameters.values()
+    )
 
 
 @contextmanager
@@ -139,7 +165,7 @@ def blamed(what: str, error_class: type[TorcError], remedy: str) -> Iterator[Non
         yield
     except TorcError:
         raise
-    except (Exception, SystemExit) as error:  # somebody's code: anything may come
+    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
         last = traceback.extract_tb(error.__traceback__)[-1]
         raise error_class(
             f"{what} failed with {type(error).__name__}: {error} ({last.filename}, line {last.lineno}). {remedy}"
@@ -162,76 +188,6 @@ def kind_of_value(value: Any) -> str:
     return "None" if value is None else f"a {type(value).__name__}"
 
 
-def _path(kind: PartKind, name: str) -> str:
-    known = part_paths(kind)
-    if name not in known and ":" not in name:
-        raise unknown_part(kind, name, known)
-    return known.get(name, name)
-
-
-def _load(kind: PartKind, name: str, path: str) -> Any:
-    what = f"{kind.title} '{name}'"
-    module_name, _, attribute = path.partition(":")
-    if not module_name or not attribute:
-        raise InputError(f"{what} must be written module:Class, e.g. my_package.my_module:MyClass.")
-    file = _found_file(what, name, module_name) if file_of_part(path) else None
-    try:
-        found: Any = import_module(module_name) if file is None else _module_of_file(file)
-        for part in attribute.split("."):
-            found = getattr(found, part)
-    except TorcError:
-        raise
-    except ModuleNotFoundError as error:
-        raise InputError(
-            f"{what}: importing {module_name} failed: {error}. {_searched()}{own_spelling(name)}"
-        ) from error
-    except AttributeError as error:
-        raise InputError(f"{what}: module {module_name} has no '{attribute}' ({error}).") from error
-    except (Exception, SystemExit) as error:  # a stranger's module may fail in any way while it is imported
-        raise InputError(
-            f"{what}: importing {module_name} failed with {type(error).__name__}: {error}."
-        ) from error
-    if not callable(found):
-        raise InputError(f"{what}: {path} is a {type(found).__name__}, not a class.")
-    return found
-
-
-def _found_file(what: str, name: str, file: str) -> Path:
-    """The file, in the working directory or, like a module, on the search path. Raises InputError if there is none."""
-    for place in ("", *sys.path):
-        path = Path(place, file)
-        if path.is_file():
-            return path.resolve()
-    raise InputError(f"{what}: there is no file '{file}'. {_searched()}")
-
-
-def _module_of_file(path: Path) -> ModuleType:
-    """The module that a file holds, imported once; it finds the modules beside it, as a script does."""
-    name = f"torc_own_{path.stem}_{sha256(str(path).encode()).hexdigest()[:8]}"
-    if name in sys.modules:
-        return sys.modules[name]
-    spec = spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"'{path}' cannot be imported")
-    module = module_from_spec(spec)
-    if str(path.parent) not in sys.path:
-        sys.path.append(str(path.parent))
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module
-
-
-def _searched() -> str:
-    """Where modules are looked for."""
-    here = os.getcwd()
-    local = f"the working directory ({here}), " if {here, ""} & set(sys.path) else ""
-    return f"Looked for in {local}this environment and PYTHONPATH."
-
-
 def _signature(factory: Any) -> inspect.Signature | None:
     try:
         return inspect.signature(factory)
@@ -239,32 +195,26 @@ def _signature(factory: Any) -> inspect.Signature | None:
         return None
 
 
-def parameters(factory: Any) -> frozenset[str]:
-    """Names of the arguments that something takes, as far as it tells."""
-    signature = _signature(factory)
-    return frozenset() if signature is None else frozenset(signature.parameters)
+def _module_of_file(file: str) -> ModuleType:
+    """The module of a file in the working directory or on the search path; it finds the modules beside it.
 
-
-def refuses(factory: Any, argument: str) -> bool:
-    """Whether something tells that it takes no argument of that name."""
-    signature = _signature(factory)
-    return signature is not None and not any(
-        p.name == argument or p.kind is p.VAR_KEYWORD for p in signature.parameters.values()
-    )
-
-
-def _construct(factory: Any, what: str, arguments: dict[str, Any]) -> Any:
-    signature = _signature(factory)
+    It is imported once. Raises FileNotFoundError if there is none.
+    """
+    path = next((p.resolve() for p in (Path(place, file) for place in ("", *sys.path)) if p.is_file()), None)
+    if path is None:
+        raise FileNotFoundError(f"there is no file '{file}'")
+    name = f"torc_own_{path.stem}_{fingerprint({'path': str(path)})[:8]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"'{path}' cannot be imported")
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))
+    sys.modules[name] = module = module_from_spec(spec)
     try:
-        if signature is not None:
-            signature.bind(**arguments)
-    except TypeError as error:
-        raise InputError(
-            f"{what} does not take the options {sorted(arguments)}: {error}. It takes {signature}."
-        ) from error
-    try:
-        return factory(**arguments)
-    except TorcError:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
         raise
-    except (Exception, SystemExit) as error:  # as above
-        raise InputError(f"{what} could not be made: {type(error).__name__}: {error}.") from error
+    return module

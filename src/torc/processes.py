@@ -16,9 +16,7 @@ from multiprocessing import get_context
 from torc.errors import TorcError
 
 _PR_SET_PDEATHSIG = 1
-_ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 @contextmanager
@@ -28,16 +26,14 @@ def one_thread_each() -> Iterator[None]:
     They share the cores: threads of the linear algebra would only wait for each other, which costs a third of the time.
     And sums are the same however many cores there are. The libraries read the environment when they are loaded.
     """
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(_ONE_THREAD)
+    before = {name: os.environ.pop(name) for name in _ONE_THREAD if name in os.environ}
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+        for name in _ONE_THREAD:
+            os.environ.pop(name, None)
+        os.environ.update(before)
 
 
 @contextmanager
@@ -59,11 +55,7 @@ def open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def end_with(parent: int) -> None:
-    """End this process when the one that started it is gone, even killed: nobody would take its answers.
-
-    Args:
-        parent: its process id.
-    """
+    """End this process when its parent, of that id, is gone, even killed: nobody would take its answers."""
     if sys.platform == "linux":
         with contextlib.suppress(OSError, AttributeError):
             ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -4,7 +4,6 @@ A part of a user's own is named as "module:Class" or "path/to/file.py:Class", or
 """
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 from torc.plugins import PartKind
 
@@ -12,66 +11,60 @@ CAMERAS = PartKind(
     "camera",
     "torc.cameras",
     "capture()",
-    MappingProxyType({"simulated": "torc.sim.camera:as_simulated"}),
+    {"simulated": "torc.sim.camera:as_simulated"},
 )
 PERCEPTIONS = PartKind(
     "perception",
     "torc.perceptions",
     "perceive(observation, wanted, before)",
-    MappingProxyType({"labels": "torc.perception.privileged:LabelPerception"}),
+    {"labels": "torc.perception.privileged:LabelPerception"},
 )
 DEPTHS = PartKind(
     "depth",
     "torc.depths",
     "measure(observation)",
-    MappingProxyType({"as-measured": "torc.perception.depth:AsMeasured"}),
+    {"as-measured": "torc.perception.depth:AsMeasured"},
 )
 GRASP_PLANNERS = PartKind(
     "grasp planner",
     "torc.grasp_planners",
     "plan(scene, volume, rng)",
-    MappingProxyType({"geometric": "torc.grasping.planner:GeometricGraspPlanner"}),
+    {"geometric": "torc.grasping.planner:GeometricGraspPlanner"},
 )
 MOTION_PLANNERS = PartKind(
     "motion planner",
     "torc.motion_planners",
     "plan_pick(request, rng)",
-    MappingProxyType({"sampling": "torc.motion.planner:SamplingMotionPlanner"}),
+    {"sampling": "torc.motion.planner:SamplingMotionPlanner"},
 )
 TASK_PLANNERS = PartKind(
     "task planner",
     "torc.planners",
     "decide(context, rng)",
-    MappingProxyType(
-        {
-            "random": "torc.task_planning.random_choice:RandomPlanner",
-            "dg-select": "torc.task_planning.dg_select:DgSelectPlanner",
-            "vlm-select": "torc.vlm.select:VlmSelectPlanner",
-            "vlm-grasps": "torc.vlm.select:VlmGraspsPlanner",
-            "vlm-fixes-dg": "torc.vlm.fixes_dg:VlmFixesDgPlanner",
-        }
-    ),
+    {
+        "random": "torc.task_planning.random_choice:RandomPlanner",
+        "dg-select": "torc.task_planning.dg_select:DgSelectPlanner",
+        "vlm-select": "torc.vlm.select:VlmSelectPlanner",
+        "vlm-grasps": "torc.vlm.select:VlmGraspsPlanner",
+        "vlm-fixes-dg": "torc.vlm.fixes_dg:VlmFixesDgPlanner",
+    },
 )
 ASKING = tuple(name for name, path in TASK_PLANNERS.built_in.items() if path.startswith("torc.vlm."))
 """Names of the task planners that come with torc and ask a model: they take a `client`."""
 
-STAGES: Mapping[str, PartKind] = MappingProxyType(
-    {
-        "camera": CAMERAS,
-        "perception": PERCEPTIONS,
-        "depth": DEPTHS,
-        "grasps": GRASP_PLANNERS,
-        "motion": MOTION_PLANNERS,
-    }
-)
+STAGES: Mapping[str, PartKind] = {
+    "camera": CAMERAS,
+    "perception": PERCEPTIONS,
+    "depth": DEPTHS,
+    "grasps": GRASP_PLANNERS,
+    "motion": MOTION_PLANNERS,
+}
 """The stages around the task planner, as `Conditions` name them."""
-CONFIGURED: Mapping[str, str] = MappingProxyType(
-    {
-        "noise": "torc.perception.noise:stereo_camera",
-        "occlusion": "torc.occlusion.volume:FIXED_CAMERA",
-        "failures": "torc.pipeline.failures:FailureConfig",
-        "bets": "torc.pipeline.better_bet:BetConfig",
-        "simulation": "torc.sim.robot:SimulatedRobotConfig",
-    }
-)
+CONFIGURED: Mapping[str, str] = {
+    "noise": "torc.perception.noise:stereo_camera",
+    "occlusion": "torc.occlusion.volume:FIXED_CAMERA",
+    "failures": "torc.pipeline.failures:FailureConfig",
+    "bets": "torc.pipeline.better_bet:BetConfig",
+    "simulation": "torc.sim.robot:SimulatedRobotConfig",
+}
 """What cannot be exchanged, but has settings: name -> the default, or what makes it."""

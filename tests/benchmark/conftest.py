@@ -26,13 +26,8 @@ def played(tmp_path_factory) -> Path:
     with store.locked():
         store.extend(spec, {})
         store.begin_call({"command": ["torc", "bench"], "workers": 1})
-        run_missing(
-            store,
-            spec,
-            InlineBackend({spec.trials[2].id: failure}),
-            work=play_quickly,
-            limit=len(spec.trials) - 2,
-        )
+        backend = InlineBackend({spec.trials[2].id: failure})
+        run_missing(store, spec, backend, work=play_quickly, limit=len(spec.trials) - 2)
     human = root / "human" / "structured-01-human-anna-0"
     shutil.copytree(store.directory(spec.trials[0]), human)
     facts = json.loads((human / "spec.json").read_text())
@@ -64,22 +59,8 @@ def made_up() -> Callable[..., Table]:
 def _row(planner: str, problem: int, seed: int, picks: int, dropped: bool) -> TrialRow:
     got = picks < 15
     pick = PickRow(0, "retrieved" if got else "missed", 0, 1, 0.01, 0.3, 0.1, 7.0, 0, got, None, "")
-    facts = {
-        "retrieved": got,
-        "held_target": got,
-        "end": "retrieved" if got else "budget spent",
-        "picks": picks,
-        "drops": int(dropped),
-        "picked": (pick,),
-    }
+    facts = {"retrieved": got, "held_target": got, "end": "retrieved" if got else "budget spent"}
+    facts |= {"picks": picks, "drops": int(dropped), "picked": (pick,)}
+    place = "", Path(f"x/{planner}{problem}{seed}"), f"p{problem:02d}"
     category = "structured" if problem % 2 else "unstructured"
-    return TrialRow(
-        "",
-        Path(f"x/{planner}{problem}{seed}"),
-        f"p{problem:02d}",
-        category,
-        planner,
-        seed,
-        "completed",
-        **facts,
-    )
+    return TrialRow(*place, category, planner, seed, "completed", **facts)

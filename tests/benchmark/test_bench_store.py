@@ -19,7 +19,7 @@ from torc.benchmark.local_pool import LocalPool, PoolConfig
 from torc.benchmark.reading import read_table
 from torc.benchmark.runner import run_missing
 from torc.benchmark.spec import planned
-from torc.benchmark.store import WORK, Store
+from torc.benchmark.store import Store
 from torc.benchmark.table_files import trial_records
 from torc.errors import InputError
 
@@ -45,17 +45,6 @@ def whole(tmp_path_factory):
     root = tmp_path_factory.mktemp("whole")
     _play(root, fake_spec())
     return _table(root)
-
-
-def test_every_trial_is_played_once(tmp_path):
-    spec = fake_spec()
-    store, heard, errored = _play(tmp_path, spec)
-    assert [p.trial for p in heard] == list(spec.trials)
-    assert errored == 0
-    assert store.left(spec) == []
-    assert not (tmp_path / WORK).exists()
-    _, again, _ = _play(tmp_path, spec)
-    assert again == []
 
 
 def test_a_limit_and_then_the_rest(tmp_path, whole):
@@ -133,12 +122,6 @@ def test_another_runner_is_kept_out(tmp_path):
         pass
 
 
-def test_what_a_killed_runner_was_playing_is_thrown_away(tmp_path):
-    (tmp_path / WORK / "1-abc" / "trial.partial").mkdir(parents=True)
-    with Store(tmp_path).locked():
-        assert not (tmp_path / WORK).exists()
-
-
 def test_other_planners_join_and_superseded_trials_do_not_count(tmp_path):
     _play(tmp_path, fake_spec(("random",)))
     _play(tmp_path, fake_spec(("dg-select",)))
@@ -155,15 +138,6 @@ def test_other_planners_join_and_superseded_trials_do_not_count(tmp_path):
     assert len(table.left_out) == len(old.trials)
     assert {r.id for r in table.rows if r.planner == "random"} == {t.id for t in new.trials}
     assert store.left(new) == []
-
-
-def test_calls_are_written_down(tmp_path):
-    store = Store(tmp_path)
-    assert store.calls() == []
-    store.begin_call({"workers": 1})
-    store.begin_call({"workers": 2})
-    store.end_call({"played": 3})
-    assert store.calls() == [{"workers": 1}, {"workers": 2, "played": 3}]
 
 
 def test_a_damaged_store_is_explained(tmp_path):
@@ -209,16 +183,3 @@ def test_planners_that_misbehave_cost_only_their_own_trials(tmp_path):
         "eats-memory": {"memory"},
         "raises": {"raised"},
     }
-
-
-def test_a_benchmark_that_is_removed_under_way_says_so(tmp_path):
-    root, spec = tmp_path / "bench", fake_spec()
-    store = Store(root)
-
-    def remove(played):
-        shutil.rmtree(root)
-
-    with pytest.raises(InputError, match="was removed while its trials were played"):
-        _play(root, spec, listener=remove)
-    with pytest.raises(ZeroDivisionError), store.locked():
-        _ = 1 / 0

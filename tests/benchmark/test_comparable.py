@@ -21,16 +21,6 @@ def test_the_conditions_of_most_trials_that_were_played_count():
     assert comparable(planned) == (tuple(planned), ())
 
 
-def test_a_robot_is_the_same_under_any_file_name():
-    mine, renamed = "robot mine (0123abcd), min_score 0.1", "robot my (new) one (0123abcd), min_score 0.1"
-    other = "robot mine (ffffabcd), min_score 0.1"
-    rows = [_row(0, other), _row(1, mine), _row(2, renamed), _row(3, mine.replace("0.1", "0.2"))]
-    counted, left_out = comparable(rows)
-    assert [row.seed for row in counted] == [1, 2]
-    assert left_out[0][1] == f"it was played with {other}, most others with {mine}"
-    assert len(left_out) == 2
-
-
 def test_a_trial_that_was_played_takes_the_place_of_one_that_was_planned():
     planned, played = _row(0, status="missing"), _row(0, where="there")
     for rows in ([planned, played], [played, planned]):

@@ -2,14 +2,9 @@
 
 from pathlib import Path
 
-import pytest
-
-from tests.helpers.fake_bench import fake_spec
 from torc.benchmark.reading import read_table
-from torc.benchmark.spec import merged
 from torc.benchmark.store import Store
 from torc.episode.recorded import read_trial
-from torc.errors import InputError
 from torc.specs.conditions import Conditions
 from torc.web.shelf import open_shelf
 
@@ -40,8 +35,3 @@ def test_its_trials_can_be_looked_at():
     trial = read_trial(next((STORE / "trials").glob("*dg-select*")))
     assert trial.spec.planner.name == "dg-select"
     assert trial.picks[0].decided.reason
-
-
-def test_it_grows_no_more_under_other_conditions():
-    with pytest.raises(InputError, match="max_picks 15 there, 7 now"):
-        merged(Store(STORE).spec(), fake_spec(max_picks=7))

@@ -47,11 +47,6 @@ def planned(tmp_path, monkeypatch):
     return replace(fake_spec().trials[0], planner=planner, around=around), parts, robot
 
 
-def test_nothing_has_changed(planned):
-    assert changed_part(planned[0]) is None
-    assert changed_part(fake_spec().trials[0]) is None
-
-
 def test_a_file_that_was_changed_before_it_was_imported_is_named(planned, tmp_path):
     trial, parts, _ = planned
     parts.write_text(PARTS + "# changed")
@@ -61,15 +56,6 @@ def test_a_file_that_was_changed_before_it_was_imported_is_named(planned, tmp_pa
     with pytest.raises(InputError, match="grasps 'parts_that_change:Grasps' has changed since"):
         play(Order(shipped, "structured-04", tmp_path / "work"))
     assert not (tmp_path / "work").exists()
-
-
-def test_what_was_imported_stays_what_it_was(planned):
-    trial, parts, _ = planned
-    assert changed_part(trial) is None
-    parts.write_text(PARTS + "# changed")
-    assert changed_part(trial) is None
-    forget_files()
-    assert changed_part(trial) is not None
 
 
 def test_a_robot_that_was_changed_is_named(planned, tmp_path):

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from torc.benchmark.measures import DELIVERED, GRASPS, promises
-from torc.benchmark.report.content import promises_table
+from torc.benchmark.report.tables import promises_table
 from torc.benchmark.rows import PickRow, Table, TrialRow
 
 RESULTS = ("retrieved", "removed", "missed", "slipped", "stopped", "no motion plan")
@@ -48,7 +48,3 @@ def test_delivered_is_a_part_of_held_and_the_table_says_both():
     assert sum(int(cells[2]) for cells in table.rows) == len(tried)
     for cells in table.rows:
         assert float(cells[5]) <= float(cells[4])
-
-
-def test_where_no_promise_was_recorded_there_is_no_table():
-    assert promises_table(Table(Path(), ()), ["random"]).rows == ()

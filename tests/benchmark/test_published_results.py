@@ -6,7 +6,7 @@ import pytest
 
 from torc.benchmark.ranking import rank
 from torc.benchmark.reading import read_table
-from torc.benchmark.report.content import measures_table
+from torc.benchmark.report.tables import measures_table
 
 ROOT = Path(__file__).parents[2]
 RESULTS = sorted(path.parent for path in (ROOT / "results").glob("*/trials.csv"))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.helpers.fake_bench import MISBEHAVING, InlineBackend, fake_spec, play_quickly
+from tests.helpers.fake_bench import InlineBackend, fake_spec, play_quickly
 from torc.benchmark.ray_pool import load_ray
 from torc.benchmark.reading import read_table
 from torc.benchmark.runner import run_missing
@@ -54,16 +54,8 @@ def _table(root):
     return trial_records(read_table(root))
 
 
-def _runner(root, cluster, *options):
-    command = [
-        sys.executable,
-        "-m",
-        "tests.helpers.fake_bench",
-        str(root),
-        "--ray",
-        cluster.address,
-        *options,
-    ]
+def _runner(root, cluster):
+    command = [sys.executable, "-m", "tests.helpers.fake_bench", str(root), "--ray", cluster.address]
     return subprocess.Popen(
         command,
         cwd=CHECKOUT,
@@ -78,19 +70,6 @@ def _half_way(runner, root):
     while len(list(root.glob("trials/*/result.json"))) < 4:
         assert runner.poll() is None
         time.sleep(0.1)
-
-
-def test_planners_that_misbehave_cost_only_their_own_trials(cluster, tmp_path):
-    assert _runner(tmp_path, cluster, "--misbehaving").wait() == 0
-    table = read_table(tmp_path)
-    assert {r.status for r in table.of("random")} == {"completed"}
-    assert {p: {r.cause for r in table.of(p)} for p in MISBEHAVING} == {
-        "segfaults": {"crashed"},
-        "aborts": {"crashed"},
-        "hangs": {"hung"},
-        "eats-memory": {"memory"},
-        "raises": {"raised"},
-    }
 
 
 def test_a_node_that_is_killed_costs_nothing_but_time(cluster, tmp_path, whole):

@@ -17,9 +17,9 @@ from torc.benchmark.dispatch import Failure, FailureKind, Task
 from torc.benchmark.identity import problem_fingerprint
 from torc.benchmark.local_pool import PoolConfig
 from torc.benchmark.playing import OUTPUT, TRIAL, Order, changed_part
-from torc.benchmark.ray_pool import RayPool, load_ray, ray_pool
+from torc.benchmark.ray_pool import RayPool, ray_pool
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem
-from torc.errors import InputError, MissingDependencyError, TorcError
+from torc.errors import InputError, TorcError
 from torc.fingerprints import file_fingerprint
 from torc.objects.files import save_object
 from torc.objects.library import load_object
@@ -61,9 +61,8 @@ class FakeRay:
         OutOfMemoryError=MemoryLostError,
     )
 
-    def __init__(self, answer=None, cpus=2.0, working_dir=None):
-        self.answer, self.cpus, self.working_dir = answer, cpus, working_dir
-        self.most = 0
+    def __init__(self, answer=None, working_dir=None):
+        self.answer, self.working_dir, self.most = answer, working_dir, 0
 
     def init(self, address, runtime_env, **options):
         shutil.copytree(runtime_env["working_dir"], self.working_dir)
@@ -72,11 +71,8 @@ class FakeRay:
     def shutdown(self):
         pass
 
-    def nodes(self):
-        return [{"Alive": True, "NodeManagerHostname": "here"}]
-
     def cluster_resources(self):
-        return {"CPU": self.cpus} if self.cpus else {}
+        return {"CPU": 2.0}
 
     def remote(self, **options):
         assert options == {"num_cpus": 1, "max_retries": 5}
@@ -139,33 +135,16 @@ def test_a_machine_that_cannot_play_ends_it(tmp_path):
         _run(FakeRay(RaisedError()), _tasks(tmp_path))
 
 
-def test_a_cluster_that_is_lost_as_a_whole_is_explained(tmp_path):
+@pytest.mark.parametrize(("workers", "most"), [(0, 4), (3, 3)])
+def test_a_bounded_number_is_in_flight(tmp_path, workers, most):
     ray = FakeRay(ANSWER)
-
-    def gone(refs):
-        raise LostError("no head")
-
-    ray.wait = gone
-    with pytest.raises(TorcError, match=r"no head.*The same command goes on"):
-        _run(ray, _tasks(tmp_path))
-
-
-@pytest.mark.parametrize(("cpus", "workers", "most"), [(4, 0, 8), (8, 3, 3), (2, 8, 8), (0, 0, 2)])
-def test_a_bounded_number_is_in_flight(tmp_path, cpus, workers, most):
-    ray = FakeRay(ANSWER, cpus)
     assert len(_run(ray, _tasks(tmp_path), replace(LIMITS, workers=workers))) == 24
     assert ray.most == most
 
 
-def test_a_missing_extra_is_explained(monkeypatch):
-    monkeypatch.setitem(sys.modules, "ray", None)
-    with pytest.raises(MissingDependencyError, match="scripts/setup ray"):
-        load_ray()
-
-
 @pytest.mark.parametrize(
     "address",
-    ["127.0.0.1:1", "127.0.0.1:99999", "[::1]:1", "head", "head:", ":1", "head:six", "ray://127.0.0.1:1"],
+    ["127.0.0.1:1", "[::1]:1", "head", "head:six"],
 )
 def test_an_address_where_no_cluster_answers_is_refused_at_once(monkeypatch, address):
     monkeypatch.setattr("torc.benchmark.ray_pool.load_ray", lambda: FakeRay)
@@ -219,11 +198,7 @@ def own(tmp_path, monkeypatch):
     (here / "table.yaml").write_text(WORKSPACE.read_text() + "# mine\n")
     around = Around(
         Conditions(robot=robot, workspace="table.yaml", grasps="parts_of_mine.py:Grasps"),
-        {
-            "robot": own_source(robot),
-            "workspace": own_workspace_source("table.yaml"),
-            "grasps": source,
-        },
+        {"robot": own_source(robot), "workspace": own_workspace_source("table.yaml"), "grasps": source},
     )
     planned = BenchProblem("with-mine", "structured", problem_fingerprint(problem), shipped=False)
     planner = BenchPlanner(PlannerSpec("parts_of_mine:Decides"), source=source)
@@ -238,7 +213,8 @@ def away(own, tmp_path, monkeypatch):
     ray = FakeRay(working_dir=tmp_path / "away")
     monkeypatch.setattr("torc.benchmark.ray_pool.load_ray", lambda: ray)
 
-    def play(work, trial=spec.trials[0], cache=None):
+    def play(work, cache=None):
+        (trial,) = spec.trials
         order = Order(trial, str(Path("with-mine.yaml").absolute()), tmp_path / "work", cache)
         with ray_pool("auto", LIMITS, spec, problems) as pool:
             (tmp_path / "user").rename(tmp_path / "gone")
@@ -257,28 +233,9 @@ def test_the_users_own_files_are_there_and_what_comes_back_names_those_here(away
     assert (facts["problem"], facts["conditions"]["robot"]) == (order.problem, here.robot)
     assert facts["conditions"]["workspace"] == here.workspace
     assert (order.work / OUTPUT).read_text() == "looks\n"
-    there = tmp_path / "away"
-    assert {p.relative_to(there).as_posix() for p in there.rglob("*") if p.is_file()} == {
-        "own-code/parts_of_mine.py",
-        "own-code/helpers_of_mine/__init__.py",
-        "own-objects/my_mug/object.yaml",
-        "own-objects/my_mug/geometry.npz",
-        "own-objects/my_mug/texture_0.png",
-        f"own-robot/{EXAMPLE.name}",
-        f"own-robot/{EXAMPLE.stem}.xml",
-        "own-problems/with-mine.yaml",
-        "own-workspace.yaml",
-    }
-
-
-@pytest.mark.parametrize(
-    ("planner", "kind"), [("raises", FailureKind.RAISED), ("aborts", FailureKind.CRASHED)]
-)
-def test_a_trial_fails_there_as_here(own, away, planner, kind):
-    (trial,) = own[0].trials
-    ending, _ = away(play_quickly, replace(trial, planner=BenchPlanner(PlannerSpec(planner))))
-    assert ending.failure.kind is kind
-    assert ending.failure.text.startswith("On ")
+    there = tmp_path / "away" / "own-code"
+    code = {p.relative_to(there).as_posix() for p in there.rglob("*") if p.is_file()}
+    assert code == {"parts_of_mine.py", "helpers_of_mine/__init__.py"}
 
 
 def test_another_torc_does_not_play(away, monkeypatch):

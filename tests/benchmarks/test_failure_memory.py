@@ -13,9 +13,3 @@ def test_the_fit_finds_what_the_failures_took(rng):
     found = memory.fit(p, failures, delivered, problems)
     assert found.low < 0.7 < found.high
     assert found.high - found.low < 0.2
-
-
-def test_the_table_counts_by_failures_before():
-    rows = [{"p": 0.9, "failures": 0, "delivered": True}, {"p": 0.5, "failures": 7, "delivered": False}]
-    assert "| 0 | 1 | 0.90 | 1.00 |" in memory.table(rows)
-    assert "| 5 or more | 1 | 0.50 | 0.00 |" in memory.table(rows)

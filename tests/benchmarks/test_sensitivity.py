@@ -8,11 +8,11 @@ from torc.objects.library import load_object
 from torc.problems.problem import load_problem
 from torc.sim.contacts import deepest_overlap
 from torc.sim.world import build_world
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 
 def test_a_scaled_scene_is_the_same_scene_larger():
-    workspace, larger = Workspace(), sensitivity.CONDITIONS["large"]
+    workspace, larger = load_workspace(), sensitivity.CONDITIONS["large"]
     problem = load_problem("validation-unstructured-01")
     scaled = sensitivity.scaled_problem(problem, larger.scale, workspace.support_z_m)
     before = np.array([o.position for o in problem.ordered()])
@@ -41,16 +41,3 @@ def test_objects_have_the_stated_density_size_and_friction(name):
     assert sensitivity.changed_model(model, sensitivity.CONDITIONS["slippery"]).friction == model.friction / 2
     same = sensitivity.changed_model(model, sensitivity.CONDITIONS["as-it-is"])
     assert (same.mass_kg, same.friction, same.size_m) == (model.mass_kg, model.friction, model.size_m)
-
-
-def test_the_table_counts_errored_trials_apart():
-    rows = [
-        {"problem": f"p{k}", "planner": "random", "condition": "light", "end": "retrieved", "cost": 3 + k}
-        | {"retrieved": True, "drops": k % 2, "tried": 4, "held": 4, "delivered": 3}
-        for k in range(4)
-    ]
-    rows.append({"problem": "p0", "planner": "random", "condition": "light", "errored": "broke"})
-    line = sensitivity.table(rows).splitlines()[-1]
-    assert "| 50 kg/m3, as the paper's authors | random | 4 | 1.00" in line
-    assert "| 4.5 [" in line
-    assert line.endswith("| 1 |")

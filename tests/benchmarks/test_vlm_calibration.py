@@ -1,7 +1,5 @@
 """The arithmetic of the calibration: lost picks as a played episode loses them, and numbers found where they are."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -27,14 +25,6 @@ def test_the_share_of_lost_picks_is_that_of_playing_on_until_none_is_lost(rng):
         picks += 1
     assert calibration.lost_share(p) == pytest.approx(lost / picks, abs=0.02)
     assert calibration.lost_share(np.zeros(2)) == pytest.approx(15 / 16)
-
-
-def test_a_number_is_found_where_a_falling_function_has_a_value():
-    assert calibration.fitted(0.25, lambda x: (1 - x) ** 2) == pytest.approx(0.5, abs=0.01)
-
-
-def test_situations_survive_being_written():
-    assert calibration.situation_from(json.loads(json.dumps(calibration.plain(SITUATION)))) == SITUATION
 
 
 def test_geometry_is_right_where_it_says_what_is_so():

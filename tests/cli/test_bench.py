@@ -3,11 +3,8 @@
 import json
 import os
 import shutil
-import signal
-import subprocess
 import sys
-import time
-from dataclasses import replace
+from itertools import product
 
 import pytest
 from torc_command import run_torc
@@ -18,7 +15,7 @@ from torc.benchmark.playing import play
 from torc.benchmark.reading import read_table, read_tables
 from torc.benchmark.store import Store
 from torc.benchmark.table_files import pick_records, trial_records
-from torc.problems.problem import load_problem, save_problem
+from torc.problems.problem import load_problem, problem_text
 from torc.robots.schema import EXAMPLE
 
 PROBLEMS = "structured-04,unstructured-02"
@@ -61,15 +58,10 @@ def test_it_plays_all_and_says_what_comes_next(bench, tmp_path):
     assert "[8/8] dg-select on unstructured-02, seed 1: " in err
     assert f"torc report {tmp_path / 'out'}" in err
     rows = read_table(tmp_path / "out").rows
-    assert {(r.planner, r.problem, r.seed) for r in rows} == {
-        (planner, problem, seed)
-        for planner in ("random", "dg-select")
-        for problem in PROBLEMS.split(",")
-        for seed in (0, 1)
-    }
+    wanted = product(("random", "dg-select"), PROBLEMS.split(","), (0, 1))
+    assert {(r.planner, r.problem, r.seed) for r in rows} == set(wanted)
     (call,) = json.loads((tmp_path / "out" / "manifest.json").read_text())["calls"]
-    assert call["played"] == 8
-    assert call["missing"] == 0
+    assert (call["played"], call["missing"]) == (8, 0)
     assert {"torc", "numpy", "mujoco-core"} <= set(call["versions"])
     assert call["machine"]["cores"] == os.cpu_count()
 
@@ -78,13 +70,8 @@ def test_it_goes_on_where_it_was(bench):
     assert bench("--repeats", 1, "--limit", 3)[0] == 0
     _, out, err = bench("--repeats", 1, "--json")
     assert "4 trials, 3 complete already, 1 to play now." in err
-    assert json.loads(out) | {"directory": ""} == {
-        "trials": 4,
-        "played": 1,
-        "errored": 0,
-        "missing": 0,
-        "directory": "",
-    }
+    facts = {"trials": 4, "played": 1, "errored": 0, "missing": 0}
+    assert json.loads(out) | {"directory": ""} == facts | {"directory": ""}
     _, _, err = bench("--repeats", 2)
     assert "8 trials, 4 complete already, 4 to play now." in err
 
@@ -103,10 +90,8 @@ def test_shards_make_the_same_table_together(bench, tmp_path):
     assert records[0] == records[1]
     (call,) = Store(tmp_path / "shards" / "2").calls()
     assert call["shard"] == "2/3"
-    assert (
-        "3 complete already, 0 to play now"
-        in bench("--repeats", 2, "--shard", "2/3", out=tmp_path / "shards" / "2")[2]
-    )
+    again = bench("--repeats", 2, "--shard", "2/3", out=tmp_path / "shards" / "2")[2]
+    assert "3 complete already, 0 to play now" in again
 
 
 def test_errored_trials_make_the_exit_code_1_and_are_played_again(bench, tmp_path):
@@ -148,7 +133,6 @@ def test_planners_may_ask_models_of_their_own(bench):
     ("arguments", "said"),
     [
         (["--planners", "random:simulated"], "'random' asks no model"),
-        (["--planners", "vlm-select:"], "names no VLM"),
         (["--planners", "vlm-select:simulated,vlm-grasps"], "asks a model: name it"),
         (["--planners", "random", "--vlm-seeded"], "no --vlm"),
         (["--planners", "dgselect"], "Did you mean 'dg-select'?"),
@@ -157,18 +141,9 @@ def test_planners_may_ask_models_of_their_own(bench):
         (["--planners", "random,random"], "More than one planner"),
         (["--planners", ""], "nothing to play"),
         (["--planners", "no_such_module:Mine"], "no_such_module"),
-        (["--repeats", "0"], "--repeats"),
         (["--timeout", "0"], "--timeout"),
-        (["--max-picks", "0"], "--max-picks"),
-        (["--vlm-temperature", "0.5"], "--vlm"),
-        (["--robot", "no_such_robot"], "sda10f_2f85"),
-        (["--robot", "no_such_file.yaml"], "no_such_file.yaml"),
-        (["--shard", "0/2"], "I from 1 to N"),
         (["--shard", "3/2"], "I from 1 to N"),
-        (["--shard", "half"], "I from 1 to N"),
         (["--repeats", "1", "--shard", "5/5"], "holds none of the 4 trials"),
-        (["--grasps", "geometrc"], "Did you mean 'geometric'"),
-        (["--grasps", "no_such_grasps:Mine"], "no_such_grasps"),
         (["--grasps", "json:JSONDecoder"], "needs a method `plan(scene, volume, rng)`"),
     ],
 )
@@ -179,13 +154,11 @@ def test_bad_arguments_are_explained_and_leave_nothing(bench, arguments, said, t
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("more", [[], ["--dry-run"]])
-def test_a_directory_that_cannot_be_written_is_said_before_anything_is_played(bench, more, tmp_path):
+def test_a_directory_that_cannot_be_written_is_said_before_anything_is_played(bench, tmp_path):
     (tmp_path / "file").write_text("")
     for out in ("/proc/nope", tmp_path / "file", tmp_path / "file" / "below", tmp_path / ("x" * 300)):
-        code, _, err = bench(*more, out=out)
-        assert code == 2
-        assert f"Cannot write to '{out}'" in err
+        code, _, err = bench("--dry-run", out=out)
+        assert (code, f"Cannot write to '{out}'" in err) == (2, True)
 
 
 def test_ray_without_its_extra_is_explained(bench, monkeypatch, tmp_path):
@@ -255,10 +228,8 @@ def test_settings_are_compared_as_planners_are(bench, tmp_path):
     table = read_table(tmp_path / "out")
     assert table.planners == ("random {smooth_px=0}", "random {smooth_px=3}")
     assert {len(table.completed(planner)) for planner in table.planners} == {2}
-    assert (
-        "0 to play now"
-        in bench("--planners", "random", "--repeats", 1, "--sweep", "occlusion.smooth_px=0")[2]
-    )
+    again = bench("--planners", "random", "--repeats", 1, "--sweep", "occlusion.smooth_px=0")[2]
+    assert "0 to play now" in again
     code, _, err = bench("--planners", "random", "--sweep", "occlusion.smooth_px=4", out=tmp_path / "other")
     assert (code, (tmp_path / "other").exists()) == (2, False)
     assert "must be 0, 3 or 5" in err
@@ -271,43 +242,7 @@ def test_an_experiment_is_played_from_its_file(bench, tmp_path, capsys):
     assert "2 trials, 0 complete already, 2 to play now." in err
 
 
-def test_problems_that_were_made_for_another_robot_are_hinted_at(bench, tmp_path):
-    origin = {"robot": "my_robot", "robot_source": "a1"}
-    for name, facts in (("theirs", {}), ("mine", origin)):
-        problem = replace(load_problem("structured-04"), name=name, origin=facts)
-        (tmp_path / "set").mkdir(exist_ok=True)
-        save_problem(problem, tmp_path / "set" / f"{name}.yaml")
-    _, _, err = bench("--planners", "random", "--repeats", 1, problems=tmp_path / "set")
-    assert "1 of 2 problem(s): Made for the robot 'my_robot': give its file with --robot." in err
-    assert "Made for" not in bench("--repeats", 1, out=tmp_path / "other")[2]
-
-
-@pytest.mark.parametrize("kind", [FailureKind.CRASHED, FailureKind.HUNG, FailureKind.MEMORY])
-def test_a_grasp_planner_that_cannot_be_made_is_refused_and_later_goes_on(bench, kind, tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(str(tmp_path))
-    (tmp_path / "a_grasp.py").write_text(
-        "class Mine:\n    def plan(self, scene, volume, rng):\n        return 1\n"
-    )
-
-    def again():
-        return bench("--planners", "random", "--repeats", 1, "--grasps", "a_grasp:Mine")
-
-    bench.failures["conditions-0"] = Failure(kind, "It went wrong.")
-    code, _, err = again()
-    assert code == 2
-    assert "The parts around the planners cannot be made: It went wrong." in err
-    assert not (tmp_path / "out").exists()
-    bench.failures.clear()
-    assert "0 complete already, 2 to play now" in again()[2]
-    bench.failures["conditions-0"] = Failure(kind, "It went wrong.")
-    assert again()[0] == 2
-    bench.failures.clear()
-    assert "2 complete already, 0 to play now" in again()[2]
-
-
 def test_ones_own_problem_is_kept_as_it_was_played(bench, tmp_path):
-    from torc.problems.problem import load_problem, problem_text
-
     mine = tmp_path / "mine.yaml"
     text = problem_text(load_problem("structured-04")).replace("name: structured-04", "name: mine", 1)
     mine.write_text(text)
@@ -318,18 +253,6 @@ def test_ones_own_problem_is_kept_as_it_was_played(bench, tmp_path):
     code, _, err = bench("--repeats", 1, problems=str(mine))
     assert code == 2
     assert "changed since: mine" in err
-
-
-def test_two_problems_of_one_name_are_named_with_the_remedy(bench, tmp_path):
-    from torc.problems.problem import load_problem, save_problem
-
-    for name in ("a", "b"):
-        (tmp_path / name).mkdir()
-        save_problem(load_problem("structured-04"), tmp_path / name / "mine.yaml")
-    code, _, err = bench(problems=f"{tmp_path / 'a'},{tmp_path / 'b'}")
-    assert code == 2
-    for word in (tmp_path / "a" / "mine.yaml", tmp_path / "b" / "mine.yaml", "`name:`", "--seed"):
-        assert str(word) in err
 
 
 def test_report_answers_in_json(bench, tmp_path, monkeypatch, capsys):
@@ -346,60 +269,3 @@ def test_report_answers_in_json(bench, tmp_path, monkeypatch, capsys):
     assert out.splitlines()[0] == said["answer"]
     assert f"torc view {tmp_path / 'out'}" in out
     assert (tmp_path / "there" / "report.md").is_file()
-
-
-def test_report_of_nothing_is_explained(tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    for directory, told in (
-        (tmp_path, "no finished trial"),
-        (tmp_path / "nowhere", "There is no directory"),
-        (tmp_path / "file", "is a file"),
-    ):
-        code, _, err = run_torc("report", directory, capsys=capsys)
-        assert code == 2
-        assert told in err
-        assert "torc bench" in err
-
-
-@pytest.mark.parametrize("command", ["bench", "report"])
-def test_help(command, capsys):
-    code, out, _ = run_torc(command, "--help", capsys=capsys)
-    assert code == 0
-    assert f"usage: torc {command}" in out
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(1800)
-def test_real_trials_killed_on_the_way_end_with_the_same_table(tmp_path):
-    """Two trials, in a benchmark that is killed in the middle of either, and in one that is left alone."""
-
-    def command(out):
-        options = ["--problems", "structured-04", "--planners", "random", "--repeats", "2", "--workers", "1"]
-        return [sys.executable, "-m", "torc.cli.main", "bench", *options, "--out", str(tmp_path / out)]
-
-    for complete in range(2):
-        runner = subprocess.Popen(command("killed"))
-        while not (
-            _complete(tmp_path / "killed") == complete and _in_the_middle(tmp_path / "killed", runner.pid)
-        ):
-            assert runner.poll() is None, "it ended before it could be killed"
-            time.sleep(0.1)
-        runner.send_signal(signal.SIGKILL)
-        runner.wait()
-        assert _complete(tmp_path / "killed") == complete
-    subprocess.run(command("killed"), check=True)
-    subprocess.run(command("whole"), check=True)
-    whole, killed = (trial_records(read_table(tmp_path / name)) for name in ("whole", "killed"))
-    for record in (*whole, *killed):
-        del record["decision_s"], record["planning_s"]
-    assert killed == whole
-    assert [call.get("played") for call in Store(tmp_path / "killed").calls()] == [None, None, 1]
-
-
-def _complete(out):
-    return len(list(out.glob("trials/*/result.json")))
-
-
-def _in_the_middle(out, pid):
-    """Something was seen in a trial that this runner's worker is playing."""
-    return any(out.glob(f".work/{pid}-*/*.partial/picks/*"))

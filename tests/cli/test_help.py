@@ -8,8 +8,7 @@ import sys
 import pytest
 from torc_command import run_torc
 
-from torc.cli.commands import Group
-from torc.cli.help_text import filled
+from torc.cli.commands import Group, filled
 from torc.cli.main import TORC
 
 
@@ -69,26 +68,6 @@ def test_paragraphs_are_filled_and_indented_lines_kept(monkeypatch):
         "or nothing at all, which is",
         "longer.",
     ]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (["rnu"], "Unknown torc command 'rnu'. Did you mean 'run'?"),
-        (["problem", "list"], "Did you mean 'problems'?"),
-        (["problems", "lst"], "Unknown torc problems command 'lst'. Did you mean 'list'?"),
-        (["run", "structured-1"], "Did you mean 'structured-01'?"),
-        (["run", "unstructured-7"], "Did you mean 'unstructured-07'?"),
-        (["problems", "show", "validation-structured-2"], "Did you mean 'validation-structured-02'?"),
-        ([], "usage: torc COMMAND"),
-        (["run", "--sed", "3"], "--seed INT"),
-    ],
-)
-def test_what_is_mistyped_is_told_with_the_nearest(arguments, told, capsys):
-    code, out, err = run_torc(*arguments, capsys=capsys)
-    assert code == 2
-    assert out == ""
-    assert told in err
 
 
 @pytest.mark.parametrize("words", [["--help"], ["objects", "list"], ["run", "--help"]], ids=" ".join)

@@ -37,23 +37,6 @@ def test_more_objects_than_fit_on_a_page_make_several(
     assert sorted(p.name for p in tmp_path.iterdir()) == ["s-1.jpg", "s-2.jpg"]
 
 
-@pytest.mark.parametrize(
-    ("name", "out", "message"),
-    [
-        ("mug_rde", "sheet.png", "Did you mean 'mug_red'"),
-        ("die_red", "sheet.xyz", "written as .jpg or .png"),
-        ("die_red", "file/sheet.png", "cannot be written"),
-    ],
-)
-def test_mistakes_are_named_before_anything_is_drawn(
-    name: str, out: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "file").write_text("not a directory")
-    monkeypatch.setattr("torc.sim.portraits.portrait", lambda *_: pytest.fail("drawn"))
-    with pytest.raises(InputError, match=message):
-        SheetCommand((name,), tmp_path / out).run()
-
-
 def _own(store: Path, name: str, kind: str) -> None:
     save_object(replace(load_object("die_red"), name=name, kind=kind), store / name)
 

@@ -53,27 +53,3 @@ def test_a_directory_of_problems_with_a_title_and_what_is_left_over(drawn, tmp_p
     assert (card["problem"], card["hiddenness"], card["order"]) == ("structured-04", "hidden", None)
     assert "# Mine" in (out / "gallery.md").read_text()
     assert "structured-05.jpg" in err.replace("\n", "")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (["torc4O"], "Did you mean 'torc40'"),
-        (["structured-04", "--answers", "/nowhere"], "no directory '/nowhere' of answers"),
-        (["structured-04", "--out", "/proc/nowhere"], "Choose another --out"),
-        (["structured-04,/nowhere.yaml"], "/nowhere.yaml"),
-    ],
-)
-def test_mistakes_are_told_before_anything_is_drawn(arguments, told, drawn, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    code, _, err = _torc(*arguments, capsys=capsys)
-    assert code == 2
-    assert told in err.replace("\n", "")
-    assert drawn == []
-
-
-def test_help_teaches(capsys):
-    code, out, _ = _torc("--help", capsys=capsys)
-    assert code == 0
-    for word in ("index.html", "gallery.md", "--answers", "torc problems solve"):
-        assert word in out

@@ -1,15 +1,19 @@
 """`torc problems import` as a user meets it."""
 
 import json
+from functools import partial
 
 import pytest
+from torc_command import run_torc
 
 from tests.helpers.graspclutter6d_tree import upright, write_tree
 from tests.helpers.plain_mesh_reader import read_plain_mesh
-from torc.cli.main import main
 from torc.generation.graspclutter6d import objects
 
 OBJECTS = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))
+
+
+_import = partial(run_torc, "problems", "import")
 
 
 @pytest.fixture
@@ -18,20 +22,6 @@ def root(tmp_path, monkeypatch):
     monkeypatch.setattr(objects, "read_mesh", read_plain_mesh)
     write_tree(tmp_path / "gc6d", {249: OBJECTS}, images=15)
     return tmp_path / "gc6d"
-
-
-def _import(*arguments, capsys):
-    with pytest.raises(SystemExit) as exit_:
-        main(["problems", "import", *map(str, arguments)])
-    out, err = capsys.readouterr()
-    return exit_.value.code, out, err
-
-
-def test_help_teaches(capsys):
-    code, out, _ = _import("--help", capsys=capsys)
-    assert code == 0
-    assert "usage: torc problems import" in out
-    assert "--paper" in out
 
 
 def test_a_scene_becomes_a_problem_file(root, tmp_path, capsys):
@@ -76,10 +66,3 @@ def test_wrong_arguments_get_one_clear_line(root, arguments, told, capsys):
     code, _, err = _import(root, *arguments, capsys=capsys)
     assert code == 2
     assert told in err
-    assert "Traceback" not in err
-
-
-def test_a_directory_that_is_something_else_is_refused(tmp_path, capsys):
-    code, _, err = _import(tmp_path, "--scene", "249", capsys=capsys)
-    assert code == 2
-    assert "not the root of GraspClutter6D" in err

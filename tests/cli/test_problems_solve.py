@@ -46,12 +46,7 @@ def test_json_is_json_and_progress_stays_out_of_it(answer, capsys):
     code, out, _ = run_torc("problems", "solve", "structured-01", "--json", capsys=capsys)
     facts = json.loads(out)
     assert code == 0
-    assert (facts["order"], facts["picks"], facts["bound"], facts["lower_bound"]) == (
-        ["box", "can"],
-        2,
-        "proved",
-        2,
-    )
+    assert (facts["order"], facts["picks"], facts["bound"]) == (["box", "can"], 2, "proved")
     assert facts["foreseen"][0]["outcome"]["dropped"] == [5]
 
 
@@ -60,29 +55,3 @@ def test_no_order_is_exit_code_one(answer, capsys):
     code, out, _ = run_torc("problems", "solve", "structured-01", capsys=capsys)
     assert code == 1
     assert "No order was found; 4 picks tried, 9 looks. A larger budget may find one." in out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (["problems", "solve", "structured-1"], "Did you mean"),
-        (["problems", "solve", "structured-01", "--seed", "-1"], "--seed"),
-        (["problems", "solve", "structured-01", "--max-picks", "0"], "--max-picks"),
-        (["problems", "solve", "structured-01", "--budget", "0"], "number of simulated picks"),
-        (["problems", "solve", "structured-01", "--budget", "nan"], "number of simulated picks"),
-        (["run", "structured-01", "--planner", "oracel"], "Did you mean 'oracle'"),
-    ],
-)
-def test_wrong_arguments_get_one_clear_line(arguments, told, capsys):
-    code, _, err = run_torc(*arguments, capsys=capsys)
-    assert code == 2
-    assert told in err
-    assert "Traceback" not in err
-
-
-def test_help_tells_what_it_does(capsys):
-    code, out, _ = run_torc("problems", "solve", "--help", capsys=capsys)
-    assert code == 0
-    assert "--budget" in out
-    _, out, _ = run_torc("run", "--help", capsys=capsys)
-    assert "oracle" in out

@@ -66,16 +66,13 @@ def test_an_experiment_file_sets_what_is_not_an_option(tmp_path):
     )
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
+def test_what_is_wrong_in_an_experiment_is_named(tmp_path):
+    for text, told in (
         ("planers: [random]", "planers"),
         ("repeats: 0", "repeats"),
         ("conditions: {nois: true}", "conditions.nois"),
         ("- 1", "holds no experiment"),
-    ],
-)
-def test_what_is_wrong_in_an_experiment_is_named(tmp_path, text, told):
-    (tmp_path / "e.yaml").write_text(text)
-    with pytest.raises(InputError, match=told):
-        read_experiment(tmp_path / "e.yaml")
+    ):
+        (tmp_path / "e.yaml").write_text(text)
+        with pytest.raises(InputError, match=told):
+            read_experiment(tmp_path / "e.yaml")

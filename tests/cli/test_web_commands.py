@@ -1,10 +1,12 @@
 """`torc human` and `torc view` as a user meets them."""
 
+import json
 import re
 import signal
 import subprocess
 import sys
 import urllib.request
+from types import SimpleNamespace
 
 import pytest
 from torc_command import run_torc
@@ -12,30 +14,6 @@ from torc_command import run_torc
 from tests.helpers.fake_trial import play_fake_trial
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
-
-
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (["view", "nowhere"], "There is no directory 'nowhere'. `torc run --out DIR` makes one"),
-        (["view", __file__], "is a file, not a directory"),
-        (["view", "x" * 5000], "There is no directory"),
-        (["view", "."], "no recorded trial"),
-        (["human", "structured-1"], "Did you mean"),
-        (["human", "--experts", "a/b"], "expert's name"),
-        (["human", "--max-picks", "0"], "at least 1"),
-        (["human", "--port", "99999"], "--port"),
-        (["human", "--host", "no.such.host.invalid"], "Cannot listen"),
-        (["human", "--out", "/proc/nowhere"], "Choose another --out"),
-        (["run", "--planner", "human"], "torc human"),
-    ],
-)
-def test_wrong_arguments_get_one_clear_line(arguments, told, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    code, _, err = run_torc(*arguments, capsys=capsys)
-    assert code == 2
-    assert told in err
-    assert "Traceback" not in err
 
 
 class _Served:
@@ -58,20 +36,17 @@ class _Served:
         self.process.kill()
         self.process.communicate()
 
-    def address(self):
-        for line in self.process.stdout:
-            if found := re.search(r"http://\S+", line):
-                return found.group()
-        raise AssertionError("it did not start")
-
     def said(self):
         """What it prints up to its address."""
         lines = []
         for line in self.process.stdout:
             lines.append(line)
             if "http://" in line:
-                break
-        return "".join(lines)
+                return "".join(lines)
+        raise AssertionError("it did not start")
+
+    def address(self):
+        return re.search(r"http://\S+", self.said()).group()
 
     def interrupted(self):
         """Ctrl-C: its exit code, and what it says in the end."""
@@ -107,3 +82,27 @@ def test_human_says_what_is_left_after_ctrl_c(tmp_path):
     assert code == 130
     assert "2 of 2 trials are left" in rest
     assert "Traceback" not in rest
+
+
+def test_a_live_run_shows_each_pick_as_it_comes(tmp_path, monkeypatch, capsys):
+    said, picks = [], []
+
+    def play(command, spec, out):
+        base, key = re.search(r"(http://\S+)#(\w+)", said[0]).groups()
+
+        def look(event):
+            with urllib.request.urlopen(f"{base}api/trials/{key}", timeout=60) as answer:
+                picks.append(len(json.load(answer)["picks"]))
+
+        play_fake_trial(spec, out, make_planner("dg-select"), [look])
+        look(None)
+        return 0
+
+    def interrupted():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("torc.cli.web_page.tell", said.append)
+    monkeypatch.setattr("torc.cli.run.threading", SimpleNamespace(Event=interrupted))
+    monkeypatch.setattr("torc.cli.run.RunCommand._play", play)
+    assert run_torc("run", "--live", "--out", tmp_path / "mine", capsys=capsys)[0] == 0
+    assert (picks[0], picks[-1], picks) == (0, 2, sorted(picks))

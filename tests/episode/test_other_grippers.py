@@ -7,12 +7,12 @@ from torc.episode.trial import run_trial
 from torc.objects.library import load_object
 from torc.problems.problem import ObjectPlacement, Problem, save_problem
 from torc.specs.trial import TrialSpec
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
-TABLE_Z = Workspace().support_z_m
+TABLE_Z = load_workspace().support_z_m
 
 
-def _standing(name: str, x: float, y: float) -> ObjectPlacement:
+def _standing(name, x, y):
     height = load_object(name).size_m[2]
     return ObjectPlacement(name, name, (x, y, TABLE_Z + height / 2 + 0.001), (1.0, 0.0, 0.0, 0.0))
 

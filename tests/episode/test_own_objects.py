@@ -1,7 +1,5 @@
 """From mesh files to a retrieval: the robot clears one imported object away and fetches another."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import trimesh
@@ -17,12 +15,12 @@ from torc.problems.problem import ObjectPlacement, Problem, save_problem
 from torc.sim.rendering import render_view
 from torc.sim.world import build_world
 from torc.specs.trial import TrialSpec
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
-TABLE_Z = Workspace().support_z_m
+TABLE_Z = load_workspace().support_z_m
 
 
-def _import_parcel(folder: Path) -> None:
+def _import_parcel(folder):
     """A textured GLB box, y up: 16 cm wide, 21 cm high, 5 cm deep, red."""
     mesh = trimesh.creation.box((0.16, 0.21, 0.05))
     mesh.unmerge_vertices()
@@ -34,7 +32,7 @@ def _import_parcel(folder: Path) -> None:
     add_object(read_mesh(folder / "parcel.glb", MeshOptions(mass_kg=0.4)))
 
 
-def _import_tin(folder: Path) -> None:
+def _import_tin(folder):
     """A PLY tin in millimetres, without its underside."""
     tin = trimesh.creation.cylinder(30, 90, sections=32)
     tin.update_faces(tin.face_normals[:, 2] > -0.9)
@@ -42,14 +40,14 @@ def _import_tin(folder: Path) -> None:
     add_object(read_mesh(folder / "tin.ply", MeshOptions(scale=0.001, mass_kg=0.3)))
 
 
-def _standing(name: str, x: float, y: float) -> ObjectPlacement:
+def _standing(name, x, y):
     return ObjectPlacement(
         name, name, (x, y, TABLE_Z + load_object(name).size_m[2] / 2 + 0.001), (1.0, 0.0, 0.0, 0.0)
     )
 
 
 @pytest.mark.slow
-def test_imported_objects_are_seen_cleared_away_and_fetched(tmp_path: Path) -> None:
+def test_imported_objects_are_seen_cleared_away_and_fetched(tmp_path):
     _import_parcel(tmp_path)
     _import_tin(tmp_path)
     placements = (
@@ -60,7 +58,7 @@ def test_imported_objects_are_seen_cleared_away_and_fetched(tmp_path: Path) -> N
     problem = Problem("own", "structured", "the tin", "tin", placements)
     save_problem(problem, tmp_path / "own.yaml")
 
-    world = build_world(problem, None, Workspace())
+    world = build_world(problem, None, load_workspace())
     picture = render_view(world, (0.1, -0.12, 1.4), (0.6, -0.12, TABLE_Z + 0.1), 320, 240).astype(int)
     red = (picture[..., 0] > 90) & (picture[..., 1] < 0.3 * picture[..., 0])
     assert red.mean() > 0.02

@@ -13,14 +13,14 @@ from torc.records import PickOutcome, PickResult
 def test_crop_holds_all_objects_in_the_images_own_aspect(box):
     labels = np.full((480, 640), -1, np.int16)
     labels[box[0] : box[1], box[2] : box[3]] = 3
-    part = crop_around_objects(labels).of(labels)
+    part = labels[crop_around_objects(labels)]
     assert np.count_nonzero(part == 3) == np.count_nonzero(labels == 3)
     assert part.shape[1] / part.shape[0] == pytest.approx(640 / 480, rel=0.03)
 
 
 def test_crop_of_an_empty_scene_is_the_whole_image():
     labels = np.full((48, 64), -1, np.int16)
-    assert crop_around_objects(labels).of(labels).shape == (48, 64)
+    assert labels[crop_around_objects(labels)].shape == (48, 64)
 
 
 @pytest.mark.parametrize("picks", [1, 4, 5, 9])

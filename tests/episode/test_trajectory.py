@@ -1,13 +1,12 @@
 """The recorded motion: it changes nothing in the trial, and every row has its frame."""
 
-import json
 from dataclasses import replace
 
 import av
 import numpy as np
 import pytest
 
-from torc.episode.log_writing import without_seconds
+from tests.helpers.trial_logs import comparable_log
 from torc.episode.trajectory import CAMERA, FPS, TRAJECTORY, RecordedMotion, load_motion
 from torc.episode.trial import run_trial
 from torc.errors import InputError
@@ -48,8 +47,7 @@ def test_it_shows_the_trial_and_does_not_change_it(tmp_path, robot):
     for name, filmed in (("plain", False), ("filmed", True)):
         trial = run_trial(spec, tmp_path / name, trajectory=filmed, say=lambda text: None)
         assert trial.result["status"] == "completed"
-        lines = (trial.directory / "events.jsonl").read_text().splitlines()
-        logs.append([without_seconds(json.loads(line)) for line in lines])
+        logs.append(comparable_log(trial.directory))
     assert logs[0] == logs[1]
     motion = load_motion(tmp_path / "filmed" / TRAJECTORY)
     with av.open(str(tmp_path / "filmed" / CAMERA)) as container:

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from torc.episode.log_writing import without_seconds
+from tests.helpers.trial_logs import comparable_log as _log
 from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.specs.trial import TrialSpec
-from torc.testing.vlm_server import FakeVlmServer
-from torc.testing.vlm_wire_formats import Fail, Say
+from torc.testing.vlm_server import Fail, FakeVlmServer, Say
 from torc.vlm.cache import CacheConfig, CacheMode
 from torc.vlm.config import VlmConfig
 from torc.vlm.keys import OWN_SERVER_VARIABLE
@@ -32,12 +31,6 @@ def _silent(text):
 def _spec(server):
     vlm = VlmConfig("openai", "some-model", server.url, retries=1, retry_wait_s=0.0)
     return replace(SPEC, planner=replace(SPEC.planner, vlm=vlm))
-
-
-def _log(directory):
-    return [
-        without_seconds(json.loads(line)) for line in (directory / "events.jsonl").read_text().splitlines()
-    ]
 
 
 def _assert_no_secret(directory, images):
@@ -90,15 +83,3 @@ def test_what_cannot_be_asked_is_refused_before_anything_is_run(tmp_path):
             say=_silent,
         )
     assert list(tmp_path.iterdir()) == []
-
-
-def test_directories_of_different_models_do_not_collide():
-    names = {
-        replace(SPEC, planner=replace(SPEC.planner, vlm=vlm)).default_name
-        for vlm in (None, VlmConfig("openai", "hub/a:4b"), VlmConfig("openai", "b"))
-    }
-    assert names == {
-        "structured-04-vlm-select-3",
-        "structured-04-vlm-select-hub-a-4b-3",
-        "structured-04-vlm-select-b-3",
-    }

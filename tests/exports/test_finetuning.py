@@ -51,11 +51,8 @@ def test_the_prompt_and_the_picture_are_those_that_a_vlm_would_get(trials, tmp_p
     export_trials(trials, tmp_path / "out", ExportSpec("sft", planners=ALL))
     for row in rows_of(tmp_path / "out"):
         hidden = row["pick"] == 0 or (row["planner"], row["pick"]) in (("random", 1), ("dg-select", 2))
-        state = (
-            "It is not in sight: nothing in the picture carries the number 0."
-            if hidden
-            else "It is in sight."
-        )
+        not_there = "It is not in sight: nothing in the picture carries the number 0."
+        state = not_there if hidden else "It is in sight."
         assert row["prompt"] == fill_prompt("vlm-select-1", target=0, target_state=state)
         picture = tmp_path / "out" / row["split"] / row["file_name"]
         recorded = trials / row["problem"] / row["planner"] / "picks" / f"{row['pick']:02d}_seen.png"
@@ -77,15 +74,6 @@ def test_whose_trials_are_taken_can_be_said(trials, tmp_path):
         export_trials(trials, tmp_path / "other", ExportSpec("sft", planners=("randm",)))
     with pytest.raises(InputError, match="leave out --planner"):
         ExportSpec("pairs", planners=("random",))
-
-
-def test_every_takes_failures_too_but_nothing_that_no_answer_can_say(trials, tmp_path):
-    export_trials(trials, tmp_path / "out", ExportSpec("sft", every=True))
-    rows = rows_of(tmp_path / "out")
-    assert {(r["planner"], r["pick"], r["result"]) for r in rows if not r["retrieved"]} == {
-        ("lost", 0, "stopped"),
-        ("wild", 2, "missed"),
-    }
 
 
 def test_no_problem_is_in_both_splits_and_none_moves(trials, tmp_path):
@@ -137,8 +125,7 @@ def test_what_cannot_be_exported_is_said_and_nothing_is_left(trials, tmp_path):
 def test_hugging_face_datasets_loads_it(trials, tmp_path, monkeypatch, kind):
     monkeypatch.setenv("HF_HUB_OFFLINE", "1")
     datasets = pytest.importorskip("datasets")
-    share = 0.5 * (sum(int.from_bytes(_digest(p)[:8]) for p in ("boxes", "cans"))) / 2**64
-    export_trials(trials, tmp_path / "out", ExportSpec(kind, test_share=share))
+    export_trials(trials, tmp_path / "out", ExportSpec(kind, test_share=0.5))
     loaded = datasets.load_dataset(
         "imagefolder", data_dir=str(tmp_path / "out"), cache_dir=str(tmp_path / "cache")
     )
@@ -151,9 +138,3 @@ def test_hugging_face_datasets_loads_it(trials, tmp_path, monkeypatch, kind):
         found = sorted(json.dumps({c: row[c] for c in columns}) for row in loaded[split])
         assert found == sorted(json.dumps({c: r[c] for c in columns}) for r in rows if r["split"] == split)
         assert {row["image"].size for row in loaded[split]} == {(640, 480)}
-
-
-def _digest(name):
-    import hashlib
-
-    return hashlib.sha256(name.encode()).digest()

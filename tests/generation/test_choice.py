@@ -76,10 +76,3 @@ def test_own_objects_that_are_not_there_are_told_with_the_place(tmp_path, monkey
     told = f"none in {tmp_path / 'one'} or {tmp_path / 'two'}.*torc objects import"
     with pytest.raises(InputError, match=told):
         allowed_models(GenerationConfig(own=True))
-
-
-def test_a_damaged_object_hides_no_kind_of_the_others(own_cube, tmp_path):
-    (tmp_path / "broken").mkdir()
-    (tmp_path / "broken" / "object.yaml").write_text("broken")
-    with pytest.raises(InputError, match="Add --own"):
-        allowed_models(replace(FEW, kinds=("cube",)))

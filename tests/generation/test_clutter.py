@@ -14,8 +14,6 @@ from torc.generation.clutter import (
     astray,
     clutter_config,
     make_clutter,
-    without,
-    worst_mover,
 )
 from torc.generation.rejections import Reason
 from torc.generation.sampling import sample_models
@@ -24,11 +22,11 @@ from torc.objects.library import load_object
 from torc.problems.problem import ObjectPlacement, Problem, load_problem
 from torc.sim.contacts import Overlap
 from torc.sim.settling import UNSEEN
-from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
+from torc.sim.stillness import StillnessReport, watch_stillness
 from torc.sim.world import build_world
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
-WORKSPACE, CONFIG = Workspace(), ClutterConfig()
+WORKSPACE, CONFIG = load_workspace(), ClutterConfig()
 WANTED = ObjectRange(5, 7)
 NAMES = sample_models(7, np.random.default_rng(1))
 
@@ -70,27 +68,6 @@ def test_large_piles_come_to_rest_within_reach():
         assert astray(scene, WORKSPACE, LARGE_PILE) == ()
 
 
-def test_only_large_piles_are_made_otherwise():
-    assert clutter_config("unstructured", 21) == LARGE_PILE
-    assert clutter_config("unstructured", 20) == clutter_config("structured", 40) == ClutterConfig()
-
-
-def test_more_than_wanted_are_taken_away_again():
-    scene = _make("structured", 5, ObjectRange(3, 5))
-    assert isinstance(scene, Problem)
-    assert len(scene.objects) == 5
-
-
-def test_a_structured_region_shrinks_with_its_objects():
-    small = sample_models(
-        4, np.random.default_rng(2), models=["die_red", "die_white", "toy_brick_red", "lime_green"]
-    )
-    scene = _make("structured", 0, ObjectRange(4, 4), small)
-    assert isinstance(scene, Problem)
-    spread = np.ptp([o.position[:2] for o in scene.objects], axis=0)
-    assert spread.max() < 0.2
-
-
 def test_what_does_not_fit_is_said():
     tiny = replace(CONFIG, region_m=(0.1, 0.1))
     assert _make("structured", 0, WANTED, config=tiny) is Reason.DOES_NOT_FIT
@@ -128,23 +105,6 @@ def test_a_scene_comes_to_rest_again_without_what_was_taken_away():
     assert isinstance(again, Problem)
     assert not set(gone) & {o.name for o in again.objects}
     assert again_at_rest(scene, gone, ObjectRange(12, 20), WORKSPACE, CONFIG) is Reason.TOO_FEW_LEFT
-
-
-def test_taking_the_target_away_leaves_another_stand_in():
-    scene = load_problem("structured-04")
-    rest = without(scene, (scene.target,))
-    assert rest.target == rest.objects[0].name
-    assert without(scene, (rest.target,)).target == scene.target
-
-
-def test_the_worst_mover_is_measured_against_the_limits():
-    world = build_world(load_problem("structured-04"), None, WORKSPACE, UNSEEN)
-    distances, angles = np.zeros(world.object_count), np.zeros(world.object_count)
-    distances[2], angles[4] = 0.004, 0.1
-    report = StillnessReport(False, 1.0, distances, angles, ())
-    names = [o.name for o in world.problem.ordered()]
-    assert worst_mover(world, report, StillnessConfig(distance_m=0.001, angle_rad=0.1)) == names[2]
-    assert worst_mover(world, report, StillnessConfig(distance_m=0.1, angle_rad=0.01)) == names[4]
 
 
 @pytest.mark.parametrize("fewest", [5, 12])

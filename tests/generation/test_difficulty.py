@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import pytest
-
 from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty, difficulty_of, stated_difficulty
 from torc.problems.problem import load_problem, parse_problem, problem_text
@@ -21,15 +19,3 @@ def test_what_a_file_states_of_another_target_does_not_count():
     origin = {"target": PROBLEM.target, **STATED.facts()}
     assert stated_difficulty(replace(PROBLEM, origin=origin)) == STATED
     assert stated_difficulty(replace(PROBLEM, origin={**origin, "target": "another"})) is None
-
-
-@pytest.mark.parametrize(
-    "broken",
-    [{"hiddenness": "somewhat"}, {"visible_fraction": "little"}, {"beside": "two"}, {"taller": None}],
-)
-def test_what_a_file_states_in_part_is_measured(broken, inspector):
-    origin = {name: value for name, value in {**STATED.facts(), **broken}.items() if value is not None}
-    measured = difficulty_of(replace(PROBLEM, origin=origin), inspector)
-    assert measured == difficulty_of(replace(PROBLEM, origin={}), inspector)
-    assert measured.hiddenness is Hiddenness.HIDDEN
-    assert measured.objects == len(PROBLEM.objects)

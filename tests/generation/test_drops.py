@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from torc.generation.drops import DropConfig, bounding_radius, drop_arrangement
+from torc.generation.arrangements import (
+    DROP_CENTER,
+    DROP_FROM_Z_M,
+    DROP_GAP_M,
+    DROP_SIZE,
+    bounding_radius,
+    drop_arrangement,
+)
 from torc.generation.sampling import sample_models
 from torc.geometry.transforms import rotation_from_wxyz
 from torc.objects.library import load_object
@@ -11,19 +18,18 @@ from torc.objects.library import load_object
 
 @pytest.mark.parametrize("seed", range(6))
 def test_dropped_objects_are_apart_and_between_the_walls(seed: int) -> None:
-    rng, config = np.random.default_rng(seed), DropConfig()
-    placements = drop_arrangement(sample_models(15, rng), rng, config)
+    rng = np.random.default_rng(seed)
+    placements = drop_arrangement(sample_models(15, rng), rng)
     centers = np.array([p.position for p in placements])
     radii = np.array([bounding_radius(load_object(p.model)) for p in placements])
     apart = np.linalg.norm(centers[:, None] - centers[None], axis=2) - radii[:, None] - radii[None]
-    assert apart[~np.eye(len(radii), dtype=bool)].min() >= config.gap_m - 1e-9
-    assert (centers[:, 2] - radii).min() >= config.support_z_m + config.lowest_m - 1e-9
+    assert apart[~np.eye(len(radii), dtype=bool)].min() >= DROP_GAP_M - 1e-9
+    assert (centers[:, 2] - radii).min() >= DROP_FROM_Z_M - 1e-9
     inside = (
-        np.abs(centers[:, :2] - config.center)
-        <= np.maximum(np.array(config.size) / 2 - radii[:, None], 0) + 1e-9
+        np.abs(centers[:, :2] - DROP_CENTER) <= np.maximum(np.array(DROP_SIZE) / 2 - radii[:, None], 0) + 1e-9
     )
     assert inside.all()
-    assert centers[:, 2].max() < config.support_z_m + 1.0  # a fall from higher would scatter the heap
+    assert centers[:, 2].max() < DROP_FROM_Z_M + 1.0  # a fall from higher would scatter the heap
 
 
 def test_orientations_of_dropped_objects_are_uniform() -> None:

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from torc.errors import InputError, UnknownNameError
-from torc.generation.grasps import ModelGrasping, graspable_alone
+from torc.generation.grasps import ModelGrasping
 from torc.geometry.transforms import make_pose, rotation_about
 from torc.objects.library import load_object
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
-TABLE_Z = Workspace().support_z_m
+TABLE_Z = load_workspace().support_z_m
 
 
 def _upright(model, x=0.65, y=-0.12):
@@ -38,28 +37,9 @@ def test_small_boxes_that_lie_can(inspector):
 
 @pytest.mark.parametrize(("x", "y"), [(1.25, -0.12), (0.65, 0.60)])
 def test_what_is_out_of_reach_cannot(inspector, x, y):
-    found = inspector.grasping.graspability("soup_can_red", _upright("soup_can_red", x, y))
-    assert found.candidates > 0
-    assert found.valid == 0
-    assert found.best_score == 0.0
-
-
-def test_counts_are_consistent_and_repeatable(inspector):
-    found = inspector.grasping.graspability("mug_red", _upright("mug_red"))
-    assert found.candidates >= found.reachable >= found.valid > 0
-    assert 0.25 <= found.best_score <= 1.0
-    assert found == inspector.grasping.graspability("mug_red", _upright("mug_red"))
+    assert not inspector.grasping.graspable("soup_can_red", _upright("soup_can_red", x, y))
 
 
 def test_the_least_score_decides(inspector):
     picky = ModelGrasping(inspector.robot, inspector.workspace, min_score=1.01)
     assert not picky.graspable("soup_can_red", _upright("soup_can_red"))
-
-
-def test_alone_in_the_middle(inspector):
-    assert graspable_alone("spice_jar_pepper", inspector.grasping)
-    assert not graspable_alone("book_blue", inspector.grasping)
-    with pytest.raises(UnknownNameError, match="soup_can_red"):
-        graspable_alone("soup_can_rde", inspector.grasping)
-    with pytest.raises(InputError, match="at least one"):
-        graspable_alone("soup_can_red", inspector.grasping, yaws=0)

@@ -1,7 +1,5 @@
 """Surface clouds lie on the surface, all around, with outward normals, the same every time."""
 
-import gc
-import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -58,28 +56,3 @@ def test_the_same_every_time_and_moved_as_a_body():
     moved, turned = placed(points, normals, T)
     assert np.allclose((moved - T[:3, 3]) @ T[:3, :3], points)
     assert np.allclose(turned @ T[:3, :3], normals)
-
-
-def test_an_object_within_its_own_pieces_has_a_cloud_too():
-    model = load_object("die_red")
-    inner = replace(model.visuals[0], vertices=0.3 * model.visuals[0].vertices)
-    points, _ = surface_cloud(replace(model, visuals=(inner,)))
-    assert np.allclose(np.ptp(points, axis=0), 0.3 * np.array(model.size_m), atol=0.002)
-
-
-def test_which_points_are_buried_is_found_in_parts(monkeypatch):
-    model = load_object("bowl_blue")
-    points, _ = surface_cloud(model)
-    monkeypatch.setattr("torc.generation.surfaces._AT_ONCE", 37)
-    again, _ = surface_cloud(replace(model))
-    assert again is not points
-    assert np.array_equal(points, again)
-
-
-def test_a_cloud_is_made_once_and_keeps_no_model_in_memory():
-    model = replace(load_object("die_red"))
-    assert surface_cloud(model)[0] is surface_cloud(model)[0]
-    gone = weakref.ref(model)
-    del model
-    gc.collect()
-    assert gone() is None

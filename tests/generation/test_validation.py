@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.generation.validation import Check, ValidationConfig, validate_problem
+from torc.generation.validation import Check, validate_problem
 from torc.objects.files import save_object
 from torc.objects.library import load_object
 from torc.problems.problem import ObjectPlacement, load_problem
 from torc.sim.stillness import StillnessConfig
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
-QUICK = ValidationConfig(stillness=StillnessConfig(seconds=1.0), first_looks=1)
+QUICK = {"stillness": StillnessConfig(seconds=1.0), "first_looks": 1}
 GOOD = load_problem("structured-04")
-TABLE_Z = Workspace().support_z_m
+TABLE_Z = load_workspace().support_z_m
 
 
 def _with(problem, *more):
@@ -22,7 +22,7 @@ def _with(problem, *more):
 
 
 def _checks(problem, inspector, **options):
-    report = validate_problem(problem, inspector, QUICK, **options)
+    report = validate_problem(problem, inspector, **QUICK, **options)
     return report, {check.name: check for check in report.checks}
 
 
@@ -52,14 +52,6 @@ def test_an_object_in_the_air_moves(inspector):
     assert not checks["rest"].passed
     assert "mug_in_the_air" in checks["rest"].text
     assert "2 mm" in checks["rest"].text
-
-
-def test_an_object_that_leaves_the_table(inspector):
-    falling = ObjectPlacement("runaway", "ball_red", (0.415, 0.15, TABLE_Z + 0.033), (1.0, 0.0, 0.0, 0.0))
-    any_way = replace(QUICK, stillness=StillnessConfig(seconds=3.0, distance_m=9.0, angle_rad=9.0))
-    rest = validate_problem(_with(GOOD, falling), inspector, any_way).checks[1]
-    assert not rest.passed
-    assert "off the table: runaway" in rest.text
 
 
 def test_a_target_that_can_be_grasped_at_once_is_no_task(inspector):
@@ -107,18 +99,6 @@ def test_a_damaged_object_fails_its_problem_alone(inspector, object_store):
     assert report.difficulty is None
     assert list(checks) == ["objects"]
     assert "geometry.npz is not a readable" in checks["objects"].text
-
-
-def test_an_object_that_the_physics_refuses_fails_its_problem_alone(inspector, object_store, monkeypatch):
-    monkeypatch.setattr("torc.objects.files.check_model", lambda *_: None)
-    die = load_object("die_red")
-    line = replace(die.visuals[0], vertices=die.visuals[0].vertices * (1, 0, 0))
-    problem = _thing_in(GOOD, replace(die, name="thing", visuals=(line,)), object_store)
-    report, checks = _checks(problem, inspector)
-    assert not report.valid
-    assert report.difficulty is None
-    assert list(checks) == ["contact", "rest", "objects"]
-    assert "mesh surface area is too small" in checks["objects"].text
 
 
 @pytest.mark.parametrize("solved", [True, False])

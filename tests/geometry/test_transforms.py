@@ -9,7 +9,6 @@ from torc.geometry.transforms import (
     look_at,
     make_pose,
     rotation_about,
-    rotation_from_rpy,
     rotation_from_wxyz,
     transform_points,
     wxyz_from_rotation,
@@ -35,12 +34,6 @@ def test_quaternions_round_trip_near_every_branch(rng):
 def test_zero_quaternion_is_refused():
     with pytest.raises(ValueError, match="zero"):
         rotation_from_wxyz([0, 0, 0, 0])
-
-
-def test_rpy_is_yaw_after_pitch_after_roll():
-    r, p, y = 0.3, -0.4, 1.1
-    expected = rotation_about([0, 0, 1], y) @ rotation_about([0, 1, 0], p) @ rotation_about([1, 0, 0], r)
-    assert np.allclose(rotation_from_rpy([r, p, y]), expected)
 
 
 def test_projection_undoes_unprojection(rng):

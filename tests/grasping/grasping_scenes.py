@@ -3,9 +3,9 @@
 import numpy as np
 
 from torc.testing.synthetic import SyntheticBox
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
-WORKSPACE = Workspace()
+WORKSPACE = load_workspace()
 TABLE_Z = WORKSPACE.support_z_m
 
 

@@ -5,8 +5,7 @@ import pytest
 from grasping_scenes import TABLE_Z, standing_box
 from hand_reference import corners, in_grasp_frame, in_open_palm, in_swept_fingers, tip_shift
 
-from torc.grasping.check_result import BETWEEN, FINGERS, PALM, Fault
-from torc.grasping.checks import check_candidates
+from torc.grasping.checks import BETWEEN, FINGERS, PALM, Fault, check_candidates
 from torc.grasping.clouds import build_clouds
 from torc.grasping.config import CheckConfig, GraspConfig
 from torc.grasping.generators.common import RawCandidates
@@ -20,6 +19,12 @@ def candidates_of(planner, view, seed=0):
     return found, build_clouds(view.scene, view.volume, TABLE_Z, CONFIG.clouds)
 
 
+def some(grasps, seed, n):
+    """Index, pose, width and object of n of the grasps."""
+    for i in np.random.default_rng(seed).permutation(len(grasps))[:n]:
+        yield i, grasps.Ts_world_tcp[i], grasps.widths_m[i], int(grasps.object_ids[i])
+
+
 def between(points, gripper, half_x):
     inside = (np.abs(points[:, 0]) < half_x) & (np.abs(points[:, 1]) < gripper.pad_width_m / 2)
     return inside & (points[:, 2] <= 0) & (points[:, 2] > -gripper.pad_height_m)
@@ -31,13 +36,7 @@ def test_every_kept_candidate_passes_the_checks_by_brute_force(seed, planner, gr
     found, clouds = candidates_of(planner, view)
     seen = {c.id: c.seen for c in clouds.objects}
     checks = CONFIG.checks
-    pick = np.random.default_rng(1).permutation(len(found.grasps))[:150]
-    for i in pick:
-        T, width, own = (
-            found.grasps.Ts_world_tcp[i],
-            found.grasps.widths_m[i],
-            int(found.grasps.object_ids[i]),
-        )
+    for _, T, width, own in some(found.grasps, 1, 150):
         points = in_grasp_frame(T, seen[own])
         outside_jaws = np.abs(points[:, 0]) > width / 2 + checks.own_slack_m
         assert not np.any(in_swept_fingers(gripper, points, width, -0.0005) & outside_jaws)
@@ -48,21 +47,15 @@ def test_every_kept_candidate_passes_the_checks_by_brute_force(seed, planner, gr
             # Bounding boxes of leaning links reach lower than the links.
             assert lowest > TABLE_Z + checks.table_margin_m - 0.025
         for box in gripper.finger_boxes(width):
-            assert (corners(box) @ T[:3, :3].T + T[:3, 3])[
-                :, 2
-            ].min() > TABLE_Z + checks.table_margin_m - 1e-6
+            lowest = (corners(box) @ T[:3, :3].T + T[:3, 3])[:, 2].min()
+            assert lowest > TABLE_Z + checks.table_margin_m - 1e-6
         assert between(points, gripper, width / 2 + checks.own_slack_m).sum() >= checks.min_points_between
 
 
 def test_free_candidates_touch_nothing_and_blocked_ones_name_what_they_touch(planner, gripper, pile):
     found, clouds = candidates_of(planner, pile)
     checks = CONFIG.checks
-    for i in np.random.default_rng(2).permutation(len(found.grasps))[:80]:
-        T, width, own = (
-            found.grasps.Ts_world_tcp[i],
-            found.grasps.widths_m[i],
-            int(found.grasps.object_ids[i]),
-        )
+    for i, T, width, own in some(found.grasps, 2, 80):
         other = clouds.cells.tags != own
         points = in_grasp_frame(T, clouds.cells.points[other])
         touched = in_swept_fingers(gripper, points, width, checks.finger_margin_m - 0.0005)
@@ -76,10 +69,6 @@ def test_free_candidates_touch_nothing_and_blocked_ones_name_what_they_touch(pla
         near = in_swept_fingers(gripper, points, width, 0.0055) | in_open_palm(gripper, points, width, 0.0055)
         assert named <= set(clouds.cells.tags[other][near | caught].tolist())
         assert own not in named
-
-
-def one(T, width):
-    return RawCandidates(T[None, :3, :3], T[None, :3, 3], np.array([width]))
 
 
 def from_above(x, y, z):
@@ -98,12 +87,9 @@ def block():
     return build_clouds(view.scene, view.volume, TABLE_Z, CONFIG.clouds)
 
 
-def check(clouds, hand, T, width, config=None):
-    raw = one(T, width)
-    cloud = clouds.objects[0]
-    return check_candidates(
-        raw.Rs, raw.tips, raw.widths_m, cloud.cells, 0, clouds.cells, hand, TABLE_Z, config or CheckConfig()
-    )
+def check(clouds, hand, T, width):
+    raw = RawCandidates(T[None, :3, :3].copy(), T[None, :3, 3].copy(), np.array([width]))
+    return check_candidates(raw, clouds.objects[0], clouds.cells, hand, TABLE_Z, CheckConfig())
 
 
 def test_faults_have_their_causes(block, hand):
@@ -120,7 +106,7 @@ def test_a_neighbour_in_the_fingers_way_blocks_and_is_named(block, hand):
     assert found.blockers[0] == 1 << 1
     assert found.foreign[0, FINGERS] > 0
     assert found.foreign[0, PALM] == found.foreign[0, BETWEEN] == 0
-    assert found.blocked(CheckConfig())[0]
+    assert found.blocked[0]
 
 
 def test_a_neighbour_between_the_pads_blocks_and_is_named(hand):
@@ -132,4 +118,4 @@ def test_a_neighbour_between_the_pads_blocks_and_is_named(hand):
     assert found.fault[0] == Fault.NONE
     assert found.foreign[0, BETWEEN] > 3
     assert found.blockers[0] == 2
-    assert found.blocked(CheckConfig())[0]
+    assert found.blocked[0]

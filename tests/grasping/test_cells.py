@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from torc.geometry.transforms import rotation_from_rpy
 from torc.grasping.cells import gather, group, thin_out
 
 
@@ -45,10 +45,10 @@ def test_grouping_keeps_every_point_with_its_tag_and_bounds_each_cell(rng):
 @pytest.mark.parametrize("n", [0, 1, 800])
 def test_gather_finds_exactly_the_points_in_the_box(rng, n):
     cells = group(rng.uniform(-0.2, 0.2, (n, 3)), np.zeros(n, dtype=np.int64), 0.04)
-    R, tip = rotation_from_rpy((0.3, -0.8, 2.0)), np.array([0.03, -0.02, 0.05])
+    R, tip = Rotation.from_euler("xyz", (0.3, -0.8, 2.0)).as_matrix(), np.array([0.03, -0.02, 0.05])
     box = np.array([[-0.05, -0.02, -0.12], [0.05, 0.04, 0.01]])
     local, index = np.empty((n, 3)), np.empty(n, dtype=np.int64)
-    count = gather(R, tip, box, cells.points, cells.starts, cells.centers, cells.radii, local, index)
+    count = gather(R, tip, box, cells, local, index)
     expected = (cells.points - tip) @ R
     inside = np.all((expected >= box[0]) & (expected <= box[1]), axis=1)
     assert sorted(index[:count]) == np.flatnonzero(inside).tolist()

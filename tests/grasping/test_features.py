@@ -133,7 +133,7 @@ def test_pose(cases, gripper):
 
 
 def test_unknown_space(cases, hand):
-    opening, pad_y, pad_z, half_y, thickness, length = hand.sizes
+    opening, pad_y, pad_z, half_y, thickness, length = hand[:6]
     outer = opening / 2 + thickness
     for c in cases[:40]:
         steps = [max(1, int(np.ceil(d / 0.01))) for d in (outer - c.width / 2, 2 * half_y, length)]

@@ -7,12 +7,11 @@ import pytest
 from grasping_scenes import TABLE_Z, standing_box
 
 from torc.geometry.transforms import invert, transform_points
-from torc.grasping.check_result import Fault
-from torc.grasping.checks import check_candidates
+from torc.grasping.checks import Fault, check_candidates
 from torc.grasping.clouds import build_clouds
 from torc.grasping.config import CandidateConfig, CheckConfig, CloudConfig
-from torc.grasping.generators import GeneratorInput, propose_slices
-from torc.grasping.hand import FINGER_X, FINGER_Y, FINGER_Z, OPEN, reach_at
+from torc.grasping.generators import GeneratorInput, RawCandidates, propose_slices
+from torc.grasping.hand import reach_at
 from torc.testing.views import view_of
 
 SIZE = (0.075, 0.06, 0.10)
@@ -59,10 +58,10 @@ def test_no_finger_comes_where_something_was_felt(front, planner, hand):
         n = 0
         for T, width in zip(found.Ts_world_tcp, found.widths_m):
             p = transform_points(invert(T), touched.astype(float))
-            x, y = np.abs(p[:, 0]) - hand.sizes[OPEN] / 2, np.abs(p[:, 1])
-            inner = (x > 0) & (x < hand.sizes[FINGER_X]) & (y < hand.sizes[FINGER_Y])
+            x, y = np.abs(p[:, 0]) - hand.max_width_m / 2, np.abs(p[:, 1])
+            inner = (x > 0) & (x < hand.finger_x) & (y < hand.finger_y)
             end = -reach_at(hand.reach_m, width)
-            n += np.any(inner & (p[:, 2] < end) & (p[:, 2] > end - hand.sizes[FINGER_Z]))
+            n += np.any(inner & (p[:, 2] < end) & (p[:, 2] > end - hand.finger_z))
         return n, len(found)
 
     before, after = hits(front.scene), hits(felt(front, touched))
@@ -75,12 +74,13 @@ def test_a_grasp_with_a_finger_there_is_at_fault(front, hand):
     closing, approach = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, -1.0])
     R = np.stack([closing, np.cross(approach, closing), approach], axis=1)
     tip, width = np.array([CENTER_X - SIZE[0] / 2 + 0.03, 0.0, TOP - 0.03]), 0.06
-    finger = tip[0] + hand.sizes[OPEN] / 2 + 0.006
+    finger = tip[0] + hand.max_width_m / 2 + 0.006
 
     def fault(scene):
         clouds = build_clouds(scene, front.volume, TABLE_Z, CloudConfig())
-        own, raw = clouds.objects[0].cells, (R[None], tip[None], np.array([width]))
-        return check_candidates(*raw, own, 0, clouds.cells, hand, TABLE_Z, CheckConfig()).fault[0]
+        raw = RawCandidates(R[None], tip[None], np.array([width]))
+        found = check_candidates(raw, clouds.objects[0], clouds.cells, hand, TABLE_Z, CheckConfig())
+        return found.fault[0]
 
     assert fault(front.scene) == Fault.NONE
     assert fault(felt(front, patch(finger))) == Fault.OWN_IN_FINGERS

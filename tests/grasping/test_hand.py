@@ -1,20 +1,21 @@
-"""The kernel form of a gripper against its description."""
+"""The kernel form of a gripper, and the points inside it, against its boxes from the description."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hand_reference import tip_shift
+from hand_reference import in_open_palm, in_swept_fingers, tip_shift
 
 from torc.errors import InputError
-from torc.grasping.hand import FINGER_Z, OPEN, PAD_Y, PAD_Z, hand_geometry, reach_at
+from torc.grasping.hand import hand_geometry, reach_at
+from torc.grasping.hand_volume import hand_bounds, in_fingers, in_palm
 
 
 def test_sizes_are_those_of_the_description(gripper, hand):
-    assert hand.sizes[OPEN] == gripper.max_width_m
-    assert hand.sizes[PAD_Y] == pytest.approx(gripper.pad_width_m / 2)
-    assert hand.sizes[PAD_Z] == pytest.approx(gripper.pad_height_m)
-    assert hand.sizes[FINGER_Z] >= hand.sizes[PAD_Z] - 1e-9
+    assert hand.max_width_m == gripper.max_width_m
+    assert hand.pad_y == pytest.approx(gripper.pad_width_m / 2)
+    assert hand.pad_z == pytest.approx(gripper.pad_height_m)
+    assert hand.finger_z >= hand.pad_z - 1e-9
 
 
 @pytest.mark.parametrize("width", [0.0, 0.0137, 0.04, 0.0791, 0.085])
@@ -26,14 +27,10 @@ def test_reach_is_the_fingertips_lead_over_the_open_gripper(gripper, hand, width
 
 def test_links_that_lean_outwards_leave_the_space_between_the_fingers_free(gripper, hand):
     # A tall thing between the fingers: bounding boxes of the links would reject it.
-    inside = np.zeros(3)
-    inside[0], inside[2] = 0.030, -0.048
-    boxes = [(np.abs(inside - b[:3]) <= b[3:]).all() for b in hand.palm]
-    assert not any(boxes)
-    coarse = [
-        (np.abs(inside - b.center) <= b.half_size).all() for b in gripper.palm_boxes(gripper.max_width_m)
-    ]
-    assert any(coarse)
+    inside = np.array([0.030, 0.0, -0.048])
+    assert not any((np.abs(inside - b[:3]) <= b[3:]).all() for b in hand.palm)
+    coarse = gripper.palm_boxes(gripper.max_width_m)
+    assert any((np.abs(inside - b.center) <= b.half_size).all() for b in coarse)
 
 
 def test_a_gripper_without_a_finger_on_either_side_is_refused(gripper):
@@ -41,3 +38,35 @@ def test_a_gripper_without_a_finger_on_either_side_is_refused(gripper):
     table[:, 0, 0, 0] += 0.2
     with pytest.raises(InputError, match="one finger"):
         hand_geometry(replace(gripper, finger_boxes_table=table))
+
+
+@pytest.mark.parametrize("width", [0.002, 0.03, 0.07])
+def test_the_finger_sweep_is_that_of_the_boxes_moved_through_all_openings(gripper, hand, rng, width):
+    points = rng.uniform((-0.08, -0.02, -0.08), (0.08, 0.02, 0.01), (4000, 3))
+    shift = -reach_at(hand.reach_m, width)
+    found = np.array([in_fingers(*p, width, shift, 0.0, 0.0, 0.0, hand) for p in points])
+    expected = in_swept_fingers(gripper, points, width, -0.0003, steps=300)
+    # The kernel leaves nothing out, and adds at most what the arc's rear leaves free.
+    assert not np.any(expected & ~found & (points[:, 2] > shift - hand.finger_z))
+    assert np.mean(found & ~in_swept_fingers(gripper, points, width, 0.0015, steps=300)) < 0.05
+    assert expected.sum() > 100
+
+
+@pytest.mark.parametrize("width", [0.0, 0.05])
+def test_the_palm_lies_within_its_boxes_and_fills_most_of_them(gripper, hand, rng, width):
+    points = rng.uniform((-0.08, -0.04, -0.20), (0.08, 0.04, 0.01), (4000, 3))
+    shift = -reach_at(hand.reach_m, width)
+    found = np.array([in_palm(*p, shift, 0.0, hand) for p in points])
+    # The kernel takes the gripper as symmetric, and leaning links as slender.
+    assert not np.any(found & ~in_open_palm(gripper, points, width, 0.0015))
+    assert np.mean(found) > 0.6 * np.mean(in_open_palm(gripper, points, width))
+
+
+def test_the_bounds_hold_every_point_of_the_gripper(gripper, hand, rng):
+    low, high = hand_bounds(hand, 0.0)
+    points = rng.uniform(-0.25, 0.25, (20_000, 3))
+    inside = np.all((points >= low - 1e-9) & (points <= high + 1e-9), axis=1)
+    for width in (0.0, 0.04, gripper.max_width_m):
+        met = in_swept_fingers(gripper, points, width, -1e-6) | in_open_palm(gripper, points, width, -1e-6)
+        assert np.count_nonzero(met) > 20
+        assert not np.any(met & ~inside)

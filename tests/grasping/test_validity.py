@@ -10,7 +10,7 @@ from torc.collision.checks import blockers
 from torc.collision.world import SURFACE, build_collision_world
 from torc.errors import InputError
 from torc.grasping.hand_contacts import hand_contacts, open_boxes, voxel_blockers
-from torc.grasping.planner import GENERATOR_NAMES, empty_grasps
+from torc.grasping.planner import GENERATOR_NAMES, NO_GRASPS
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot, tool0_targets
 from torc.records import GraspSet, GraspStatus
 from torc.robots.kinematics import tool0_poses
@@ -219,8 +219,8 @@ def test_voxel_blockers_are_the_hand_contacts_without_padding(planner, hand, pil
 
 def test_nothing_to_evaluate(robot, gripper, pile):
     for r in (
-        evaluate_grasps(empty_grasps(), pile.scene, pile.world, robot),
-        evaluate_grasps_without_robot(empty_grasps(), pile.scene, pile.world, gripper),
+        evaluate_grasps(NO_GRASPS, pile.scene, pile.world, robot),
+        evaluate_grasps_without_robot(NO_GRASPS, pile.scene, pile.world, gripper),
     ):
         assert len(r.status) == 0
         assert not r.blocking.any()

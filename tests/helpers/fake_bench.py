@@ -2,7 +2,6 @@
 
 python -m tests.helpers.fake_bench DIR     # plays 24 of them with two processes, going on where it was
 ... DIR --ray ADDRESS                     # the same on a Ray cluster
-... DIR --misbehaving                     # planners that crash, hang, eat memory and raise, besides one that does not
 """
 
 import ctypes
@@ -40,11 +39,7 @@ _FAR_TOO_MUCH = 2**45
 
 
 class InlineBackend:
-    """Carries out tasks in this process, one after another, as if it were a new one; some fail as told.
-
-    Args:
-        failures: by task key.
-    """
+    """Carries out tasks in this process, one after another, as if it were a new one; some fail, by task key."""
 
     def __init__(self, failures: Mapping[str, Failure] | None = None) -> None:
         self.failures = failures or {}
@@ -119,34 +114,16 @@ def fake_trial(trial_id: str, max_picks: int = 15) -> tuple[dict[str, Any], list
     events: list[dict[str, Any]] = []
     for i, outcome in enumerate(outcomes):
         dropped = [7] if rng.random() < 0.1 else []
-        held = outcome != "missed"
+        held, picked = outcome != "missed", 0 if i == picks - 1 else i + 1
+        looked = {"target_visible": picked == 0, "objects": [], "graspable": []}
+        decided = {"object_id": picked, "reason": "", "seconds": float(rng.lognormal(-4, 1))}
+        executed = {"result": outcome, "object_id": picked, "held_after_lift": held, "dropped": dropped}
+        detail = "" if held else "nothing between the fingers"
         events += [
-            {
-                "event": "looked",
-                "pick": i,
-                "target_visible": i == picks - 1,
-                "objects": [],
-                "graspable": [],
-                "seconds": {"perceive": 0.1, "grasps": 0.2},
-            },
-            {
-                "event": "decided",
-                "pick": i,
-                "object_id": 0 if i == picks - 1 else i + 1,
-                "reason": "",
-                "seconds": float(rng.lognormal(-4, 1)),
-            },
+            {"event": "looked", "pick": i, **looked, "seconds": {"perceive": 0.1, "grasps": 0.2}},
+            {"event": "decided", "pick": i, **decided},
             {"event": "planned", "pick": i, "seconds": 0.1},
-            {
-                "event": "executed",
-                "pick": i,
-                "result": outcome,
-                "object_id": 0 if i == picks - 1 else i + 1,
-                "held_after_lift": held,
-                "dropped": dropped,
-                "detail": "" if held else "nothing between the fingers",
-                "duration_s": 7.0,
-            },
+            {"event": "executed", "pick": i, **executed, "detail": detail, "duration_s": 7.0},
         ]
     drops = sum(len(e["dropped"]) for e in events if e["event"] == "executed")
     result = {
@@ -179,9 +156,7 @@ def _own_node() -> str:
 
 def main(arguments: list[str]) -> None:
     """Play a fake benchmark in a directory, on this machine or a Ray cluster."""
-    store, misbehaving = Store(Path(arguments[0])), "--misbehaving" in arguments
-    spec = fake_spec(("random", *MISBEHAVING), 2, 1) if misbehaving else fake_spec()
-    limits = PoolConfig(2, 60.0, 4 * 2**30) if misbehaving else PoolConfig(2, memory_bytes=None)
+    store, spec, limits = Store(Path(arguments[0])), fake_spec(), PoolConfig(2, memory_bytes=None)
     with store.locked(), ExitStack() as stack:
         store.extend(spec, {})
         backend: Backend = LocalPool(limits)

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from torc.episode.loop import Episode
 from torc.episode.steps import EpisodeConfig, PickParts, Steps
-from torc.episode.stepwise import Episode
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.motion.protocol import PickRequest
 from torc.perception.privileged import LabelPerception
@@ -26,17 +26,11 @@ from torc.records import (
 )
 from torc.robots.description import RobotDescription
 from torc.testing.synthetic import Shape, synthetic_observation
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 
 class FakeRobot:
-    """Sees ray-cast shapes; a pick makes the shape vanish. Results can be scripted by pick.
-
-    Args:
-        description: of the robot that it stands for.
-        shapes: the objects; ids as in the label image.
-        results: result per executed pick; SUCCESS (retrieved or removed) where the list ends.
-    """
+    """Sees ray-cast shapes; a pick makes the shape vanish. `results` are those of the first picks; then all succeed."""
 
     def __init__(
         self, description: RobotDescription, shapes: Sequence[Shape], results: Sequence[PickOutcome] = ()
@@ -97,10 +91,7 @@ class ScriptedPlanner:
 class FakePlayground:
     """Begins episodes on a table of analytic shapes, whatever the problem; see `torc.gym_env.playground`.
 
-    Args:
-        description: of the robot.
-        shapes: what stands on the table.
-        results: per episode the results of its executed picks; success where a list ends, or where there is none.
+    `results` are those of the executed picks per episode; success where a list ends, or where there is none.
     """
 
     def __init__(
@@ -116,7 +107,7 @@ class FakePlayground:
         """The table as it was at first."""
         results = self.results[len(self.begun)] if len(self.begun) < len(self.results) else ()
         self.begun.append((problem, config))
-        workspace, gripper = Workspace(), self.description.gripper
+        workspace, gripper = load_workspace(), self.description.gripper
         grasps = GeometricGraspPlanner(gripper, workspace.support_z_m)
         pipeline = Pipeline(LabelPerception(), grasps, gripper, workspace)
         robot = FakeRobot(self.description, self.shapes, results)

@@ -19,7 +19,7 @@ from torc.specs.files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.testing.synthetic import Shape, SyntheticBox
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 SHAPES: tuple[Shape, ...] = (
     SyntheticBox(0, (0.66, -0.12, 1.08), (0.05, 0.05, 0.06)),
@@ -39,15 +39,9 @@ def play_fake_trial(
 ) -> Trial:
     """Play a trial as `run_trial` does, with fakes for robot and motions.
 
-    Args:
-        spec: what is written down; its problem is not looked at.
-        out: the trial's directory.
-        planner: who decides.
-        listeners: called with every event.
-        shapes: what stands on the table.
-        results: what comes of the executed picks; success where the list ends.
+    The problem of `spec` is not looked at: `shapes` stand on the table. Picks beyond `results` succeed.
     """
-    robot, workspace = load_robot(), Workspace()
+    robot, workspace = load_robot(), load_workspace()
     grasps = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
     pipeline = Pipeline(LabelPerception(), grasps, robot.gripper, workspace)
     picking = PickParts(FakeRobot(robot, shapes, results), pipeline, FakeMotionPlanner())

@@ -18,7 +18,6 @@ Solid = tuple[np.ndarray, np.ndarray]
 """Vertices (n, 3) in metres and triangles (m, 3), counter-clockwise seen from outside."""
 
 _CAMERAS_PER_ANNOTATION = 4
-_MASK_PX = (64, 36)
 
 
 @dataclass(frozen=True)
@@ -84,17 +83,13 @@ def write_tree(
     scenes: Mapping[int, Sequence[TreeObject]],
     models: Sequence[str] = ("models_obj_m",),
     images: int = 20,
-    masks: bool = False,
     named_rightly: bool = False,
 ) -> None:
-    """Writes scenes, meshes and lists.
+    """Writes scenes (the objects of each by its number, in the order of the annotation), meshes and lists.
 
     Args:
-        root: an empty or missing directory.
-        scenes: the objects of each scene, by its number, in the order of the annotation.
         models: folders of meshes: models_obj_m, models_m, models_obj, models, models_obj_eval, models_eval.
         images: pictures per scene; the data set has 52.
-        masks: also write the mask pictures of the objects, all of them non-empty.
         named_rightly: write the camera poses world-to-camera, as their name says and the data set does not.
     """
     for scene, objects in scenes.items():
@@ -103,8 +98,6 @@ def write_tree(
         cameras, truth = _annotations(objects, images, named_rightly)
         write_json(directory / "scene_camera.json", cameras)
         write_json(directory / "scene_gt.json", truth)
-        if masks:
-            _write_masks(directory, len(objects), images)
     for folder in models:
         _write_models(root / folder, sorted({o.object_id for objects in scenes.values() for o in objects}))
     split = root / "split_info"
@@ -139,25 +132,12 @@ def _annotations(
             "cam_R_w2c": written[:3, :3].ravel().tolist(),
             "cam_t_w2c": (1000 * written[:3, 3]).tolist(),
         }
-        poses = [invert(T_table_camera) @ o.T_table_mesh for o in objects]
-        truth[str(image)] = [
-            {
-                "cam_R_m2c": T[:3, :3].ravel().tolist(),
-                "cam_t_m2c": (1000 * T[:3, 3]).tolist(),
-                "obj_id": o.object_id,
-            }
-            for o, T in zip(objects, poses)
-        ]
+        truth[str(image)] = []
+        for o in objects:
+            T = invert(T_table_camera) @ o.T_table_mesh
+            pose = {"cam_R_m2c": T[:3, :3].ravel().tolist(), "cam_t_m2c": (1000 * T[:3, 3]).tolist()}
+            truth[str(image)].append({**pose, "obj_id": o.object_id})
     return cameras, truth
-
-
-def _write_masks(directory: Path, objects: int, images: int) -> None:
-    (directory / "mask").mkdir()
-    pixels = np.zeros((_MASK_PX[1], _MASK_PX[0]), np.uint8)
-    pixels[10:20, 10:20] = 255
-    for image in range(1, images + 1):
-        for index in range(objects):
-            Image.fromarray(pixels).save(directory / "mask" / f"{image:06d}_{index:06d}.png")
 
 
 def _write_models(folder: Path, object_ids: Sequence[int]) -> None:

@@ -5,10 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from torc.errors import InputError
-from torc.objects.files import ObjectSource
 from torc.objects.importing import MeshImport, MeshOptions
 from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh
-from torc.objects.schema import MAX_SIZE_M, MIN_SIZE_M
+from torc.objects.schema import MAX_SIZE_M, MIN_SIZE_M, ObjectSource
 
 
 def read_plain_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImport:
@@ -33,7 +32,7 @@ def read_plain_mesh(path: Path | str, options: MeshOptions | None = None) -> Mes
         visuals=(VisualMesh(vertices + shift, faces, rgba=(0.7, 0.3, 0.2, 1.0)),),
         size_m=(x, y, z),
     )
-    return MeshImport(model, ObjectSource(path.name, "", options.scale, (dx, dy, dz)), ())
+    return MeshImport(model, ObjectSource(file=path.name, scale=options.scale, position=(dx, dy, dz)), ())
 
 
 def _read_obj(text: str) -> tuple[np.ndarray, np.ndarray]:

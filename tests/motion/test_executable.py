@@ -7,10 +7,9 @@ import pytest
 
 from torc.motion.config import CartesianConfig, MotionConfig
 from torc.motion.executable import without_lines
-from torc.motion.failure import NoMotionError
 from torc.motion.line_context import LineContext
 from torc.motion.planner import SamplingMotionPlanner
-from torc.motion.protocol import PickRequest
+from torc.motion.protocol import NoMotionError, PickRequest
 from torc.records import GraspStatus
 
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.motion.extent import possible_points, unseen_below
+from torc.motion.holding import possible_points, unseen_below
 from torc.records.volume import OcclusionVolume, VoxelGrid
 from torc.testing.synthetic import SyntheticBox
 from torc.testing.views import view_of, view_of_clutter
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
-TABLE = Workspace().support_z_m
-CAMERA = Workspace().camera.T_world_camera[:3, 3]
+TABLE = load_workspace().support_z_m
+CAMERA = load_workspace().camera.T_world_camera[:3, 3]
 
 
 def standing(object_id: int, x: float, y: float, size: tuple[float, float, float]) -> SyntheticBox:

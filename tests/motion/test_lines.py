@@ -3,8 +3,11 @@
 import numpy as np
 
 from torc.collision.checks import robot_arrays
-from torc.motion.following import follow_line, line_poses
+from torc.motion.config import CartesianConfig
+from torc.motion.following import follow_lines
 from torc.robots.kinematics import tool0_poses
+
+CONFIG = CartesianConfig(limit_margin_rad=0.0, max_joint_step_rad=0.15)
 
 
 def _starts(robot, n=60):
@@ -18,13 +21,16 @@ def test_what_is_followed_is_on_the_line_within_limits_and_without_jumps(robot):
     arm, arrays = robot.arm, robot_arrays(robot)
     reached = 0
     for q, T in zip(*_starts(robot)):
-        poses = line_poses(T, np.array([0.0, 0.6, 0.8]), 0.12, 0.005)
-        paths, counts = follow_line(arrays, q[None], poses, arm.lower, arm.upper, 0.15)
+        direction = np.array([0.0, 0.6, 0.8])
+        paths, counts = follow_lines(arm, arrays, q[None], T[None], direction[None], 0.12, CONFIG)
         n = int(counts[0])
-        reached += n == len(poses)
+        assert paths.shape[1] == 24
+        reached += n == 24
         if n:
             path = np.vstack([q, paths[0, :n]])
-            np.testing.assert_allclose(tool0_poses(arm, path[1:]), poses[:n], atol=2e-5)
+            poses = np.tile(T, (n, 1, 1))
+            poses[:, :3, 3] += np.outer(0.005 * np.arange(1, n + 1), direction)
+            np.testing.assert_allclose(tool0_poses(arm, path[1:]), poses, atol=2e-5)
             assert np.all((path[1:] >= arm.lower) & (path[1:] <= arm.upper))
             assert np.abs(np.diff(path, axis=0)).max() <= 0.15
         assert np.all(np.isnan(paths[0, n:]))
@@ -32,8 +38,12 @@ def test_what_is_followed_is_on_the_line_within_limits_and_without_jumps(robot):
 
 
 def test_lines_end_where_they_should(robot):
-    _, T = _starts(robot, 1)
-    poses = line_poses(T[0], np.array([0.0, 0.0, 1.0]), 0.101, 0.005)
-    np.testing.assert_allclose(poses[-1][:3, 3] - T[0, :3, 3], [0, 0, 0.101], atol=1e-12)
-    assert np.linalg.norm(poses[0, :3, 3] - T[0, :3, 3]) <= 0.005
-    np.testing.assert_array_equal(poses[:, :3, :3], np.broadcast_to(T[0, :3, :3], (len(poses), 3, 3)))
+    arm, arrays = robot.arm, robot_arrays(robot)
+    up = np.array([[0.0, 0.0, 1.0]])
+    T = tool0_poses(arm, arm.rest_qpos[None])
+    paths, counts = follow_lines(arm, arrays, arm.rest_qpos[None], T, up, 0.101, CONFIG)
+    assert counts[0] == 21
+    end = tool0_poses(arm, paths[0, -1:])[0]
+    np.testing.assert_allclose(end[:3, 3] - T[0, :3, 3], [0, 0, 0.101], atol=2e-5)
+    first, _ = follow_lines(arm, arrays, arm.rest_qpos[None], T, up, 0.101, CONFIG, waypoints=3)
+    np.testing.assert_array_equal(first, paths[:, :3])

@@ -7,9 +7,8 @@ import pytest
 
 from torc.collision.checks import robot_arrays
 from torc.motion.config import MotionConfig, SearchConfig
-from torc.motion.queries import MotionQuery
 from torc.motion.smoothing import corner_blends, shortcut
-from torc.motion.space import free_space
+from torc.motion.space import MotionQuery, free_space
 from torc.motion.timed_motions import free_path, timed_motion
 from torc.motion.tree_search import tree_search
 from torc.records import PlanStage

@@ -4,11 +4,9 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from torc.errors import InputError, UnknownNameError
-from torc.generation.sampling import sample_models
 from torc.objects.files import save_object
 from torc.objects.library import (
     builtin_object_names,
@@ -85,39 +83,11 @@ def test_no_name_leads_out_of_the_store(object_store: Path, name: str) -> None:
         load_object(name)
 
 
-def test_other_things_in_the_store_are_passed_over(object_store: Path) -> None:
-    save_object(_own("thing"), object_store / "thing")
-    (object_store / "empty").mkdir()
-    (object_store / "a file").write_text("")
-    (object_store / ".import-x").mkdir()
-    assert list(stored_objects()) == ["thing"]
-
-
 def test_a_damaged_object_says_what_is_wrong(object_store: Path) -> None:
     save_object(_own("thing"), object_store / "thing")
     (object_store / "thing" / "geometry.npz").unlink()
     with pytest.raises(InputError, match=r"geometry.npz is missing"):
         load_object("thing")
-
-
-def test_samples_stay_the_same_whatever_is_stored(object_store: Path) -> None:
-    before = sample_models(20, np.random.default_rng(1))
-    save_object(_own("thing"), object_store / "thing")
-    assert sample_models(20, np.random.default_rng(1)) == before
-
-
-def test_samples_from_chosen_models(object_store: Path) -> None:
-    save_object(_own("thing"), object_store / "thing")
-    rng = np.random.default_rng(0)
-    names = ["thing", "mug_red", "mug_black"]
-    assert set(sample_models(4, rng, models=names)) == set(names)
-    first_two = sample_models(2, rng, models=names)
-    assert "thing" in first_two  # kinds as different as possible
-    assert sample_models(2, rng, held_out=True, models=["die_red", "thing"]) == ["thing", "thing"]
-    with pytest.raises(InputError, match="no object models"):
-        sample_models(1, rng, models=[])
-    with pytest.raises(UnknownNameError):
-        sample_models(1, rng, models=["nothing"])
 
 
 def test_problems_name_stored_objects(

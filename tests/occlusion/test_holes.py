@@ -14,13 +14,13 @@ from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception
 from torc.records import BACKGROUND, EMPTY
 from torc.testing.synthetic import SyntheticBox, inside, random_clutter, synthetic_observation
-from torc.workspace.description import CameraMount, Workspace
+from torc.workspace.files import load_workspace
 
-GRID = Workspace().grid
-SUPPORT_Z_M = Workspace().support_z_m
+GRID = load_workspace().grid
+SUPPORT_Z_M = load_workspace().support_z_m
 OPEN = OcclusionConfig(hole_rad=0.0)
 BOX = SyntheticBox(1, (0.6, 0.0, SUPPORT_Z_M + 0.08), (0.08, 0.16, 0.16))
-FOCAL_PX = float(CameraMount().K[0, 0])
+FOCAL_PX = float(load_workspace().camera.K[0, 0])
 HOLE_RAD = OcclusionConfig().hole_rad
 
 
@@ -36,7 +36,7 @@ def free(volume):
 
 def pixels_of_voxels():
     """Row and column that each voxel's centre projects to."""
-    mount = CameraMount()
+    mount = load_workspace().camera
     u, v, _ = project(GRID.centers().reshape(-1, 3), mount.K, mount.T_world_camera)
     row, col = np.round(v).astype(int).clip(0, 479), np.round(u).astype(int).clip(0, 639)
     return row.reshape(GRID.shape), col.reshape(GRID.shape)

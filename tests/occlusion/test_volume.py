@@ -24,10 +24,10 @@ from torc.testing.synthetic import (
     random_clutter,
     synthetic_observation,
 )
-from torc.workspace.description import CameraMount, Workspace
+from torc.workspace.files import load_workspace
 
-GRID = Workspace().grid
-SUPPORT_Z_M = Workspace().support_z_m
+GRID = load_workspace().grid
+SUPPORT_Z_M = load_workspace().support_z_m
 BOX = SyntheticBox(1, (0.6, 0.0, SUPPORT_Z_M + 0.08), (0.08, 0.16, 0.16))
 
 
@@ -40,7 +40,7 @@ def look(shapes, volume=None, config=None):
 
 
 def in_view(grid=GRID):
-    mount = CameraMount()
+    mount = load_workspace().camera
     u, v, z = project(grid.centers().reshape(-1, 3), mount.K, mount.T_world_camera)
     ok = (z > 0) & (u > -0.5) & (v > -0.5) & (u < mount.width - 0.5) & (v < mount.height - 0.5)
     return ok.reshape(grid.shape)
@@ -56,7 +56,7 @@ def has_bit(volume, object_id):
 
 def behind_box(box, points):
     """Independent: whether the segment from the eye to a point meets an axis-aligned box (slabs)."""
-    eye = CameraMount().T_world_camera[:3, 3]
+    eye = load_workspace().camera.T_world_camera[:3, 3]
     low, high = np.array(box.center) - np.array(box.size) / 2, np.array(box.center) + np.array(box.size) / 2
     with np.errstate(divide="ignore"):
         a, b = (low - eye) / (points - eye), (high - eye) / (points - eye)
@@ -86,13 +86,6 @@ def test_an_empty_table_hides_nothing_and_is_no_surface(voxel_size_m):
     assert np.all(volume.seen[in_view(grid)])
     assert np.all(volume.surface_label == EMPTY)
     assert not volume.hidden_by.any()
-
-
-def test_an_empty_table_seen_with_noise_hides_almost_nothing(rng):
-    noisy = add_sensor_noise(synthetic_observation([]), NoiseConfig(0.002, grain_px=2), rng)
-    volume = update_volume(empty_volume(GRID), LabelPerception().perceive(noisy))
-    assert np.mean(unknown(volume)[in_view()]) < 1e-3
-    assert np.all(volume.surface_label == EMPTY)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -137,15 +130,6 @@ def test_the_options_equal_the_definition_too(flag, reference_update):
     assert fast.seen.sum() > plain.seen.sum()
 
 
-def test_inputs_stay_as_they_are():
-    before = look([BOX])
-    copies = before.seen.copy(), before.hidden_by.copy(), before.surface_label.copy()
-    look([replace(BOX, center=(0.6, 0.2, 1.15))], before)
-    assert np.array_equal(before.seen, copies[0])
-    assert np.array_equal(before.hidden_by, copies[1])
-    assert np.array_equal(before.surface_label, copies[2])
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_unknown_never_grows_while_objects_are_only_taken_away(seed):
     rng = np.random.default_rng(seed)
@@ -167,18 +151,6 @@ def test_noise_alone_never_makes_the_seen_unknown_again(rng):
         after = update_volume(volume, LabelPerception().perceive(noisy))
         assert np.count_nonzero(unknown(after) & volume.seen) == 0
         volume = after
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_every_bit_is_a_visible_object_and_only_the_unknown_is_hidden(seed):
-    shapes = random_clutter(np.random.default_rng(seed), 25)
-    scene = perceive(shapes)
-    volume = update_volume(empty_volume(GRID), scene)
-    every = np.bitwise_or.reduce(volume.hidden_by.ravel())
-    assert every == sum(1 << i for i in scene.ids if has_bit(volume, i).any())
-    assert int(every) & ~sum(1 << i for i in scene.ids) == 0
-    assert not np.any(volume.hidden_by[volume.seen])
-    assert set(np.unique(volume.surface_label)) <= {EMPTY, BACKGROUND, *scene.ids}
 
 
 def test_the_shadow_of_a_box_has_its_analytic_volume():
@@ -247,7 +219,7 @@ def test_an_object_that_moved_into_seen_space_is_unknown_inside():
     assert np.all(before.seen[deep & in_view()])
     assert np.all(has_bit(after, 1)[deep])
     # Farther behind it than an object reaches, what was seen stays seen; its old place is free.
-    eye = CameraMount().T_world_camera[:3, 3]
+    eye = load_workspace().camera.T_world_camera[:3, 3]
     far = np.linalg.norm(GRID.centers() - eye, axis=-1) > np.linalg.norm(np.array(moved.center) - eye) + 0.25
     assert not np.any(unknown(after)[far & before.seen])
     assert np.all(after.seen[inside(BOX, GRID.centers()) & in_view()])
@@ -276,41 +248,6 @@ def test_a_few_points_astray_are_no_disturbance(side_px, disturbs):
     assert again < 100
 
 
-def test_robot_pixels_hide_without_a_bit():
-    view = synthetic_observation([BOX])
-    label = np.where(view.label_image == 1, np.int16(ROBOT), view.label_image)
-    volume = update_volume(empty_volume(GRID), LabelPerception().perceive(replace(view, label_image=label)))
-    assert not volume.hidden_by.any()
-    assert np.mean(unknown(volume)[behind_box(BOX, GRID.centers()) & in_view()]) > 0.98
-    assert not np.any(volume.surface_label == ROBOT)
-
-
-def test_where_there_is_no_reading_the_unknown_stays():
-    view = synthetic_observation([BOX])
-    rows, _ = np.nonzero(view.label_image == 1)
-    depth = view.depth_m.copy()
-    depth[rows.min() : rows.min() + 30] = 0
-    scene = LabelPerception().perceive(replace(view, depth_m=depth))
-    volume = update_volume(empty_volume(GRID), scene)
-    mount = CameraMount()
-    u, v, _ = project(GRID.centers().reshape(-1, 3), mount.K, mount.T_world_camera)
-    row, col = np.round(v).astype(int).reshape(GRID.shape), np.round(u).astype(int).reshape(GRID.shape)
-    hole = in_view() & (row >= rows.min() + 1) & (row < rows.min() + 29)
-    hole &= volume.surface_label == EMPTY
-    assert np.all(unknown(volume)[hole])
-    label = scene.label_image[np.clip(row, 0, 479), np.clip(col, 0, 639)]
-    assert np.all(has_bit(volume, 1)[hole & (label == 1)])
-    assert not np.any(volume.hidden_by[hole & (label == BACKGROUND)])
-
-
-def test_far_readings_are_free_space():
-    view = synthetic_observation([])
-    assert view.depth_m.max() > 4
-    far = replace(view, depth_m=np.full_like(view.depth_m, 20.0))
-    volume = update_volume(empty_volume(GRID), LabelPerception().perceive(far))
-    assert np.all(volume.seen[in_view()])
-
-
 def test_most_points_win_a_voxel_and_objects_win_over_the_background():
     scene = perceive([BOX])
     o = scene.objects[0]
@@ -328,19 +265,6 @@ def test_most_points_win_a_voxel_and_objects_win_over_the_background():
     assert label[tuple(GRID.index_of(table[0]))] == EMPTY
     assert label[tuple(GRID.index_of(table[1]))] == BACKGROUND
     assert np.count_nonzero(label != EMPTY) == 2
-
-
-def test_surface_labels_hold_the_points_of_this_snapshot():
-    shapes = random_clutter(np.random.default_rng(2), 12)
-    scene = perceive(shapes)
-    volume = update_volume(look([BOX]), scene)
-    for o in scene.objects:
-        index = GRID.index_of(o.points.astype(float))
-        index = index[GRID.contains(index)]
-        labels = volume.surface_label[tuple(index.T)]
-        assert np.all(labels >= 0)
-        assert np.mean(labels == o.id) > 0.9
-        assert np.all(volume.seen[tuple(index.T)])
 
 
 def test_smoothing_takes_away_what_single_bad_readings_hide_and_keeps_the_shadows(rng):

@@ -19,7 +19,7 @@ from torc.testing.synthetic import (
     raycast,
     synthetic_observation,
 )
-from torc.workspace.description import CameraMount, Workspace
+from torc.workspace.files import load_workspace
 
 BOX = SyntheticBox(1, (0.6, 0.0, 1.11), (0.1, 0.12, 0.12), (0.95, 0.0, 0.0, 0.31))
 CAN = SyntheticCylinder(2, (0.6, 0.2, 1.11), 0.035, 0.12)
@@ -171,14 +171,14 @@ def test_background_is_the_table_without_the_robot():
     view = synthetic_observation([CAN])
     label = view.label_image.copy()
     label[:, 320:] = np.where(label[:, 320:] == BACKGROUND, np.int16(ROBOT), label[:, 320:])
-    mount = CameraMount()
+    mount = load_workspace().camera
     scene = perceive(replace(view, label_image=label))
     cols, _, _ = project(scene.background_points.astype(float), mount.K, mount.T_world_camera)
     assert cols.max() < 320
     x, y, z = scene.background_points.T
     on_table = (x > 0.45) & (x < 1.05) & (np.abs(y) < 0.3) & (z > 0.95)  # not the floor before the table
     assert on_table.sum() > 1000
-    assert np.allclose(z[on_table], Workspace().support_z_m, atol=1e-4)
+    assert np.allclose(z[on_table], load_workspace().support_z_m, atol=1e-4)
 
 
 def test_what_touches_an_object_does_not_bend_its_normals(rng):

@@ -13,7 +13,7 @@ from torc.pipeline.look import Pipeline
 from torc.records import BACKGROUND, ROBOT, TARGET_ID
 from torc.task_planning.relations import find_relations
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 SHAPES = (
     SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20)),
@@ -25,7 +25,7 @@ SLIVER = (slice(200, 202), slice(300, 306))
 
 @pytest.fixture
 def pipeline(robot):
-    workspace = Workspace()
+    workspace = load_workspace()
     return Pipeline(
         LabelPerception(),
         GeometricGraspPlanner(robot.gripper, workspace.support_z_m),

@@ -18,7 +18,6 @@ from torc.problems.problem import (
     save_problem,
 )
 from torc.problems.sets import problem_names, problem_sets
-from torc.records.camera import MAX_OBJECTS
 
 GOOD = """\
 format: torc-problem/1
@@ -94,12 +93,10 @@ def test_saving_and_loading_gives_back_the_same_problem(
         ("objects:", "objekts:", "objekts: is not a field"),
         ("[0.6,", "[.nan,", r"objects\[0\].position\[0\]: must be a finite number"),
         ("[0.6,", "[true,", r"objects\[0\].position\[0\]: must be a number, not true or false"),
-        ("[1, 0, 0, 0]", "[yes, 0, 0, 0]", r"objects\[0\].wxyz\[0\]: must be a number, not true or false"),
         ("[0.6,", "[6.0,", r"objects\[0\].position: .*not over the table"),
         ("-0.1, 1.1]\n  wxyz", "-0.1, 0.1]\n  wxyz", r"objects\[0\].position: .*not over the table"),
         ("[0.6, ", "[", r"objects\[0\].position\[2\]: is missing"),
         ("[1, 0, 0, 0]", "[0, 0, 0, 0]", r"objects\[0\].wxyz: a rotation must not be zero"),
-        ("[1, 0, 0, 0]", "[1, .inf, 0, 0]", r"objects\[0\].wxyz\[1\]: must be a finite number"),
         ("name: demo", "name: ../demo", "name: must be 1 to 64 letters"),
         ("name: can", "name: 12", r"objects\[0\].name: must be text; put it in quotes"),
         ("structured", "tidy", "category: Input should be 'structured' or 'unstructured'"),
@@ -107,18 +104,8 @@ def test_saving_and_loading_gives_back_the_same_problem(
         ("name: demo", "name: demo\nname: two", "'name' is given 2 times"),
         ("A demo.", r'"a \e[2J demo"', "description: has characters that cannot be printed"),
         ("A demo.", "!!python/object:os.system x", "tags .* are not supported"),
-        ("A demo.", "!!bool maybe", "tags .* are not supported"),
-        ("A demo.", "!!int ''", "tags .* are not supported"),
-        ("A demo.", "!!timestamp now", "tags .* are not supported"),
-        ("A demo.", "1" + ":59" * 400 + ".5", "not readable YAML"),
-        (
-            "[1, 0, 0, 0]",
-            "[1.0e+308, 1.0e+308, 0, 0]",
-            r"objects\[0\].wxyz: a rotation must not be zero or huge",
-        ),
         ("soup_can_red", r'"\ud800"', r"objects\[0\].model: has characters that are none"),
         ("soup_can_red", "x" * 65, r"objects\[0\].model: must be 1 to 64 letters"),
-        ("target: mug", r'target: "\e[2J"', "target: must be 1 to 64 letters"),
         (
             "target:",
             "origin: {seed: 0x" + "f" * 4000 + "}\ntarget:",
@@ -126,13 +113,11 @@ def test_saving_and_loading_gives_back_the_same_problem(
         ),
         ("target:", "origin: {share: 1.0e+300}\ntarget:", "origin: holds a number that is too large"),
         ("target:", r'origin: {by: "\a"}' + "\ntarget:", "origin: has characters that cannot be printed"),
-        ("target:", r'origin: {"\udfff": 1}' + "\ntarget:", "origin.*has characters that are none"),
         (
             "target:",
             "origin: {" + "".join(f"k{i}: 1, " for i in range(101)) + "}\ntarget:",
             "too many entries",
         ),
-        ("target:", "x" * 1000 + ": 1\ntarget:", r"x{120}\.\.\.: is not a field"),
         ("A demo.", "&a text\nnotes: *a", "aliases"),
         ("A demo.", "'unclosed", "not readable YAML"),
     ],
@@ -150,13 +135,9 @@ def test_faults_name_file_field_and_remedy(tmp_path: Path, old: str, new: str, m
     ("content", "message"),
     [
         (b"", "holds no problem"),
-        (b"- 1\n", "holds no problem"),
         (b"[" * 20_000, "nested too deeply"),
         (b"\xff\xfe\x00bad", "not UTF-8"),
         (b"#" * 64_001, "larger than"),
-        (b"!!map [a]", "tags"),
-        (b"? !!set {a}\n: b", "tags"),
-        (b"{[1]: 2}", "not readable YAML"),
         (b"a: \x00", "not readable YAML"),
     ],
 )
@@ -166,27 +147,10 @@ def test_hostile_files_are_refused(tmp_path: Path, content: bytes, message: str)
         load_problem(tmp_path / "bad.yaml")
 
 
-def test_more_than_64_objects_are_refused() -> None:
-    entry = "- {name: c%d, model: soup_can_red, position: [0.6, 0, 1.1]}\n"
-    text = GOOD + "".join(entry % i for i in range(MAX_OBJECTS - 2))
-    assert len(parse_problem(text).objects) == MAX_OBJECTS
-    with pytest.raises(InputError, match=f"objects: .*{MAX_OBJECTS} objects"):
-        parse_problem(text + entry % 99)
-
-
 def test_rotations_are_normalised_once() -> None:
     problem = parse_problem(GOOD.replace("[1, 0, 0, 0]", "[1, 0, 0, 1]"))
     assert np.linalg.norm(problem.objects[0].wxyz) == pytest.approx(1.0)
     assert parse_problem(problem_text(problem)) == problem
-
-
-def test_an_invalid_problem_is_not_saved(tmp_path: Path) -> None:
-    problem = Problem(
-        "p", "structured", "", "a", (ObjectPlacement("a", "mug_red", (9.0, 0.0, 1.0), (1.0, 0, 0, 0)),)
-    )
-    with pytest.raises(InputError, match="not over the table"):
-        save_problem(problem, tmp_path / "p.yaml")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_shipped_problems_load_under_their_own_name() -> None:

@@ -37,11 +37,11 @@ def test_nothing_else_is_replaced_whatever_is_asked_for(tmp_path, overwrite):
             _check(tmp_path / name, overwrite)
 
 
-@pytest.mark.parametrize("name", [".", "..", "", "/", "kind/.."])
-def test_a_directory_needs_a_name(tmp_path, name, monkeypatch):
+def test_a_directory_needs_a_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match="give it a name"):
-        _check(type(tmp_path)(name))
+    for name in (".", "..", "", "/", "kind/.."):
+        with pytest.raises(InputError, match="give it a name"):
+            _check(type(tmp_path)(name))
 
 
 def _claim(directory):

@@ -24,11 +24,8 @@ def test_a_robot_knows_what_it_felt_and_how_its_arm_was():
     assert told.as_felt == told
 
 
-def test_what_hung_on_the_gripper_unnoticed_was_not_held():
-    truth = PickOutcome(PickResult.REMOVED, 3, 3, True, True, felt=FeltOutcome(PickResult.MISSED))
-    assert truth.as_felt == PickOutcome(PickResult.MISSED, 3)
-
-
-def test_where_nothing_was_felt_apart_the_outcome_is_what_it_is():
+def test_what_was_not_felt_apart_is_what_it_is():
+    unnoticed = PickOutcome(PickResult.REMOVED, 3, 3, True, True, felt=FeltOutcome(PickResult.MISSED))
+    assert unnoticed.as_felt == PickOutcome(PickResult.MISSED, 3)
     passed = PickOutcome(PickResult.NO_PLAN, 3, detail="no way")
     assert passed.as_felt == PickOutcome(PickResult.NO_PLAN, 3)

@@ -14,24 +14,20 @@ class FakeArm:
     """An arm that is wherever its last motion ended.
 
     Attributes:
-        qpos: joint positions now, radians.
         stop_at: number of a motion (counted from 0) and the fraction of its samples after which contact stops it;
             without a guard the motion ends there too, but not by contact.
-        start_tolerance_rad: a motion must start this close to where the arm is, in every joint.
-        followed: all motions commanded so far.
-        guards: the guard of each.
+        followed, guards: all motions commanded so far, and the guard of each.
     """
 
     qpos: Float[np.ndarray, "dof"]
     stop_at: dict[int, float] = field(default_factory=dict)
-    start_tolerance_rad: float = 0.01
     followed: list[Trajectory] = field(default_factory=list)
     guards: list[ContactGuard | None] = field(default_factory=list)
 
     def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
         """Jump along the trajectory. Raises ValueError if it starts elsewhere or its times do not rise."""
         gap = np.abs(trajectory.qpos[0] - self.qpos).max()
-        if gap > self.start_tolerance_rad or np.any(np.diff(trajectory.times_s) <= 0):
+        if gap > 0.01 or np.any(np.diff(trajectory.times_s) <= 0):
             raise ValueError("A trajectory must start where the arm is, and its times must rise.")
         number = len(self.followed)
         self.followed.append(trajectory)
@@ -48,10 +44,7 @@ class FakeGripper:
     """A gripper with an object of object_width_m between its fingers, or None.
 
     Attributes:
-        object_width_m: what it closes on.
         loses_after: number of looks at `state` while closed after which the object is gone.
-        max_width_m: largest opening.
-        width_m: opening now.
         commands: what was asked, ("open", width) or ("close", force).
     """
 

@@ -1,27 +1,24 @@
 """Laws of inverse kinematics: what comes back reproduces the pose, within limits, each branch once."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from torc.errors import InputError
 from torc.robots import ik
-from torc.robots.description import ArmDescription, RobotDescription
-from torc.robots.ik import IkConfig, IkSolutions, solve_ik
+from torc.robots.ik import IkConfig, solve_ik
 from torc.robots.ik_ranking import wrap_near
 from torc.robots.ik_srs import detect_srs
 from torc.robots.kinematics import tool0_poses
 from torc.robots.loading import load_robot
 
 
-def reachable(arm: ArmDescription, n: int, rng: np.random.Generator) -> np.ndarray:
+def reachable(arm, n, rng):
     return tool0_poses(arm, rng.uniform(arm.lower, arm.upper, (n, arm.dof)))
 
 
-def check_laws(arm: ArmDescription, Ts: np.ndarray, solutions: IkSolutions) -> None:
+def check_laws(arm, Ts, solutions):
     """Every solution is a pre-image within the limits; nothing but NaN beyond the count."""
     valid = np.arange(solutions.qpos.shape[1]) < solutions.count[:, None]
     np.testing.assert_array_equal(np.isnan(solutions.qpos).any(axis=2), ~valid)
@@ -32,30 +29,28 @@ def check_laws(arm: ArmDescription, Ts: np.ndarray, solutions: IkSolutions) -> N
 
 
 class TestClosedForm:
-    def test_round_trip(self, robot: RobotDescription, rng: np.random.Generator) -> None:
+    def test_round_trip(self, robot, rng):
         Ts = reachable(robot.arm, 3000, rng)
         solutions = solve_ik(robot.arm, Ts)
         assert solutions.count.min() >= 1
         assert solutions.count.mean() > 50
         check_laws(robot.arm, Ts, solutions)
 
-    def test_branches_are_distinct(self, robot: RobotDescription, rng: np.random.Generator) -> None:
+    def test_branches_are_distinct(self, robot, rng):
         solutions = solve_ik(robot.arm, reachable(robot.arm, 50, rng))
         for i in range(50):
             q = solutions.of(i)
             gaps = np.abs(q[:, None] - q[None]).max(axis=-1) + 10.0 * np.eye(len(q))
             assert gaps.min() > 1e-4
 
-    def test_more_swivel_angles_come_arbitrarily_close_to_any_configuration(
-        self, robot: RobotDescription, rng: np.random.Generator
-    ) -> None:
+    def test_more_swivel_angles_come_arbitrarily_close_to_any_configuration(self, robot, rng):
         q = rng.uniform(0.9 * robot.arm.lower, 0.9 * robot.arm.upper, (20, 7))
         config = IkConfig(swivel_angles=360, max_branches=3000)
         solutions = solve_ik(robot.arm, tool0_poses(robot.arm, q), config)
         for i in range(20):
             assert np.abs(solutions.of(i) - q[i]).max(axis=1).min() < 0.1
 
-    def test_singular_configurations(self, robot: RobotDescription) -> None:
+    def test_singular_configurations(self, robot):
         """Stretched, wrist straight, shoulder straight: still solved, and exactly."""
         q = np.zeros((5, 7))
         q[1, 3], q[2, 1], q[3, 5] = 1.2, 0.7, 0.4
@@ -65,7 +60,7 @@ class TestClosedForm:
         assert np.all(solutions.count >= 1)
         check_laws(robot.arm, Ts, solutions)
 
-    def test_out_of_reach(self, robot: RobotDescription) -> None:
+    def test_out_of_reach(self, robot):
         T = np.eye(4)
         T[:3, 3] = 1.5, 0.0, 1.0
         near_shoulder = np.eye(4)
@@ -74,26 +69,14 @@ class TestClosedForm:
         assert solutions.count.tolist() == [0, 0]
         assert np.isnan(solutions.qpos).all()
 
-    def test_best_first(self, robot: RobotDescription, rng: np.random.Generator) -> None:
+    def test_best_first(self, robot, rng):
         """Where no joint is near a limit, the order is by distance from rest; the rest pose leads back to near rest."""
         solutions = solve_ik(robot.arm, reachable(robot.arm, 30, rng), IkConfig(limit_weight=0.0))
         for i in range(30):
             distances = np.linalg.norm(solutions.of(i) - robot.arm.rest_qpos, axis=1)
             assert np.all(np.diff(distances) >= -1e-12)
 
-    def test_limit_penalty_puts_squeezed_joints_last(
-        self, robot: RobotDescription, rng: np.random.Generator
-    ) -> None:
-        arm = robot.arm
-        solutions = solve_ik(arm, reachable(arm, 30, rng), IkConfig(limit_weight=1e9))
-        for i in range(30):
-            q = solutions.of(i)
-            squeezed = np.minimum(q - arm.lower, arm.upper - q).min(axis=1) < 0.2
-            assert np.all(np.diff(squeezed.astype(int)) >= 0)
-
-    def test_full_turns_are_offered_where_limits_allow(
-        self, robot: RobotDescription, rng: np.random.Generator
-    ) -> None:
+    def test_full_turns_are_offered_where_limits_allow(self, robot, rng):
         wide = np.array([0, 0, 0, 0, 0, 0, np.pi])
         arm = replace(robot.arm, lower=robot.arm.lower - wide, upper=robot.arm.upper + wide)
         Ts = reachable(robot.arm, 100, rng)
@@ -102,24 +85,14 @@ class TestClosedForm:
         once = solve_ik(robot.arm, Ts, IkConfig(max_branches=400))
         assert np.array_equal(solutions.count, 2 * once.count)
 
-    def test_few_branches_keep_within_their_number(
-        self, robot: RobotDescription, rng: np.random.Generator
-    ) -> None:
-        Ts = reachable(robot.arm, 20, rng)
-        solutions = solve_ik(robot.arm, Ts, IkConfig(max_branches=5))
-        assert solutions.count.max() == 5
-        check_laws(robot.arm, Ts, solutions)
-
-    def test_same_result_in_any_batch(self, robot: RobotDescription, rng: np.random.Generator) -> None:
+    def test_same_result_in_any_batch(self, robot, rng):
         Ts = reachable(robot.arm, ik.CHUNK + 3, rng)
         together, alone = solve_ik(robot.arm, Ts), solve_ik(robot.arm, Ts[-1:])
         np.testing.assert_array_equal(together.of(len(Ts) - 1), alone.of(0))
 
 
 class TestNumerical:
-    def test_other_arms_are_solved_too(
-        self, write_other_robot: Callable[..., Path], rng: np.random.Generator
-    ) -> None:
+    def test_other_arms_are_solved_too(self, write_other_robot, rng):
         arm = load_robot(write_other_robot()).arm
         assert detect_srs(arm) is None
         Ts = reachable(arm, 100, rng)
@@ -127,9 +100,7 @@ class TestNumerical:
         assert (solutions.count > 0).mean() > 0.97
         check_laws(arm, Ts, solutions)
 
-    def test_agrees_with_the_closed_form_on_what_is_reachable(
-        self, robot: RobotDescription, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_agrees_with_the_closed_form_on_what_is_reachable(self, robot, rng, monkeypatch):
         Ts = reachable(robot.arm, 60, rng)
         Ts[::3, :3, 3] += 0.5 * rng.standard_normal((20, 3))
         closed = solve_ik(robot.arm, Ts, IkConfig(swivel_angles=64, max_branches=600))
@@ -140,20 +111,20 @@ class TestNumerical:
 
 
 class TestStructure:
-    def test_the_shipped_arm_is_srs(self, robot: RobotDescription) -> None:
+    def test_the_shipped_arm_is_srs(self, robot):
         structure = detect_srs(robot.arm)
         assert structure is not None
-        _, shoulder, _, wrist, _ = structure.arrays
+        _, shoulder, _, wrist, _ = structure
         np.testing.assert_allclose(shoulder, [0.1, -0.265, 1.2], atol=1e-9)
         np.testing.assert_allclose(wrist, [0.1, -0.985, 1.2], atol=1e-9)
 
-    def test_an_offset_wrist_is_not(self, robot: RobotDescription) -> None:
+    def test_an_offset_wrist_is_not(self, robot):
         Ts = robot.arm.Ts_parent_joint.copy()
         Ts[5, 0, 3] += 0.01
         assert detect_srs(replace(robot.arm, Ts_parent_joint=Ts)) is None
 
 
-def test_poses_that_are_none(robot: RobotDescription) -> None:
+def test_poses_that_are_none(robot):
     with pytest.raises(InputError, match="not a rigid"):
         solve_ik(robot.arm, 2.0 * np.eye(4)[None])
     with pytest.raises(InputError, match="must be"):
@@ -171,5 +142,5 @@ def test_poses_that_are_none(robot: RobotDescription) -> None:
         (2.0, -1.5, 1.5, 0.0, np.nan),
     ],
 )
-def test_wrapping(angle: float, lower: float, upper: float, preferred: float, expected: float) -> None:
+def test_wrapping(angle, lower, upper, preferred, expected):
     np.testing.assert_allclose(wrap_near(angle, lower, upper, preferred), expected)

@@ -29,7 +29,7 @@ INCLUDED = (
 
 
 @pytest.fixture
-def directory(write_other_robot: WriteRobot, tmp_path: Path) -> Path:
+def directory(write_other_robot, tmp_path):
     """A robot with a mesh, a texture and an included file."""
     path = write_other_robot("<worldbody>", ASSETS, mjcf=True)
     path.rename(tmp_path / "robot.yaml")
@@ -39,11 +39,11 @@ def directory(write_other_robot: WriteRobot, tmp_path: Path) -> Path:
     return tmp_path
 
 
-def _paint(directory: Path, shade: int) -> None:
+def _paint(directory, shade):
     Image.fromarray(np.full((4, 4, 3), shade, np.uint8)).save(directory / "paint.png")
 
 
-def _source(directory: Path) -> str:
+def _source(directory):
     return own_source(str(directory / "robot.yaml"))
 
 

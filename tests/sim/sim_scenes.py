@@ -11,10 +11,10 @@ from torc.records import Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
 from torc.sim.world import World, build_world
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
-TABLE_Z = Workspace().support_z_m
+TABLE_Z = load_workspace().support_z_m
 
 
 def block(name: str, size: tuple[float, float, float], mass_kg: float) -> ObjectModel:
@@ -46,7 +46,7 @@ def problem(*objects: ObjectPlacement) -> Problem:
 
 
 def world_of(*objects: ObjectPlacement, robot: RobotDescription | None = None) -> World:
-    return build_world(problem(*objects), robot, Workspace(), load_model=find_model)
+    return build_world(problem(*objects), robot, load_workspace(), load_model=find_model)
 
 
 def row(*models: str) -> tuple[ObjectPlacement, ...]:

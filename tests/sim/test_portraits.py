@@ -6,17 +6,17 @@ import pytest
 from torc.geometry.projection import project
 from torc.objects.library import load_object, object_names
 from torc.sim.portraits import portrait, portrait_camera
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
-TABLE = np.array(Workspace().table.center)
+TABLE = np.array(load_workspace().table.center)
 
 
 @pytest.mark.parametrize("size", [(300, 250), (120, 300)])
-def test_the_camera_sees_all_of_every_object_and_it_is_large(size: tuple[int, int]) -> None:
+def test_the_camera_sees_all_of_every_object_and_it_is_large(size):
     width, height = size
     for name in object_names()[::5]:
         model = load_object(name)
-        center = np.array([*TABLE[:2], Workspace().support_z_m + model.size_m[2] / 2])
+        center = np.array([*TABLE[:2], load_workspace().support_z_m + model.size_m[2] / 2])
         points = np.concatenate([mesh.vertices for mesh in model.visuals]) + center
         mount = portrait_camera(model, width, height)
         cols, rows, depth = project(points, mount.K, mount.T_world_camera)
@@ -27,7 +27,7 @@ def test_the_camera_sees_all_of_every_object_and_it_is_large(size: tuple[int, in
         assert filled > 0.6, name
 
 
-def test_a_portrait_shows_the_object_in_its_colours() -> None:
+def test_a_portrait_shows_the_object_in_its_colours():
     model = load_object("die_red")
     picture = portrait(model, 120, 100)
     assert picture.shape == (100, 120, 3)

@@ -11,10 +11,10 @@ from torc.robots.loading import load_robot
 from torc.sim.camera import SimulatedCamera
 from torc.sim.gl import gl_backend
 from torc.sim.raycasting import pixel_directions
-from torc.sim.rendering import CameraRenderer, render_view
-from torc.workspace.description import Workspace
+from torc.sim.rendering import CameraRenderer
+from torc.workspace.files import load_workspace
 
-MOUNT = Workspace().camera
+MOUNT = load_workspace().camera
 BACKENDS = ["rays"] if gl_backend() == "rays" else [gl_backend(), "rays"]
 
 
@@ -41,23 +41,18 @@ def test_labels_are_valid_and_everything_is_in_sight(views, backend):
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_the_arm_at_rest_does_not_block_the_view(views, backend):
-    assert np.mean(views[backend].label_image == ROBOT) < 0.02
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_depth_of_the_table_is_that_of_its_plane(views, backend):
     depth, labels = views[backend].depth_m, views[backend].label_image
     rows, cols = np.nonzero((labels == BACKGROUND) & (depth > 0))
     points = unproject(rows, cols, depth[rows, cols].astype(float), MOUNT.K, MOUNT.T_world_camera)
-    table = Workspace().table
+    table = load_workspace().table
     inside = np.abs(points[:, :2] - table.center[:2]) < np.array(table.size[:2]) / 2 - 0.01
-    top = inside.all(axis=1) & (np.abs(points[:, 2] - Workspace().support_z_m) < 0.02)
+    top = inside.all(axis=1) & (np.abs(points[:, 2] - load_workspace().support_z_m) < 0.02)
     assert top.sum() > 20_000
     # Along the plane's steep view a pixel's depth error shows enlarged; compare along the ray instead.
     directions = pixel_directions(MOUNT.K, MOUNT.width, MOUNT.height) @ MOUNT.T_world_camera[:3, :3].T
     slope = directions.reshape(MOUNT.height, MOUNT.width, 3)[rows[top], cols[top], 2]
-    expected = (Workspace().support_z_m - MOUNT.T_world_camera[2, 3]) / slope
+    expected = (load_workspace().support_z_m - MOUNT.T_world_camera[2, 3]) / slope
     assert np.abs(depth[rows[top], cols[top]] - expected).max() < 1e-3
 
 
@@ -82,23 +77,6 @@ def test_rays_and_gl_agree(views):
     assert np.mean(np.abs(gl.depth_m - rays.depth_m) > 5e-3) < 0.01
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_nothing_is_farther_than_the_range(world, views, backend):
-    with CameraRenderer(world, MOUNT, backend, max_depth_m=1.0) as renderer:
-        near = renderer.render().depth_m
-    full = views[backend].depth_m
-    assert full.dtype == np.float32
-    assert full.max() <= 3.0
-    assert np.array_equal(near, np.where(full > 1.0, 0.0, full))
-    assert (near == 0).any()
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_there_is_a_reading_behind_all_of_the_air(views, backend):
-    # Otherwise the air above the table would never be seen free.
-    assert np.mean(views[backend].depth_m > 0) > 0.99
-
-
 def test_pictures_repeat_exactly(world):
     with CameraRenderer(world, MOUNT) as a, CameraRenderer(world, MOUNT) as b:
         first, second, again = a.render(), b.render(), a.render()
@@ -115,12 +93,6 @@ def test_the_camera_delivers_an_observation(world):
     assert observation.label_image is not None
     assert np.array_equal(observation.qpos, load_robot().arm.rest_qpos)
     assert np.array_equal(observation.K, MOUNT.K)
-
-
-def test_a_view_from_anywhere_has_the_size_asked_for(world):
-    picture = render_view(world, (2.0, -1.5, 2.0), (0.4, -0.2, 1.0), 320, 200)
-    assert picture.shape == (200, 320, 3)
-    assert picture.std() > 10
 
 
 def test_unknown_backends_are_named(world):

@@ -5,7 +5,6 @@ import pytest
 from sim_scenes import row, world_of
 from test_robot import ROBOT, plan_for
 
-from torc.errors import InputError, PhysicsError
 from torc.records import PickResult
 from torc.sim.camera import SimulatedCamera
 from torc.sim.robot import SimulatedRobot
@@ -51,34 +50,6 @@ def test_a_gripper_that_holds_on_holds_on_with_the_same_force(robot, objects):
     assert other.gripper.closed
     other._stepper.run(0.2)
     assert _same(other.save(), after)
-
-
-def test_the_watchdog_looks_again_at_the_same_times(robot):
-    robot._stepper.step()
-    saved = robot.save()
-    assert saved.stepper.count == 1
-    robot._stepper.run(0.1)
-    robot.restore(saved)
-    assert robot.save().stepper == saved.stepper
-
-
-def test_a_broken_simulation_is_forgotten(robot):
-    saved = robot.save()
-    robot._stepper.run(0.1)
-    after = robot.save()
-    robot.restore(saved)
-    robot.world.data.qvel[:] = np.nan
-    with pytest.raises(PhysicsError):
-        robot._stepper.run(0.1)
-    robot.restore(saved)
-    robot._stepper.run(0.1)
-    assert _same(robot.save(), after)
-
-
-def test_a_state_of_another_world_is_refused(robot):
-    other = SimulatedRobot(world_of(*row("carton"), robot=ROBOT))
-    with pytest.raises(InputError, match="other objects"):
-        other.restore(robot.save())
 
 
 def test_removed_objects_are_gone_and_what_they_carried_comes_down(robot):

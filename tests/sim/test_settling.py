@@ -6,21 +6,11 @@ from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
 
 from torc.errors import PhysicsError
 from torc.problems.problem import ObjectPlacement, load_problem
-from torc.sim.settling import (
-    COARSE,
-    UNSEEN,
-    DumpConfig,
-    SettleConfig,
-    _pose_above,
-    dump,
-    run,
-    settle,
-    settle_problem,
-)
+from torc.sim.settling import COARSE, UNSEEN, SettleConfig, dump, run, settle, settle_problem
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.watchdog import Watchdog
-from torc.sim.world import Presence, build_world
-from torc.workspace.description import Workspace
+from torc.sim.world import build_world
+from torc.workspace.files import load_workspace
 
 KINDS = ("soup_can_red", "mug_red", "apple_red", "bowl_blue", "cracker_box_red", "tuna_can_blue")
 
@@ -35,20 +25,11 @@ def test_standing_objects_settle_where_they_stand():
     assert np.abs(world.positions - before).max() < 0.005
 
 
-def test_a_settled_scene_hardly_drifts():
-    world = world_of(*row(*KINDS))
-    settle(world)
-    report = watch_stillness(world, StillnessConfig(seconds=2.0))
-    assert report.still
-    assert report.distance_m < 0.002
-    assert report.angle_rad < 0.02
-
-
 @pytest.mark.parametrize("name", ["validation-unstructured-02", "validation-unstructured-04"])
 def test_a_pile_creeps_no_less_in_coarse_steps(name):
     moved = []
     for config in (UNSEEN, COARSE):
-        world = build_world(load_problem(name), None, Workspace(), config)
+        world = build_world(load_problem(name), None, load_workspace(), config)
         report = watch_stillness(world, StillnessConfig(1.0, 1.0, seconds=4.0))
         moved.append((report.distance_m, report.angle_rad))
     assert world.model.opt.timestep == pytest.approx(0.004)
@@ -58,7 +39,7 @@ def test_a_pile_creeps_no_less_in_coarse_steps(name):
 
 
 def test_a_ball_at_the_edge_rolls_off_and_is_reported():
-    edge = Workspace().table.center[0] + Workspace().table.size[0] / 2
+    edge = load_workspace().table.center[0] + load_workspace().table.size[0] / 2
     ball = standing("ball", "apple_red", edge + 0.01, 0.0)
     world = world_of(standing("can", "soup_can_red", 0.6, 0.0), ball)
     report = settle(world)
@@ -68,27 +49,17 @@ def test_a_ball_at_the_edge_rolls_off_and_is_reported():
 
 @pytest.mark.parametrize("config", [UNSEEN, COARSE])
 def test_the_time_that_is_told_is_the_simulated_one(config):
-    world = build_world(problem(*row("mug_red", "apple_red")), None, Workspace(), config)
+    world = build_world(problem(*row("mug_red", "apple_red")), None, load_workspace(), config)
     settled_s = settle(world).duration_s
     assert settled_s == pytest.approx(world.time_s)
     watched_s = watch_stillness(world, StillnessConfig(seconds=1.0)).watched_s
     assert settled_s + watched_s == pytest.approx(world.time_s)
 
 
-def test_settling_again_changes_little():
-    settled, first = settle_problem(problem(*row("mug_red", "apple_red")), Workspace())
-    again, second = settle_problem(settled, Workspace())
-    assert first.settled
-    assert second.settled
-    for a, b in zip(settled.objects, again.objects):
-        assert np.allclose(a.position, b.position, atol=1e-3)
-        assert (a.name, a.model) == (b.name, b.model)
-
-
 def test_settled_poses_keep_the_order_of_the_file():
     objects = row("mug_red", "apple_red", "bowl_blue")
     reordered = problem(objects[1], objects[0], objects[2])
-    settled, _ = settle_problem(reordered, Workspace())
+    settled, _ = settle_problem(reordered, load_workspace())
     assert [o.name for o in settled.objects] == [o.name for o in reordered.objects]
     for before, after in zip(reordered.objects, settled.objects):
         assert np.allclose(before.position, after.position, atol=5e-3)
@@ -96,26 +67,12 @@ def test_settled_poses_keep_the_order_of_the_file():
 
 def test_a_pile_stays_on_the_table_and_repeats(rng):
     pile = problem(*row(*KINDS, *KINDS))
-    first, report = dump(pile, Workspace(), np.random.default_rng(3))
-    second, _ = dump(pile, Workspace(), np.random.default_rng(3))
-    other, _ = dump(pile, Workspace(), rng)
+    first, report = dump(pile, load_workspace(), np.random.default_rng(3))
+    second, _ = dump(pile, load_workspace(), np.random.default_rng(3))
+    other, _ = dump(pile, load_workspace(), rng)
     assert len(report.left) <= 1
     assert first == second
     assert first != other
-
-
-def test_with_a_choice_of_places_an_object_is_let_go_above_the_lowest(rng):
-    """Clear of what is there (as spheres), and never above a place that another choice would have undercut."""
-    world = world_of(standing("carton", "carton", 0.62, -0.1), standing("apple", "apple_red", 0.75, 0.02))
-    world.park(1, Presence.DROPPED)
-    radius_m = 0.5 * np.linalg.norm(world.models[1].size_m)
-    carton_m = 0.5 * np.linalg.norm(world.models[0].size_m)
-    above = {n: [_pose_above(world, 1, rng, DumpConfig(places=n))[0] for _ in range(40)] for n in (1, 16)}
-    for place in above[16]:
-        apart = np.linalg.norm(place[:2] - world.positions[0, :2])
-        clear = apart >= radius_m + carton_m or place[2] - radius_m > world.positions[0, 2] + carton_m
-        assert clear
-    assert np.mean([p[2] for p in above[16]]) < np.mean([p[2] for p in above[1]]) - 0.05
 
 
 @pytest.mark.parametrize(
@@ -132,12 +89,6 @@ def test_what_is_placed_inside_something_is_named_with_the_remedy(other, named):
     )
     with pytest.raises(PhysicsError, match=f"{named}.*inside each other.*move them apart.*z = 1.05 m"):
         run(world, 0.5)
-
-
-def test_landing_hard_is_not_an_explosion():
-    world = world_of(standing("carton", "carton", 0.6, 0.0))
-    world.set_object_pose(0, world.positions[0] + np.array([0, 0, 0.5]), np.array(UPRIGHT))
-    run(world, 0.5, check_s=0.01)
 
 
 def test_being_pressed_together_is_noticed():

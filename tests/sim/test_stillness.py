@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from sim_scenes import row, standing, world_of
+from sim_scenes import standing, world_of
 
 from torc.problems.problem import ObjectPlacement
 from torc.sim.settling import settle
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import Presence
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 STANDING = ("soup_can_red", "mug_red", "cracker_box_red")
 
@@ -17,19 +17,6 @@ def _settled(*placements):
     world = world_of(*placements)
     settle(world)
     return world
-
-
-def test_a_standing_row_is_still_for_as_long_as_asked():
-    report = watch_stillness(_settled(*row(*STANDING)), StillnessConfig(seconds=1.5))
-    assert report.still
-    assert report.watched_s == pytest.approx(1.5)
-    assert report.distances_m.shape == (3,)
-
-
-def test_an_early_end_says_the_same_sooner():
-    report = watch_stillness(_settled(*row(*STANDING)), StillnessConfig(early_s=1.5))
-    assert report.still
-    assert report.watched_s == pytest.approx(1.5)
 
 
 def test_a_slow_topple_is_seen_at_once_and_named():
@@ -57,7 +44,7 @@ def test_a_steady_creep_is_followed_to_the_end_where_it_comes_near_the_limit(spe
 
 
 def test_what_leaves_the_table_is_reported_and_what_was_gone_does_not_count():
-    edge = Workspace().table.center[0] + Workspace().table.size[0] / 2
+    edge = load_workspace().table.center[0] + load_workspace().table.size[0] / 2
     ball = standing("ball", "apple_red", edge + 0.01, 0.0)
     world = world_of(standing("can", "soup_can_red", 0.6, 0.0), ball, standing("gone", "mug_red", 0.8, 0.1))
     world.park(2, Presence.DROPPED)

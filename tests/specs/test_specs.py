@@ -72,19 +72,12 @@ def test_a_file_of_torc_0_1_is_read():
     assert recorded.sources == {"robot": "a1"}
 
 
-@pytest.mark.parametrize(
-    "data",
-    [
-        [],
-        {"format": "torc-trial-spec/9"},
-        {"problem": "x"},
-        {"problem": "x", "planner": "random", "seed": "many"},
-        {**to_plain(FULL, {}), "conditions": {"noise": "much"}},
-    ],
-)
-def test_what_is_no_spec_is_refused(data):
-    with pytest.raises(InputError, match="here"):
-        from_plain(data, "here")
+def test_what_is_no_spec_is_refused():
+    seed, noise = {"planner": "random", "seed": "many"}, {"conditions": {"noise": "much"}}
+    flat = ({"problem": "x"}, {"problem": "x", **seed})
+    for data in ([], {"format": "torc-trial-spec/9"}, *flat, to_plain(FULL, {}) | noise):
+        with pytest.raises(InputError, match="here"):
+            from_plain(data, "here")
 
 
 def test_settings_reach_any_depth_and_are_checked():
@@ -104,9 +97,8 @@ def test_settings_reach_any_depth_and_are_checked():
 def test_a_part_gets_its_settings_as_its_config_or_as_arguments():
     assert arguments(Configured, {"inner.width_m": 2.0}, "grasps") == {"config": Outer(Inner(2.0))}
     assert arguments(Configured, {}, "grasps") == {}
-    assert arguments(Configured, {"count": 1}, "grasps", Outer(Inner(5.0))) == {
-        "config": Outer(Inner(5.0), 1)
-    }
+    wider = Outer(Inner(5.0))
+    assert arguments(Configured, {"count": 1}, "grasps", wider) == {"config": Outer(Inner(5.0), 1)}
     assert arguments(Plain, {"speed": 2.0}, "grasps", Outer()) == {"speed": 2.0}
 
 
@@ -121,17 +113,9 @@ def test_a_part_of_ones_own_is_made_with_its_settings():
 
 
 def test_the_shipped_parts_take_settings():
-    around = Conditions(
-        noise=True,
-        settings={
-            "noise.dropout": 0.1,
-            "occlusion.smooth_px": 5,
-            "perception.min_pixels": 20,
-            "grasps.candidates.max_blocked": 7,
-            "motion.max_grasps": 2,
-        },
-    )
-    pipeline = build_system(around).pipeline
+    settings = {"noise.dropout": 0.1, "occlusion.smooth_px": 5, "perception.min_pixels": 20}
+    settings |= {"grasps.candidates.max_blocked": 7, "motion.max_grasps": 2}
+    pipeline = build_system(Conditions(noise=True, settings=settings)).pipeline
     assert (pipeline.noise.dropout, pipeline.occlusion.smooth_px) == (0.1, 5)
     assert pipeline.perception.config.min_pixels == 20
     assert pipeline.perception.config.rim_px == 2  # as for any real camera
@@ -139,30 +123,24 @@ def test_the_shipped_parts_take_settings():
     assert pipeline.motion.max_grasps == 2
 
 
-@pytest.mark.parametrize(
-    ("settings", "told"),
-    [
+def test_settings_of_nothing_are_refused():
+    for settings, told in (
         ({"oclusion.smooth_px": 3}, "Did you mean 'occlusion.'"),
         ({"occlusion": 3}, "Unknown stage"),
         ({"noise.dropout": 0.1}, "add --noise"),
         ({"occlusion.smooth_px": 4}, "must be 0, 3 or 5"),
-    ],
-)
-def test_settings_of_nothing_are_refused(settings, told):
-    with pytest.raises(InputError, match=told):
-        build_system(Conditions(settings=settings))
+    ):
+        with pytest.raises(InputError, match=told):
+            build_system(Conditions(settings=settings))
 
 
 def test_only_what_differs_from_the_defaults_counts():
     assert Conditions().facts({}) == {}
-    assert Conditions(robot="a/mine.yaml", noise=True).facts({"robot": "a1"}) == {
-        "robot": "a1",
-        "noise": True,
-    }
+    own = Conditions(robot="a/mine.yaml", noise=True)
+    assert own.facts({"robot": "a1"}) == {"robot": "a1", "noise": True}
     assert Conditions(max_picks=7).text({}) == ""
-    assert Conditions(min_score=0.0, settings={"motion.max_grasps": 2}).text({}) == (
-        "min_score 0, motion.max_grasps 2"
-    )
+    bold = Conditions(min_score=0.0, settings={"motion.max_grasps": 2})
+    assert bold.text({}) == "min_score 0, motion.max_grasps 2"
 
 
 def test_a_trial_has_a_name_of_its_own():

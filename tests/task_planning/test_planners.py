@@ -13,8 +13,9 @@ from torc.task_planning.graph import DependencyEdge, DependencyGraph, EdgeKind
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.random_choice import RandomPlanner
 from torc.testing import contexts
+from torc.testing.conformance import NonConformanceError
 from torc.testing.contexts import box, make_context
-from torc.testing.planner_conformance import CASES, NonConformanceError, check_case, check_planner
+from torc.testing.planner_conformance import CASES, check_case, check_planner
 
 APART = tuple(box(k, 0.55 + 0.08 * (k % 2), -0.3 + 0.11 * k, (0.04, 0.04, 0.06)) for k in range(5))
 

@@ -8,7 +8,7 @@ import pytest
 from torc.errors import InputError, UnknownNameError
 from torc.stages import TASK_PLANNERS
 from torc.task_planning.protocol import TaskPlanner
-from torc.task_planning.registry import make_planner, planner_names
+from torc.task_planning.registry import make_planner, planner_paths
 
 
 @pytest.mark.parametrize("name", ["random", "dg-select"])
@@ -16,7 +16,7 @@ def test_built_in_names_make_planners_of_that_name(name: str) -> None:
     planner = make_planner(name)
     assert isinstance(planner, TaskPlanner)
     assert planner.name == name
-    assert name in planner_names()
+    assert name in planner_paths()
 
 
 def test_a_misspelt_name_is_corrected() -> None:

@@ -20,9 +20,10 @@ from torc.task_planning.relations import (
 from torc.testing.contexts import box, perceive
 from torc.testing.synthetic import half_sizes, random_clutter
 from torc.workspace.description import CameraMount
+from torc.workspace.files import load_workspace
 
-FULL_HD = CameraMount(width=1920, height=1080)
-STANDARD = CameraMount()
+FULL_HD = replace(load_workspace().camera, width=1920, height=1080)
+STANDARD = load_workspace().camera
 STACK = (box(3, 0.65, -0.1, (0.14, 0.14, 0.06)), box(7, 0.66, -0.1, (0.06, 0.06, 0.06), on=0.06))
 ROW = (box(3, 0.74, -0.1, (0.06, 0.06, 0.20)), box(7, 0.60, -0.1, (0.06, 0.08, 0.12)))
 

@@ -1,5 +1,7 @@
 """Laws of the analytic scenes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,7 @@ from torc.testing.synthetic import (
     shape_pose,
     synthetic_observation,
 )
-from torc.workspace.description import CameraMount, Workspace
+from torc.workspace.files import load_workspace
 
 TILT = tuple(wxyz_from_rotation(rotation_about((1, 2, 3), 0.7)))
 SHAPES = (
@@ -38,7 +40,7 @@ def _pixel_points(image, mount):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_hits_lie_on_the_surface(shape):
-    mount = CameraMount()
+    mount = load_workspace().camera
     image = raycast([shape], mount)
     points = _pixel_points(image, mount)[image.label_image.ravel() == shape.id]
     assert len(points) > 200
@@ -48,7 +50,7 @@ def test_hits_lie_on_the_surface(shape):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_normals_point_out_of_the_shape_and_at_the_camera(shape):
-    mount = CameraMount()
+    mount = load_workspace().camera
     image = raycast([shape], mount)
     mask = image.label_image == shape.id
     points, normals = _pixel_points(image, mount)[mask.ravel()], image.normals[mask].astype(float)
@@ -59,7 +61,7 @@ def test_normals_point_out_of_the_shape_and_at_the_camera(shape):
 
 def test_no_pixel_looks_through_a_shape():
     """Brute force: points sampled along each ray up to the reading lie in no shape."""
-    mount = CameraMount(width=64, height=48)
+    mount = replace(load_workspace().camera, width=64, height=48)
     image = raycast(SHAPES, mount)
     eye = mount.T_world_camera[:3, 3]
     points = _pixel_points(image, mount)
@@ -70,7 +72,7 @@ def test_no_pixel_looks_through_a_shape():
 
 
 def test_table_lies_at_its_height_and_the_room_closes_every_ray():
-    mount = CameraMount()
+    mount = load_workspace().camera
     image = raycast([], mount, support_z_m=0.9)
     points = _pixel_points(image, mount)
     assert np.all(image.depth_m > 0)
@@ -84,7 +86,7 @@ def test_table_lies_at_its_height_and_the_room_closes_every_ray():
 def test_clutter_is_disjoint_and_stands_on_something(n):
     shapes = random_clutter(np.random.default_rng(n), n)
     assert [s.id for s in shapes] == list(range(n))
-    tops = {Workspace().support_z_m, *(s.center[2] + half_sizes(s)[2] for s in shapes)}
+    tops = {load_workspace().support_z_m, *(s.center[2] + half_sizes(s)[2] for s in shapes)}
     rng = np.random.default_rng(0)
     for s in shapes:
         assert min(abs(s.center[2] - half_sizes(s)[2] - top) for top in tops) < 1e-9

@@ -6,8 +6,7 @@ from dataclasses import replace
 import pytest
 
 from torc.errors import InputError
-from torc.testing.vlm_server import FakeVlmServer
-from torc.testing.vlm_wire_formats import Fail, Say
+from torc.testing.vlm_server import Fail, FakeVlmServer, Say
 from torc.vlm.cache import CacheConfig, CachedClient, CacheMode, cache_key, request_facts
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import VlmError

@@ -1,5 +1,6 @@
-"""Recorded trials without physics, and a server over them."""
+"""Recorded trials without physics, a server over them, and a real headless browser."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -9,6 +10,13 @@ from page_server import served
 from tests.helpers.fake_trial import play_fake_trial
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = [
+    *("--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"),
+]
+PATIENCE_MS = 60_000
 
 
 @pytest.fixture(scope="session")
@@ -29,3 +37,39 @@ def client(recorded):
     """The viewer of the recorded trial."""
     with served(recorded) as found:
         yield found
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Debian's chromium, headless."""
+    if CHROMIUM is None:
+        pytest.skip("no chromium here; on Debian: apt-get install chromium")
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with playwright.sync_playwright() as p:
+        found = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def open_page(browser):
+    """Opens pages; in the end none of them has asked anybody else for anything, or complained."""
+    contexts, foreign, complaints = [], [], []
+
+    def open_(url, **options):
+        context = browser.new_context(viewport={"width": 1280, "height": 720}, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.set_default_timeout(PATIENCE_MS)
+        own = re.match(r"http://[^/]+", url).group() + "/"
+        page.on("request", lambda r: foreign.append(r.url) if not r.url.startswith((own, "blob:")) else None)
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("console", lambda m: complaints.append(m.text) if "Content Security" in m.text else None)
+        page.goto(url)
+        return page
+
+    yield open_
+    for context in contexts:
+        context.close()
+    assert foreign == []
+    assert complaints == []

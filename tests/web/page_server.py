@@ -17,10 +17,10 @@ from torc.episode.trial import Trial
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.testing.synthetic import Shape
-from torc.web.app import Site, TrialList, make_app
+from torc.web.app import Site
 from torc.web.expert import HumanPlanner, SessionListener
 from torc.web.frames import FrameBoard
-from torc.web.human_queue import make_queue
+from torc.web.human_queue import HumanQueue, make_queue
 from torc.web.serving import listen, serving
 from torc.web.session import Phase, Session, SessionState
 from torc.web.shelf import Shelf
@@ -36,7 +36,6 @@ class Answer:
 
     @property
     def json(self) -> Any:
-        """The body, decoded."""
         return json.loads(self.body)
 
 
@@ -54,7 +53,6 @@ class Client:
 
     @property
     def url(self) -> str:
-        """Where the server is."""
         return f"http://127.0.0.1:{self.port}"
 
     def get(self, path: str, **headers: str) -> Answer:
@@ -81,29 +79,21 @@ class Client:
 def served(
     root: Path,
     session: Session | None = None,
-    trials: TrialList | None = None,
+    trials: HumanQueue | None = None,
     board: FrameBoard | None = None,
     token: str | None = None,
     port: int = 0,
+    only: str = "",
 ) -> Iterator[Client]:
     """A server for the trials below `root`, as `torc view` starts it; with a session, as `torc human` does."""
-    shelf = Shelf(root)
-
-    def make(real_port: int) -> Any:
-        return make_app(Site(shelf, trials or shelf, session, board, token, real_port))
-
-    with serving(make, listen("127.0.0.1", port)) as real_port:
+    shelf = Shelf(root, only)
+    site = Site(shelf, trials or shelf, session, board)
+    with serving(site, listen("127.0.0.1", port), token) as real_port:
         yield Client(real_port)
 
 
 class Game:
     """A queue of fake trials, played in a thread of its own.
-
-    Args:
-        root: where they are recorded.
-        problems, experts: names.
-        shapes: what stands on the table.
-        outside_view: the experts see the robot from outside.
 
     Attributes:
         may_move: cleared, the robot waits before its motion.

@@ -2,6 +2,8 @@
 
 import json
 import os
+import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -42,17 +44,6 @@ def test_the_page_tells_what_the_log_tells(trial):
     }
     assert [o["id"] for o in page["objects"] if o["graspable"]] == looked["graspable"]
     assert page["picks_left"] == 14
-
-
-def test_the_page_names_the_vlm_that_a_planner_asks(trial):
-    assert trial_page(read_trial(trial))["planner"] == "dg-select"
-    spec = json.loads((trial / "spec.json").read_text())
-    for vlm, who in (
-        ({"provider": "simulated", "model": "paper", "seeded": False}, "dg-select asking simulated:paper"),
-        ({"provider": "theirs:Client", "model": ""}, "dg-select asking theirs:Client"),
-    ):
-        (trial / "spec.json").write_text(json.dumps({**spec, "planner": {**spec["planner"], "vlm": vlm}}))
-        assert trial_page(read_trial(trial))["planner"] == who
 
 
 def test_boxes_hold_the_labels(trial):
@@ -128,23 +119,18 @@ def test_packed_arrays_come_out_as_they_went_in(trial):
     np.testing.assert_array_equal(low | high << np.uint64(32), view.unseen.hiders)
 
 
-HOSTILE_LOGS = {
-    "no json": "nonsense\n",
-    "no event": '{"event": "boom"}\n',
-    "huge id": '{"event": "executed", "pick": 0, "result": "x", "object_id": 99999}\n',
-    "nested": '{"event": "decided", "pick": 0, "object_id": 1, "reason": "x", "evidence": '
-    + '{"a":' * 99999
-    + "\n",
-    "a number for a text": '{"event": "decided", "pick": 0, "object_id": 1, "reason": 7}\n',
-    "pick out of range": '{"event": "executed", "pick": 1000000000, "result": "x", "object_id": 1}\n',
-}
-
-
-@pytest.mark.parametrize("text", HOSTILE_LOGS.values(), ids=HOSTILE_LOGS)
-def test_a_log_that_is_none_is_refused_with_its_line(trial, text):
-    (trial / "events.jsonl").write_text(text)
-    with pytest.raises(InputError, match="line 1"):
-        read_trial(trial)
+def test_a_log_that_is_none_is_refused_with_its_line(trial):
+    for text in (
+        "nonsense",
+        '{"event": "boom"}',
+        '{"event": "executed", "pick": 0, "result": "x", "object_id": 99999}',
+        '{"event": "decided", "pick": 0, "object_id": 1, "reason": "x", "evidence": ' + '{"a":' * 99999,
+        '{"event": "decided", "pick": 0, "object_id": 1, "reason": 7}',
+        '{"event": "executed", "pick": 1000000000, "result": "x", "object_id": 1}',
+    ):
+        (trial / "events.jsonl").write_text(text + "\n")
+        with pytest.raises(InputError, match="line 1"):
+            read_trial(trial)
 
 
 def test_numbers_that_are_none_do_not_reach_the_browser(trial):
@@ -153,61 +139,38 @@ def test_numbers_that_are_none_do_not_reach_the_browser(trial):
     json.dumps(pick_page(read_trial(trial), 0), allow_nan=False)
 
 
-@pytest.mark.parametrize(
-    "graph",
-    [
-        {},
-        [],
-        7,
-        {"nodes": 3, "edges": 4},
-        {"version": 1, "target": 0, "nodes": [{"id": 0}] * 100, "edges": []},
-        {
-            "version": 1,
-            "target": 99,
-            "edges": [],
-            "nodes": [{"id": 99, "hidden": 0, "valid_grasps": 0, "blocked_grasps": 0}],
-        },
-    ],
-)
-def test_a_graph_that_is_none_is_left_out(trial, graph):
-    lines = _lines(trial)
-    for line in lines:
-        if line["event"] == "decided":
-            line["evidence"] = {"graph": graph, "probabilities": [1]}
-    _write(trial, lines)
-    assert pick_page(read_trial(trial), 0)["graph"] is None
-
-
-def _spoil(view, name):
-    from dataclasses import replace
-
-    if name == "labels":
-        return replace(view, label_image=view.label_image.astype(np.int64))
-    if name == "voxel outside":
-        index = view.unseen.index.copy()
-        index[0] = 999
-        return replace(view, unseen=replace(view.unseen, index=index))
-    if name == "hider outside":
-        return replace(view, unseen=replace(view.unseen, hiders=view.unseen.hiders[:0]))
-    if name == "infinite pose":
-        return replace(
-            view, grasps=replace(view.grasps, Ts_world_tcp=view.grasps.Ts_world_tcp * np.float32(np.inf))
-        )
-    if name == "points without colour":
-        return replace(view, cloud=replace(view.cloud, rgb=view.cloud.rgb[:-1]))
-    return replace(view, objects=(replace(view.objects[0], id=64),))
-
-
-SPOILT = ["labels", "voxel outside", "hider outside", "infinite pose", "points without colour", "object 64"]
+def test_a_graph_that_is_none_is_left_out(trial):
+    far = {"id": 99, "hidden": 0, "valid_grasps": 0, "blocked_grasps": 0}
+    many = {"version": 1, "target": 0, "nodes": [{"id": 0}] * 100, "edges": []}
+    beyond = {"version": 1, "target": 99, "nodes": [far], "edges": []}
+    for graph in ({}, [], 7, {"nodes": 3, "edges": 4}, many, beyond):
+        lines = _lines(trial)
+        for line in lines:
+            if line["event"] == "decided":
+                line["evidence"] = {"graph": graph, "probabilities": [1]}
+        _write(trial, lines)
+        assert pick_page(read_trial(trial), 0)["graph"] is None
 
 
 @pytest.mark.filterwarnings("ignore:invalid value")
-@pytest.mark.parametrize("name", SPOILT)
-def test_arrays_that_do_not_fit_are_refused(trial, name):
+def test_arrays_that_do_not_fit_are_refused(trial):
     path = trial / "picks" / "00_view.npz"
-    save_record(_spoil(load_view(path), name), path)
-    with pytest.raises(InputError, match="00_view"):
-        load_view(path)
+    view = load_view(path)
+    unseen, grasps, cloud = view.unseen, view.grasps, view.cloud
+    outside = unseen.index.copy()
+    outside[0] = 999
+    endless = grasps.Ts_world_tcp * np.float32(np.inf)
+    for spoilt in (
+        {"label_image": view.label_image.astype(np.int64)},
+        {"unseen": replace(unseen, index=outside)},
+        {"unseen": replace(unseen, hiders=unseen.hiders[:0])},
+        {"grasps": replace(grasps, Ts_world_tcp=endless)},
+        {"cloud": replace(cloud, rgb=cloud.rgb[:-1])},
+        {"objects": (replace(view.objects[0], id=64),)},
+    ):
+        save_record(replace(view, **spoilt), path)
+        with pytest.raises(InputError, match="00_view"):
+            load_view(path)
 
 
 def test_a_bomb_is_not_unpacked(trial):
@@ -218,27 +181,19 @@ def test_a_bomb_is_not_unpacked(trial):
         load_view(path)
 
 
-def test_links_out_of_the_trial_are_not_followed(trial, tmp_path):
-    secret = tmp_path / "secret.png"
-    (trial / "picks" / "00_seen.png").rename(secret)
-    (trial / "picks" / "00_seen.png").symlink_to(secret)
-    with pytest.raises(InputError, match="link"):
-        read_trial(trial).picture(0)
-
-
-def test_a_picture_must_be_one(trial):
-    (trial / "picks" / "00_seen.png").write_bytes(b"<script>alert(1)</script>")
-    with pytest.raises(InputError, match="no PNG"):
-        read_trial(trial).picture(0)
-
-
-def test_a_picture_that_claims_to_be_huge_is_not_decoded(trial):
+def test_a_picture_must_be_a_plain_png_of_a_modest_size(trial, tmp_path):
     path = trial / "picks" / "00_seen.png"
-    png = bytearray(path.read_bytes())
-    png[16:24] = (60000).to_bytes(4, "big") * 2
-    path.write_bytes(png)
+    png = path.read_bytes()
+    path.write_bytes(png[:16] + (60000).to_bytes(4, "big") * 2 + png[24:])
     with pytest.raises(InputError, match="too large"):
         thumbnail(read_trial(trial), 0)
+    path.write_bytes(b"<script>alert(1)</script>")
+    with pytest.raises(InputError, match="no PNG"):
+        read_trial(trial).picture(0)
+    path.rename(tmp_path / "secret.png")
+    path.symlink_to(tmp_path / "secret.png")
+    with pytest.raises(InputError, match="link"):
+        read_trial(trial).picture(0)
 
 
 def test_a_shelf_finds_trials_at_any_depth_and_prefers_what_is_complete(recorded):
@@ -259,23 +214,18 @@ def test_one_trial_is_a_shelf_too(trial):
     assert Shelf(trial).read(line["key"]).started.problem == "boxes"
 
 
-def test_an_unreadable_trial_is_listed_with_its_reason(recorded):
+def test_an_unreadable_trial_is_listed_with_its_reason(recorded, tmp_path):
     (recorded / "boxes" / "spec.json").write_text("[]")
     (line,) = open_shelf(recorded).lines()
     assert line["status"] == "unreadable"
     assert "spec.json" in line["error"]
-
-
-def test_a_directory_without_trials_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no recorded trial"):
-        open_shelf(tmp_path)
-    with pytest.raises(InputError, match="nowhere"):
-        open_shelf(tmp_path / "nowhere")
+    shutil.rmtree(recorded / "boxes")
+    for directory, told in ((recorded, "no recorded trial"), (tmp_path / "nowhere", "nowhere")):
+        with pytest.raises(InputError, match=told):
+            open_shelf(directory)
 
 
 def test_reasons_come_most_frequent_first(trial):
-    from dataclasses import replace
-
     o = replace(
         load_view(trial / "picks" / "00_view.npz").objects[0], statuses={"unreachable": 2, "blocked": 5}
     )

@@ -1,13 +1,10 @@
 """Workspace files: the shipped one, and what is wrong with others."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import yaml
 
 from torc.errors import InputError, UnknownNameError
-from torc.workspace.description import Workspace
 from torc.workspace.files import EXAMPLE, load_workspace, own_workspace_source
 
 
@@ -19,15 +16,13 @@ def written(tmp_path, change):
     return path
 
 
-def test_the_shipped_one_is_the_default():
-    shipped, default = load_workspace(), Workspace()
-    assert np.array_equal(shipped.camera.T_world_camera, default.camera.T_world_camera)
-    assert np.array_equal(shipped.grid.origin, default.grid.origin)
-    same = {"camera": default.camera, "grid": default.grid, "source": ""}
-    assert replace(shipped, **same) == default
-    assert shipped.camera.vertical_fov_rad == default.camera.vertical_fov_rad
-    assert (shipped.grid.voxel_size_m, shipped.grid.shape) == (default.grid.voxel_size_m, default.grid.shape)
-    assert own_workspace_source("paper") == ""
+def test_the_shipped_one_is_the_papers():
+    shipped = load_workspace()
+    assert (shipped.name, own_workspace_source("paper")) == ("paper", "")
+    assert shipped.support_z_m == 1.05
+    assert np.array_equal(shipped.camera.T_world_camera[:3, 3], (0.10, 0.0, 1.38))
+    assert np.array_equal(shipped.grid.origin, (0.42, -0.62, 1.05))
+    assert shipped.bin.inner_size == (0.36, 0.34, 0.34)
 
 
 def test_a_camera_pose_can_be_a_matrix(tmp_path):

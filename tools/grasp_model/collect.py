@@ -30,6 +30,7 @@ from torc.problems.problem import Problem
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 Choice = Callable[[Snapshot, int, np.random.Generator], list[tuple[int, Policy]]]
 """Which candidates of a snapshot are tried, and why: from the snapshot, the stage and a generator."""
@@ -69,7 +70,7 @@ class Bench:
 def collect(out: Path, scenes: int, seed: int, config: CollectConfig | None = None) -> None:
     """Collect training trials of known kinds into shards; goes on after the last shard there."""
     config = CollectConfig() if config is None else config
-    bench = Bench(load_robot(), Workspace(), seed, config)
+    bench = Bench(load_robot(), load_workspace(), seed, config)
 
     def choose(snapshot: Snapshot, stage: int, rng: np.random.Generator) -> list[tuple[int, Policy]]:
         return choose_for_training(snapshot, stage, rng, config.sampling)
@@ -79,11 +80,12 @@ def collect(out: Path, scenes: int, seed: int, config: CollectConfig | None = No
 
 def evaluate(out: Path, scenes: int, seed: int, model: Path, config: CollectConfig | None = None) -> None:
     """Try, per visible object of fresh scenes, the choice of each rule; every third scene with unseen kinds."""
-    from torc.grasping.scoring import TreeScore
+    from torc.grasping.features import FEATURE_NAMES
+    from torc.grasping.trees import load_trees
 
     config = CollectConfig(stages=1) if config is None else config
-    bench = Bench(load_robot(), Workspace(), seed, config)
-    score = TreeScore.load(model)
+    bench = Bench(load_robot(), load_workspace(), seed, config)
+    score = load_trees(model, FEATURE_NAMES)
 
     def choose(snapshot: Snapshot, stage: int, rng: np.random.Generator) -> list[tuple[int, Policy]]:
         return choose_for_evaluation(snapshot, score.score(snapshot.features), rng)

@@ -52,7 +52,7 @@ def export(fitted: Fit, trials: Trials, path: Path) -> float:
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     save_trees(path, to_trees(fitted, data_hash(trials), notes))
-    ours = load_trees(path, fitted.feature_names).probability(trials.features)
+    ours = load_trees(path, fitted.feature_names).score(trials.features)
     difference = float(np.abs(ours - fitted.predict(trials.features)).max(initial=0.0))
     if difference > MAX_DIFFERENCE:
         path.unlink()

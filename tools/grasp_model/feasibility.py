@@ -29,6 +29,7 @@ from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import settle, with_poses_of
 from torc.sim.world import World, build_world
 from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def measure_all(names: Sequence[str] = (), again: bool = False, path: Path = FAC
     """
     facts = dict(read_facts(path)) if path.is_file() else {}
     wanted = [n for n in names or builtin_object_names() if again or not _known(facts, n)]
-    robot, workspace, console = load_robot(), Workspace(), Console(stderr=True)
+    robot, workspace, console = load_robot(), load_workspace(), Console(stderr=True)
     planner = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
     with console.status("") as status:
         for k, name in enumerate(wanted, start=1):

@@ -17,8 +17,7 @@ from tools.grasp_model.dataset import (
     shard_ranges,
 )
 from tools.grasp_model.snapshot import perceive
-from torc.grasping.check_result import Fault
-from torc.grasping.checks import check_candidates
+from torc.grasping.checks import Fault, check_candidates
 from torc.grasping.clouds import ObjectCloud, SceneClouds, build_clouds
 from torc.grasping.config import GraspConfig
 from torc.grasping.features import FEATURE_NAMES, compute_features
@@ -29,6 +28,7 @@ from torc.problems.problem import Problem
 from torc.records import OcclusionVolume
 from torc.robots.loading import load_robot
 from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 _SLACK_M = 1e-5
 
@@ -41,7 +41,7 @@ def refresh(data: Path, out: Path) -> None:
     """
     hand, workspace, console = (
         hand_geometry(load_robot().gripper),
-        Workspace(),
+        load_workspace(),
         Console(stderr=True, soft_wrap=True),
     )
     done = {(first, last) for first, last, _ in shard_ranges(out)}
@@ -96,10 +96,8 @@ def _measure(
         np.ascontiguousarray(Ts[:, :3, :3]), np.ascontiguousarray(Ts[:, :3, 3]), trials.width_m.astype(float)
     )
     z = workspace.support_z_m
-    found = check_candidates(
-        raw.Rs, raw.tips, raw.widths_m, cloud.cells, cloud.id, clouds.cells, hand, z, checks
-    )
+    found = check_candidates(raw, cloud, clouds.cells, hand, z, checks)
     features = compute_features(
         raw, found.foreign, cloud, clouds.cells, hand, volume, z, clouds.camera_position
     )
-    return features, ~found.blocked(checks), found.fault == Fault.NONE
+    return features, ~found.blocked, found.fault == Fault.NONE

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from torc.errors import InputError, PhysicsError
-from torc.generation.arrangements import StructuredConfig, structured_arrangement
-from torc.generation.drops import drop_arrangement
+from torc.generation.arrangements import StructuredConfig, drop_arrangement, structured_arrangement
 from torc.generation.sampling import sample_models
 from torc.problems.problem import Category, ObjectPlacement, Problem
 from torc.sim.settling import SettleReport, dump, settle_problem

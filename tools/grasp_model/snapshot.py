@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32
 
 from torc.grasping.features import FEATURE_NAMES
-from torc.grasping.planner import candidates_with_features
+from torc.grasping.planner import GeometricGraspPlanner
 from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, empty_volume, update_volume
 from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.perception.privileged import REAL_CAMERA, LabelPerception
@@ -47,7 +47,7 @@ def take_snapshot(
 ) -> Snapshot:
     """Render a settled scene without the arm, perceive it and propose grasps."""
     scene, volume = perceive(problem, workspace, noisy, rng)
-    found = candidates_with_features(scene, volume, gripper, workspace.support_z_m, rng)
+    found = GeometricGraspPlanner(gripper, workspace.support_z_m).candidates(scene, volume, rng)
     return Snapshot(
         scene, volume, found.grasps, found.features, FEATURE_NAMES, found.grasps.scores, ~found.blocked, noisy
     )

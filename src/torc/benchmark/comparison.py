@@ -20,12 +20,10 @@ _LEAST_P = 1 / (_DRAWS + 1)
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two planners on the trials that both completed, `first` minus `second`.
+    """Two planners, by label, on the trials that both completed, `first` minus `second`.
 
     Attributes:
-        first, second: labels.
         pairs: how many problems and seeds they share.
-        success, cost, drops: differences with intervals.
         p_cost: probability of a difference of cost as large as this one if the planners were the same.
     """
 
@@ -55,16 +53,9 @@ def compare(table: Table, first: str, second: str) -> Comparison:
         sums, totals = by_problem(problems, differences, [1] * len(shared))
         return sums, totals
 
-    cost = gap(lambda r: r.cost)
-    return Comparison(
-        first,
-        second,
-        len(shared),
-        difference(*gap(lambda r: r.retrieved), largest=1.0),
-        difference(*cost),
-        difference(*gap(lambda r: r.drops)),
-        sign_flip_p(cost[0]),
-    )
+    cost, drops = gap(lambda r: r.cost), difference(*gap(lambda r: r.drops))
+    success = difference(*gap(lambda r: r.retrieved), largest=1.0)
+    return Comparison(first, second, len(shared), success, difference(*cost), drops, sign_flip_p(cost[0]))
 
 
 def compare_all(table: Table, planners: Sequence[str]) -> list[Comparison]:

@@ -12,13 +12,7 @@ Work = Callable[[Any], Any]
 
 @dataclass(frozen=True)
 class Task:
-    """One call of a `Work`.
-
-    Attributes:
-        key: unique among the tasks.
-        argument: what it is called with.
-        log: file that takes what the task prints, and where it was when it crashed or hung.
-    """
+    """One call of a `Work`: `log` takes what it prints, and where it was when it crashed or hung."""
 
     key: str
     argument: Any
@@ -26,26 +20,17 @@ class Task:
 
 
 class FailureKind(StrEnum):
-    """Why there is no answer."""
+    """Why there is no answer: the process ended, took too long, asked for too much memory, or raised."""
 
     CRASHED = "crashed"
-    """The process ended: a segmentation fault, an abort, an exit, or killed from outside."""
     HUNG = "hung"
-    """It took longer than it may."""
     MEMORY = "memory"
-    """It asked for more memory than it may have."""
     RAISED = "raised"
-    """It raised an exception."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a task gave no answer.
-
-    Attributes:
-        kind: see FailureKind.
-        text: a sentence for people.
-    """
+    """Why a task gave no answer; `text` is a sentence for people."""
 
     kind: FailureKind
     text: str
@@ -53,12 +38,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class Ending:
-    """A task has ended: its answer, or why there is none.
-
-    Attributes:
-        key: the task's.
-        outcome: what the work returned, or a Failure.
-    """
+    """A task has ended: with what the work returned, or a Failure."""
 
     key: str
     outcome: Any

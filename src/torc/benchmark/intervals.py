@@ -12,6 +12,7 @@ from math import log, sqrt
 
 import numpy as np
 from jaxtyping import Float
+from scipy.stats import skew
 from scipy.stats import t as student
 
 LEVEL = 0.95
@@ -29,8 +30,7 @@ class Estimate:
     Attributes:
         value: NaN where there is nothing to count.
         low, high: the interval; infinite or the whole range where too few problems tell nothing.
-        count: trials, picks or grasps behind it.
-        problems: how many they come from.
+        count: trials, picks or grasps behind it, from so many `problems`.
     """
 
     value: float
@@ -43,16 +43,14 @@ class Estimate:
         """For tables: "0.83 [0.78, 0.87]"; empty where there is nothing. None for two significant digits."""
         if not np.isfinite(self.value):
             return ""
-        value, low, high = (_written(v, digits) for v in (self.value, self.low, self.high))
-        return f"{value} [{low}, {high}]"
 
+        def written(value: float) -> str:
+            if not np.isfinite(value):
+                return "?"
+            shorter = ".2g" if abs(value) < 100 else ".0f"
+            return format(value, shorter if digits is None else f".{digits}f")
 
-def _written(value: float, digits: int | None) -> str:
-    if not np.isfinite(value):
-        return "?"
-    if digits is not None:
-        return f"{value:.{digits}f}"
-    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
+        return f"{written(self.value)} [{written(self.low)}, {written(self.high)}]"
 
 
 NOTHING = Estimate(float("nan"), float("nan"), float("nan"), 0, 0)
@@ -89,11 +87,7 @@ def mean(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
 
     Student's t after the transformation that takes out the skewness (P. Hall, On the removal of skewness by
     transformation, 1992). Where all problems are the same, those that were not played may still differ: as many as
-    may have been missed by chance.
-
-    Args:
-        sums, totals: what is counted, by problem, and how many trials it is of.
-        largest: what a trial can have at most.
+    may have been missed by chance. A trial can have at most `largest`.
     """
     sums, totals = _counted(sums, totals)
     if not len(totals):
@@ -107,7 +101,7 @@ def mean(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
     if se <= 0:
         missed = _missed(n)
         return Estimate(value, value * (1 - missed), value + (largest - value) * missed, count, n)
-    skewed, q = _skewness(sums - value * totals), _quantile(n)
+    skewed, q = float(skew(sums - value * totals)), _quantile(n)
     low, high = (value - _unskewed(t, skewed, n) * se for t in (q, -q))
     return Estimate(value, max(0.0, low), min(high, largest), count, n)
 
@@ -116,11 +110,7 @@ def difference(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
     """A mean of paired differences, of either sign: Student's t.
 
     Where no problem shows any difference, there may be some in those that were not played: as many as may have been
-    missed by chance, each as large as a difference can be.
-
-    Args:
-        sums, totals: differences and pairs by problem.
-        largest: size of the largest possible difference.
+    missed by chance, each as large as a difference can be (`largest`).
     """
     sums, totals = _counted(sums, totals)
     if not len(totals):
@@ -137,7 +127,7 @@ def median(problems: Sequence[str], values: Sequence[float]) -> Estimate:
     if not len(values):
         return NOTHING
     numbers = np.asarray(values, dtype=float)
-    names, index = np.unique(np.asarray(problems, dtype=object).astype(str), return_inverse=True)
+    names, index = np.unique(np.asarray(problems).astype(str), return_inverse=True)
     cuts = np.unique(numbers)
     if len(cuts) > _MAX_CUTS:
         cuts = np.unique(np.quantile(numbers, np.linspace(0, 1, _MAX_CUTS), method="lower"))
@@ -160,11 +150,6 @@ def ratio(sums: Sums, totals: Sums) -> tuple[float, float]:
 def _missed(problems: int) -> float:
     """The largest share of problems that differ from all the others without one of them having been met by chance."""
     return float(1 - ((1 - LEVEL) / 2) ** (1 / problems))
-
-
-def _skewness(residuals: Sums) -> float:
-    spread = float((residuals**2).mean())
-    return float((residuals**3).mean()) / spread**1.5 if spread > 0 else 0.0
 
 
 def _unskewed(quantile: float, skewness: float, problems: int) -> float:

@@ -1,13 +1,12 @@
 """Tasks over processes of this machine. A crash, a hang or too much memory ends one process, which is replaced."""
 
 import os
-import re
 import signal
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass
 from multiprocessing import get_context
 from typing import Any
@@ -23,9 +22,6 @@ _TASKS_PER_PROCESS = 100
 """A process is replaced after so many, so that what libraries leak does not add up."""
 _STARTS = 4
 """How often the pool may break down without any task having ended in between."""
-
-_DUMP_BEGINS = re.compile(rb"Timeout \(\d+:\d\d:\d\d(\.\d+)?\)!\s*$")
-"""With what faulthandler begins to write down where a process is that hangs, maybe behind an unfinished line."""
 
 
 @dataclass(frozen=True)
@@ -43,21 +39,8 @@ class PoolConfig:
     memory_bytes: int | None = 8 * 2**30
 
 
-@dataclass(frozen=True)
-class _Running:
-    """A task that is being carried out, and how many bytes an earlier try left in its log."""
-
-    task: Task
-    logged: int
-
-
 class LocalPool:
-    """A `Backend` on this machine's cores.
-
-    Args:
-        config: how tasks are carried out.
-        stay: the processes wait for the next `run`, until `close`.
-    """
+    """A `Backend` on this machine's cores. With `stay` the processes wait for the next `run`, until `close`."""
 
     def __init__(self, config: PoolConfig, stay: bool = False) -> None:
         self.config, self._stay = config, stay
@@ -65,11 +48,7 @@ class LocalPool:
         self._pool: ProcessPool | None = None
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
-        """An ending per task, as they end.
-
-        Raises:
-            TorcError: processes end as soon as they start.
-        """
+        """An ending per task, as they end. Raises TorcError: processes end as soon as they start."""
         left, starts = deque(tasks), 0
         while left:
             starts += 1
@@ -79,53 +58,55 @@ class LocalPool:
                 starts = 0
                 yield ending
 
+    def _until_it_breaks(self, work: Work, left: deque[Task]) -> Iterator[Ending]:
+        """Endings until no tasks are left, or the pool broke down: unfinished tasks are back in `left` then."""
+        pool, limit_s = self._opened(), self.config.limit_s
+        running: dict[Future[Any], Task] = {}
+        try:
+            while left or running:
+                # One task more than there are processes: none waits for work.
+                while left and len(running) <= self.config.workers:
+                    arguments = (work, left[0].argument, left[0].log, limit_s)
+                    running[pool.schedule(carry_out, args=arguments, timeout=limit_s)] = left.popleft()
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    outcome = self._outcome(future)
+                    yield Ending(running.pop(future).key, outcome)
+        except (BrokenProcessPool, RuntimeError):  # the latter from `schedule`
+            pass
+        finally:
+            left.extendleft(running.values())
+            if running or not self._stay:
+                self.close()
+
     def close(self) -> None:
         """End the processes."""
         self._pool = None
         self._stack.close()
 
-    def _until_it_breaks(self, work: Work, left: deque[Task]) -> Iterator[Ending]:
-        """Endings until no tasks are left, or the pool broke down: unfinished tasks are back in `left` then."""
-        pool = self._pool = self._pool or self._stack.enter_context(_open_pool(self.config))
-        running: dict[Future[Any], _Running] = {}
-        try:
-            while left or running:
-                # One task more than there are processes: none waits for work.
-                while left and len(running) <= self.config.workers:
-                    task = left.popleft()
-                    before = task.log.stat().st_size if task.log.exists() else 0
-                    running[self._schedule(pool, work, task)] = _Running(task, before)
-                done, _ = wait(running, return_when=FIRST_COMPLETED)
-                for future in done:
-                    try:
-                        outcome = self._outcome(future, running[future])
-                    except BrokenProcessPool:
-                        return
-                    yield Ending(running.pop(future).task.key, outcome)
-        finally:
-            left.extendleft(r.task for r in running.values())
-            if running or not self._stay:
-                self.close()
+    def _opened(self) -> ProcessPool:
+        if self._pool is not None:
+            return self._pool
+        self._stack.enter_context(one_thread_each())
+        pool = self._pool = ProcessPool(
+            self.config.workers,
+            _TASKS_PER_PROCESS,
+            initializer=set_up,
+            initargs=(self.config.memory_bytes, os.getpid()),
+            context=get_context("spawn"),
+        )
+        self._stack.callback(pool.join)
+        self._stack.callback(pool.stop)
+        return pool
 
-    def _schedule(self, pool: ProcessPool, work: Work, task: Task) -> Future[Any]:
-        arguments = (work, task.argument, task.log, self.config.limit_s)
-        try:
-            future: Future[Any] = pool.schedule(carry_out, args=arguments, timeout=self.config.limit_s)
-        except RuntimeError as error:  # the pool's word for "broken down"
-            future = Future()
-            future.set_exception(BrokenProcessPool(str(error)))
-        return future
-
-    def _outcome(self, future: Future[Any], running: _Running) -> Any:
+    def _outcome(self, future: Future[Any]) -> Any:
         """What the work returned, or a Failure. Raises BrokenProcessPool."""
         error = future.exception()
         if error is None:
             return future.result()
         if isinstance(error, BrokenProcessPool):
             raise error
-        # The dump reads the stacks of threads that run on meanwhile, and now and then crashes by that.
-        crashed_in_dump = isinstance(error, ProcessExpired) and error.exitcode < 0 and _dump_begun(running)
-        if isinstance(error, TimeoutError) or crashed_in_dump:
+        if isinstance(error, TimeoutError):
             text = f"It was ended after {self.config.limit_s:g} s without an answer."
             return Failure(FailureKind.HUNG, text)
         if isinstance(error, ProcessExpired):
@@ -133,38 +114,6 @@ class LocalPool:
         return Failure(FailureKind.RAISED, f"{type(error).__name__}: {error}")
 
 
-@contextmanager
-def _open_pool(config: PoolConfig) -> Iterator[ProcessPool]:
-    """Processes that wait for work; all end with the context."""
-    with one_thread_each():
-        pool = ProcessPool(
-            config.workers,
-            _TASKS_PER_PROCESS,
-            initializer=set_up,
-            initargs=(config.memory_bytes, os.getpid()),
-            context=get_context("spawn"),
-        )
-        try:
-            yield pool
-        finally:
-            pool.stop()
-            pool.join()
-
-
-def _dump_begun(running: _Running) -> bool:
-    """Whether the log tells that its process was written down as hanging."""
-    try:
-        with open(running.task.log, "rb") as lines:
-            lines.seek(running.logged)
-            return any(_DUMP_BEGINS.search(line) for line in lines)
-    except OSError:
-        return False
-
-
 def _death(code: int) -> str:
-    if code < 0:
-        try:
-            return f"was ended by {signal.Signals(-code).name}"
-        except ValueError:
-            return f"was ended by signal {-code}"
-    return f"ended with code {code}"
+    known = {s.value: s.name for s in signal.Signals}
+    return f"ended with code {code}" if code >= 0 else f"was ended by {known.get(-code, f'signal {-code}')}"

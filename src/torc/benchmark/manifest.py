@@ -16,19 +16,14 @@ _GIT_PATIENCE_S = 10
 
 
 def call_facts(arguments: Sequence[str], workers: int) -> dict[str, Any]:
-    """What is known when a call begins; `ended_facts` is added when it ends.
-
-    Args:
-        arguments: the command line, without the program.
-        workers: processes.
-    """
+    """What is known when a call begins with these command-line arguments; `ended_facts` is added when it ends."""
     return {
         "started": _now(),
         "command": ["torc", *arguments],
         "workers": workers,
-        "commit": commit(Path(torc.__file__).parent),
+        "commit": _commit(Path(torc.__file__).parent),
         "versions": versions(),
-        "machine": machine(),
+        "machine": _machine(),
     }
 
 
@@ -37,40 +32,33 @@ def ended_facts(played: int, errored: int, missing: int) -> dict[str, Any]:
     return {"ended": _now(), "played": played, "errored": errored, "missing": missing}
 
 
-def commit(directory: Path) -> dict[str, Any] | None:
+def _commit(directory: Path) -> dict[str, Any] | None:
     """Commit of the checkout that holds a directory, and whether files differ from it; None if there is none."""
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(directory), *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=_GIT_PATIENCE_S)
+        return done.stdout.strip()
+
     try:
-        head = _git(directory, "rev-parse", "HEAD")
-        changed = _git(directory, "status", "--porcelain", "--untracked-files=no", "--", ".")
+        changed = git("status", "--porcelain", "--untracked-files=no", "--", ".")
+        return {"id": git("rev-parse", "HEAD"), "changed": bool(changed)}
     except (OSError, subprocess.SubprocessError):
         return None
-    return {"id": head, "changed": bool(changed)}
 
 
-def machine() -> dict[str, Any]:
+def _machine() -> dict[str, Any]:
     """Processor, cores, memory, system."""
-    facts: dict[str, Any] = {
-        "processor": _processor(),
-        "cores": os.cpu_count(),
-        "system": platform.platform(),
-    }
-    if hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
-        facts["memory_gb"] = round(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1e9, 1)
-    return facts
-
-
-def _processor() -> str:
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
         lines = []
-    return next((x.split(":", 1)[1].strip() for x in lines if x.startswith("model name")), platform.machine())
-
-
-def _git(directory: Path, *arguments: str) -> str:
-    command = ["git", "-C", str(directory), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=_GIT_PATIENCE_S)
-    return done.stdout.strip()
+    named = (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    processor = next(named, platform.machine())
+    facts: dict[str, Any] = {"processor": processor, "cores": os.cpu_count(), "system": platform.platform()}
+    if hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
+        facts["memory_gb"] = round(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1e9, 1)
+    return facts
 
 
 def _now() -> str:

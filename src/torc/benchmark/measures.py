@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import inf
 
-from torc.benchmark import intervals
-from torc.benchmark.intervals import Estimate, by_problem
+from torc.benchmark.intervals import Estimate, by_problem, mean, median, share
 from torc.benchmark.rows import PickRow, TrialRow
 
 Rows = Sequence[TrialRow]
+PROMISE_BINS = (0.0, 0.5, 0.8, 0.95, 0.98, 1.0)
+"""Edges of the bins in which the promised probability is compared with what came of it."""
 
 
 @dataclass(frozen=True)
@@ -30,89 +31,74 @@ class Measure:
     digits: int | None = 2
 
 
-def _share_of_trials(predicate: Callable[[TrialRow], bool]) -> Callable[[Rows], Estimate]:
-    def of(rows: Rows) -> Estimate:
-        return intervals.share(
-            *by_problem([r.problem for r in rows], [predicate(r) for r in rows], [1] * len(rows))
-        )
-
-    return of
+def _share(predicate: Callable[[TrialRow], bool]) -> Callable[[Rows], Estimate]:
+    return lambda rows: share(
+        *by_problem([r.problem for r in rows], [predicate(r) for r in rows], [1] * len(rows))
+    )
 
 
-def _mean_of_trials(
-    value: Callable[[TrialRow], float], most: Callable[[TrialRow], float] = lambda row: inf
-) -> Callable[[Rows], Estimate]:
-    """most: the value cannot be larger."""
+def _mean(value: Callable[[TrialRow], float], bounded: bool = False) -> Callable[[Rows], Estimate]:
+    """bounded: by the budget of picks."""
 
     def of(rows: Rows) -> Estimate:
         sums, totals = by_problem([r.problem for r in rows], [value(r) for r in rows], [1] * len(rows))
-        return intervals.mean(sums, totals, max((most(r) for r in rows), default=inf))
+        return mean(sums, totals, max((r.max_picks for r in rows), default=inf) if bounded else inf)
 
     return of
-
-
-def _median_of_trials(value: Callable[[TrialRow], float]) -> Callable[[Rows], Estimate]:
-    return lambda rows: intervals.median([r.problem for r in rows], [value(r) for r in rows])
 
 
 def _median_of_picks(
-    value: Callable[[PickRow], float], of_interest: Callable[[PickRow], bool]
+    value: Callable[[PickRow], float], of_interest: Callable[[PickRow], bool] = lambda pick: True
 ) -> Callable[[Rows], Estimate]:
     def of(rows: Rows) -> Estimate:
         picks = [(r.problem, value(p)) for r in rows for p in r.picked if of_interest(p)]
-        return intervals.median([name for name, _ in picks], [v for _, v in picks])
+        return median([name for name, _ in picks], [v for _, v in picks])
 
     return of
 
 
-def _of_grasps(
-    good: Callable[[PickRow], bool], of_interest: Callable[[PickRow], bool] = lambda pick: True
-) -> Callable[[Rows], Estimate]:
-    """Share of the grasps of interest, of those carried out, that are good."""
+def _of_grasps(good: Callable[[PickRow], bool], unseen: bool = False) -> Callable[[Rows], Estimate]:
+    """Share of the grasps that were carried out, of `unseen` kinds alone if so, that are good."""
 
     def of(rows: Rows) -> Estimate:
-        tried = [(r.problem, good(p)) for r in rows for p in r.picked if p.grasp_tried and of_interest(p)]
-        return intervals.share(*by_problem([n for n, _ in tried], [g for _, g in tried], [1] * len(tried)))
+        picks = [(r.problem, p) for r in rows for p in r.picked if p.grasp_tried]
+        tried = [(name, good(p)) for name, p in picks if p.unseen_kind or not unseen]
+        return share(*by_problem([n for n, _ in tried], [g for _, g in tried], [1] * len(tried)))
 
     return of
 
 
 SUCCESS = Measure(
-    "retrieved",
-    "the target was held after the lift and delivered",
-    _share_of_trials(lambda r: r.retrieved),
+    "retrieved", "the target was held after the lift and delivered", _share(lambda r: r.retrieved)
 )
 DROP_FREE = Measure(
-    "with no drop",
-    "and nothing else left the table",
-    _share_of_trials(lambda r: r.retrieved and r.drops == 0),
+    "with no drop", "and nothing else left the table", _share(lambda r: r.retrieved and r.drops == 0)
 )
 COST = Measure(
     "picks to retrieval",
     "mean; a trial that never retrieved the target counts as the whole budget: the paper's primary objective",
-    _mean_of_trials(lambda r: r.cost, lambda r: r.max_picks),
+    _mean(lambda r: r.cost, bounded=True),
     1,
 )
 DROPS = Measure(
     "drops",
     "mean number of other objects dropped in a trial: the secondary objective",
-    _mean_of_trials(lambda r: r.drops),
+    _mean(lambda r: r.drops),
 )
-MEDIAN_PICKS = Measure("median picks", "of all completed trials", _median_of_trials(lambda r: r.picks), 0)
-MEAN_PICKS = Measure(
-    "mean picks", "of all completed trials", _mean_of_trials(lambda r: r.picks, lambda r: r.max_picks), 1
+MEDIAN_PICKS = Measure(
+    "median picks",
+    "of all completed trials",
+    lambda rows: median([r.problem for r in rows], [r.picks for r in rows]),
+    0,
 )
+MEAN_PICKS = Measure("mean picks", "of all completed trials", _mean(lambda r: r.picks, bounded=True), 1)
 DECISION_S = Measure(
-    "decision, s",
-    "median time of one decision",
-    _median_of_picks(lambda p: p.decision_s, lambda p: True),
-    None,
+    "decision, s", "median time of one decision", _median_of_picks(lambda p: p.decision_s), None
 )
 PLANNING_S = Measure(
     "pick planning, s",
     "median time of planning a pick: grasps and motions, without the decision",
     _median_of_picks(lambda p: p.planning_s, lambda p: p.motions_s > 0),
-    2,
 )
 GRASPS = Measure(
     "grasps held", "after the lift, of the grasps that were carried out", _of_grasps(lambda p: p.held)
@@ -121,30 +107,17 @@ DELIVERED = Measure("delivered", "put into the bin, of the same", _of_grasps(lam
 UNSEEN_GRASPS = Measure(
     "held of unseen kinds",
     "grasps held of kinds of objects that the grasp model was never trained on",
-    _of_grasps(lambda p: p.held, lambda p: bool(p.unseen_kind)),
+    _of_grasps(lambda p: p.held, unseen=True),
 )
 UNSEEN_DELIVERED = Measure(
     "delivered of unseen kinds",
     "put into the bin, of the same",
-    _of_grasps(lambda p: p.delivered, lambda p: bool(p.unseen_kind)),
+    _of_grasps(lambda p: p.delivered, unseen=True),
 )
-
 MEASURES = (
-    SUCCESS,
-    DROP_FREE,
-    COST,
-    DROPS,
-    MEDIAN_PICKS,
-    MEAN_PICKS,
-    DECISION_S,
-    PLANNING_S,
-    GRASPS,
-    DELIVERED,
-    UNSEEN_GRASPS,
-    UNSEEN_DELIVERED,
+    *(SUCCESS, DROP_FREE, COST, DROPS, MEDIAN_PICKS, MEAN_PICKS, DECISION_S, PLANNING_S),
+    *(GRASPS, DELIVERED, UNSEEN_GRASPS, UNSEEN_DELIVERED),
 )
-PROMISE_BINS = (0.0, 0.5, 0.8, 0.95, 0.98, 1.0)
-"""Edges of the bins in which the promised probability is compared with what came of it."""
 
 
 def ends(rows: Rows) -> Counter[str]:
@@ -159,8 +132,8 @@ def attempts(rows: Rows) -> Counter[str]:
 
 def promises(rows: Rows) -> list[tuple[float, float, list[PickRow]]]:
     """The grasps that were carried out, by the probability they were given: low edge, high edge, picks of each bin."""
-    tried = [p for r in rows for p in r.picked if p.grasp_tried and p.p is not None]
+    tried = [(p.p, p) for r in rows for p in r.picked if p.grasp_tried and p.p is not None]
     return [
-        (low, high, [p for p in tried if p.p is not None and low <= p.p and (p.p < high or high == 1.0)])
+        (low, high, [pick for p, pick in tried if low <= p and (p < high or high == 1.0)])
         for low, high in pairwise(PROMISE_BINS)
     ]

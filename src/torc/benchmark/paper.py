@@ -19,16 +19,14 @@ CITATION = "Are VLMs Effective Task Planners for Robotic Object Retrieval in Clu
 
 @dataclass(frozen=True)
 class PaperMethod:
-    """A method of the paper.
+    """A method of the paper, under its name there.
 
     Attributes:
-        name: as the paper writes it.
         success: share of trials in which the target was retrieved; `success_95` is its bootstrap interval over the
             40 problems.
         drop_free: share in which it was retrieved and no object was dropped, read from the chart.
         picks_success, picks: median picks of the successful trials, and of all.
-        drops: median number of objects dropped.
-        decision_s: median decision time; None where the paper gives none.
+        drops, decision_s: medians; None where the paper gives none.
         grasps_held: of the executed grasps.
     """
 

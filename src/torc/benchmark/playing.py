@@ -19,14 +19,7 @@ TRIAL, OUTPUT = "trial", "output.txt"
 
 @dataclass(frozen=True)
 class Order:
-    """What a worker is told.
-
-    Attributes:
-        trial: what to play.
-        problem: name or path of the problem.
-        work: directory to play in.
-        vlm_cache: where replies of a VLM are kept.
-    """
+    """What a worker is told: `problem` is a name or path, `work` the directory to play in."""
 
     trial: PlannedTrial
     problem: str
@@ -37,8 +30,7 @@ class Order:
 def changed_part(trial: PlannedTrial) -> str | None:
     """What is not as it was when the trial was planned, e.g. "planner 'mine:Mine'"; None if everything is.
 
-    Raises:
-        InputError: a part is missing.
+    Raises InputError: a part is missing.
     """
     planner, around = trial.planner, trial.around
     if planner.source and part_source(load_trial_planner(planner.spec.name)) != planner.source:
@@ -53,15 +45,13 @@ def play(order: Order) -> None:
 
     Raises as `run_trial`, and InputError where it would not be the trial that was planned.
     """
+    problem, what = order.trial.problem, ""
     if changed := changed_part(order.trial):
-        raise _not_as_planned(f"What is in the file of the {changed}")
-    problem = order.trial.problem
-    if problem_fingerprint(load_problem(order.problem)) != problem.digest:
-        raise _not_as_planned(f"The problem '{problem.name}', or an object of your own that is in it,")
+        what = f"What is in the file of the {changed}"
+    elif problem_fingerprint(load_problem(order.problem)) != problem.digest:
+        what = f"The problem '{problem.name}', or an object of your own that is in it,"
+    if what:
+        raise InputError(
+            f"{what} has changed since this benchmark was begun. Begin another one (--out), or put the file back."
+        )
     run_trial(order.trial.spec(order.problem), order.work / TRIAL, overwrite=True, vlm_cache=order.vlm_cache)
-
-
-def _not_as_planned(what: str) -> InputError:
-    return InputError(
-        f"{what} has changed since this benchmark was begun. Begin another one (--out), or put the file back."
-    )

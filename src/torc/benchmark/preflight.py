@@ -33,7 +33,6 @@ class Question:
 
     Attributes:
         spec: who; its VLM is given to it if it takes a `client`.
-        vlm_cache: where the VLM's replies are kept.
         own_vlm: the VLM was named for this planner alone, so that it must ask one.
     """
 
@@ -48,16 +47,14 @@ def find_problems(selection: str) -> dict[BenchProblem, Problem]:
     files: dict[str, str] = {}
     for name in select_problems(selection):
         problem = load_problem(name)
-        if problem.name in files:
+        first = files.setdefault(problem.name, name)
+        if first != name:
             raise InputError(
-                f"{files[problem.name]} and {name} are both called '{problem.name}', so their trials would be mixed "
-                "up. Change `name:` in one of the files, or leave it out; generated ones are called otherwise with "
-                "another --seed."
+                f"{first} and {name} are both called '{problem.name}', so their trials would be mixed up. Change "
+                "`name:` in one of the files, or leave it out; generated ones are called otherwise with another --seed."
             )
-        files[problem.name] = name
-        shipped = shipped_path(name) is not None
-        digest = problem_fingerprint(problem)
-        found[BenchProblem(problem.name, problem.category, digest, shipped)] = problem
+        facts = problem.name, problem.category, problem_fingerprint(problem), shipped_path(name) is not None
+        found[BenchProblem(*facts)] = problem
     return found
 
 
@@ -74,23 +71,16 @@ def find_planners(
 
     One that crashes here is kept: its trials will be errored, with the cause.
 
-    Args:
-        questions: which planners.
-        backend: where they are made.
-        log_directory: for what they print.
-
-    Raises:
-        InputError: a planner is unknown, or cannot be made (no key, missing options).
+    Raises InputError: a planner is unknown, or cannot be made (no key, missing options).
     """
-    tasks = [Task(str(i), question, log_directory / f"{i}.txt") for i, question in enumerate(questions)]
+    tasks = [Task(f"{i}", question, log_directory / f"{i}.txt") for i, question in enumerate(questions)]
     found: dict[str, BenchPlanner] = {}
     for ending in backend.run(look_at, tasks):
         failure = ending.failure
         if failure is not None and failure.kind is FailureKind.RAISED:
             raise InputError(failure.text)
-        found[ending.key] = (
-            BenchPlanner(questions[int(ending.key)].spec) if failure is not None else ending.outcome
-        )
+        crashed = BenchPlanner(questions[int(ending.key)].spec)
+        found[ending.key] = ending.outcome if failure is None else crashed
     return tuple(found[task.key] for task in tasks)
 
 
@@ -101,19 +91,15 @@ def find_around(
 
     All parts are made once to see whether that works: unlike task planners they play in all trials.
 
-    Raises:
-        InputError: a part is unknown, or cannot be used.
+    Raises InputError: a part is unknown, or cannot be used.
     """
     asked = [conditions, *(varied(conditions, variant) for variant in variants)]
-    keys = [f"conditions-{i}" for i in range(len(asked))]
-    tasks = [Task(key, each, log_directory / f"{key}.txt") for key, each in zip(keys, asked)]
+    tasks = [Task(f"{i}", each, log_directory / f"conditions-{i}.txt") for i, each in enumerate(asked)]
     found: dict[str, Mapping[str, str]] = {}
     for ending in backend.run(look_around, tasks):
-        failure = ending.failure
-        if failure is not None:
-            why = (
-                "" if failure.kind is FailureKind.RAISED else "The parts around the planners cannot be made: "
-            )
+        if failure := ending.failure:
+            raised = failure.kind is FailureKind.RAISED
+            why = "" if raised else "The parts around the planners cannot be made: "
             raise InputError(why + failure.text)
         found[ending.key] = ending.outcome
     first, *others = (found[task.key] for task in tasks)

@@ -15,12 +15,7 @@ from torc.benchmark.runner import Played
 
 
 class Tally:
-    """Counts what has ended.
-
-    Args:
-        total: trials of this call.
-        clock: seconds.
-    """
+    """Counts what has ended of so many trials; `clock` gives seconds."""
 
     def __init__(self, total: int, clock: Callable[[], float] = time.monotonic) -> None:
         self.total, self._clock, self._begun = total, clock, clock()
@@ -31,12 +26,10 @@ class Tally:
     def add(self, played: Played) -> None:
         """Count a trial."""
         self.done += 1
+        self.errored += not played.completed
         label = played.trial.planner.label
-        if played.completed:
-            self._completed[label] += 1
-            self._retrieved[label] += bool(played.result.get("retrieved"))
-        else:
-            self.errored += 1
+        self._completed[label] += played.completed
+        self._retrieved[label] += played.completed and bool(played.result.get("retrieved"))
 
     @property
     def pace(self) -> str:
@@ -44,16 +37,15 @@ class Tally:
         seconds = self._clock() - self._begun
         if not self.done or seconds <= 0:
             return ""
-        return f"{60 * self.done / seconds:.3g} a minute, {_time((self.total - self.done) * seconds / self.done)} left"
+        left = _time((self.total - self.done) * seconds / self.done)
+        return f"{60 * self.done / seconds:.3g} a minute, {left} left"
 
     @property
     def so_far(self) -> str:
         """Retrieved of completed per planner, and the errored ones."""
-        parts = [f"{label} {self._retrieved[label]}/{n}" for label, n in self._completed.items()]
-        text = f"retrieved: {', '.join(parts)}" if parts else ""
-        if self.errored:
-            text += f"{'; ' if text else ''}errored: {self.errored}"
-        return text
+        parts = [f"{label} {self._retrieved[label]}/{n}" for label, n in self._completed.items() if n]
+        told = [f"retrieved: {', '.join(parts)}"] if parts else []
+        return "; ".join(told + ([f"errored: {self.errored}"] if self.errored else []))
 
 
 def line_of(played: Played) -> str:
@@ -71,15 +63,16 @@ def shown(total: int, stream: TextIO | None = None) -> Iterator[Callable[[Played
     """A listener that shows progress on a stream (standard error if none is given) while the context lasts."""
     stream = stream or sys.stderr
     console, tally = Console(file=stream), Tally(total)
+
+    def plain(played: Played) -> None:
+        tally.add(played)
+        print(f"[{tally.done}/{total}] {line_of(played)} | {tally.pace}", file=stream, flush=True)
+
     if not console.is_terminal:
-        yield lambda played: _plain(tally, played, stream)
+        yield plain
         return
-    columns = (
-        TextColumn("{task.completed}/{task.total}"),
-        BarColumn(bar_width=24),
-        TextColumn("{task.fields[pace]}"),
-        TextColumn("{task.fields[so_far]}"),
-    )
+    told = (TextColumn("{task.fields[pace]}"), TextColumn("{task.fields[so_far]}"))
+    columns = (TextColumn("{task.completed}/{task.total}"), BarColumn(bar_width=24), *told)
     with Progress(*columns, console=console) as progress:
         bar = progress.add_task("", total=total, pace="starting...", so_far="")
 
@@ -92,14 +85,7 @@ def shown(total: int, stream: TextIO | None = None) -> Iterator[Callable[[Played
         yield live
 
 
-def _plain(tally: Tally, played: Played, stream: TextIO) -> None:
-    tally.add(played)
-    print(f"[{tally.done}/{tally.total}] {line_of(played)} | {tally.pace}", file=stream, flush=True)
-
-
 def _time(seconds: float) -> str:
     if seconds < 90:
         return f"{seconds:.0f} s"
-    if seconds < 90 * 60:
-        return f"{seconds / 60:.0f} min"
-    return f"{seconds / 3600:.1f} h"
+    return f"{seconds / 60:.0f} min" if seconds < 90 * 60 else f"{seconds / 3600:.1f} h"

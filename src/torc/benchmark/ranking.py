@@ -18,9 +18,8 @@ class Standing:
     """A planner in the ranking.
 
     Attributes:
-        planner: label.
         cost, success, drops: of its completed trials.
-        completed, played, planned: trials.
+        completed, played, planned: numbers of trials.
         reference: not a planner to use: in some trial it was no participant.
         behind: against the leader; None for the leader itself, and where they share no trial.
         p: of no difference in cost from the leader, corrected for the number of planners; None as `behind`, and for
@@ -56,8 +55,7 @@ class Standing:
 
 def rank(table: Table) -> list[Standing]:
     """All planners: by picks to retrieval, then drops; those without a completed trial last, references after all."""
-    plain = [_standing(table, planner) for planner in table.planners]
-    ordered = sorted(plain, key=_order)
+    ordered = sorted((_standing(table, planner) for planner in table.planners), key=_order)
     leader = next((s for s in ordered if not s.reference and s.completed), None)
     if leader is None:
         return ordered

@@ -21,7 +21,7 @@ from typing import Any
 from torc.benchmark.dispatch import Ending, Failure, FailureKind, Task, Work
 from torc.benchmark.local_pool import PoolConfig
 from torc.benchmark.playing import TRIAL, Order
-from torc.benchmark.ray_worker import CODE, Sent, play_there, torc_facts
+from torc.benchmark.ray_worker import CODE, RemoteTask, play_remotely, torc_facts
 from torc.benchmark.spec import BenchSpec
 from torc.errors import InputError, MissingDependencyError, TorcError, extra_remedy
 from torc.objects.store import ENVIRONMENT_VARIABLE, find_stored
@@ -56,13 +56,12 @@ class RayPool:
 
     def __init__(self, ray: ModuleType, limits: PoolConfig, there: Mapping[str, str]) -> None:
         self._ray, self._limits, self._there = ray, limits, there
-        self._play = ray.remote(num_cpus=1, max_retries=_RETRIES)(play_there)
+        self._play = ray.remote(num_cpus=1, max_retries=_RETRIES)(play_remotely)
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
         """An ending per task, as they end; by then its order's directory is as if it had been played here.
 
-        Raises:
-            TorcError: a machine cannot play, or would play something else, or the cluster is lost as a whole.
+        Raises TorcError: a machine cannot play, or would play something else, or the cluster is lost as a whole.
         """
         left, running = deque(tasks), dict[Any, Task]()
         try:
@@ -82,17 +81,13 @@ class RayPool:
         """What the cluster is made of, for the manifest."""
         nodes = [n for n in self._ray.nodes() if n["Alive"]]
         machines = sorted({n["NodeManagerHostname"] for n in nodes})
-        return {
-            "nodes": len(nodes),
-            "machines": machines,
-            "cpus": self._cpus(),
-            "version": self._ray.__version__,
-        }
+        facts = {"nodes": len(nodes), "machines": machines, "cpus": self._cpus()}
+        return {**facts, "version": self._ray.__version__}
 
     def _cpus(self) -> int:
         return int(self._ray.cluster_resources().get("CPU", 0))
 
-    def _sent(self, work: Work, task: Task) -> Sent:
+    def _sent(self, work: Work, task: Task) -> RemoteTask:
         """A task with the names that the user's own files have on the other machines."""
         order: Order = task.argument
         trial, vlm_cache, shared = order.trial, order.vlm_cache, None
@@ -101,15 +96,10 @@ class RayPool:
             shared.mkdir(parents=True, exist_ok=True)
             vlm_cache = replace(vlm_cache, directory=shared)
         around = varied(trial.around.conditions, self._there)
-        own_problem = f"{_PROBLEMS}/{trial.problem.name}.yaml"
-        there = replace(
-            order,
-            trial=replace(trial, around=replace(trial.around, conditions=around)),
-            problem=order.problem if trial.problem.shipped else own_problem,
-            vlm_cache=vlm_cache,
-        )
-        limits = replace(self._limits, workers=1)
-        return Sent(pickle.dumps((work, there)), task.log.name, limits, torc_facts(), shared)
+        problem = order.problem if trial.problem.shipped else f"{_PROBLEMS}/{trial.problem.name}.yaml"
+        trial = replace(trial, around=replace(trial.around, conditions=around))
+        pickled = pickle.dumps((work, replace(order, trial=trial, problem=problem, vlm_cache=vlm_cache)))
+        return RemoteTask(pickled, task.log.name, replace(self._limits, workers=1), torc_facts(), shared)
 
     def _ending(self, task: Task, ref: Any) -> Ending:
         errors, order = self._ray.exceptions, task.argument
@@ -141,9 +131,6 @@ def ray_pool(
     Args:
         address: "local" starts a cluster of this machine; "auto" finds the one that this machine belongs to;
             HOST:PORT is that one's head.
-        limits: see RayPool.
-        spec: what will be played.
-        problems: of the benchmark, by name.
 
     Raises:
         MissingDependencyError: the extra `ray` is not installed.
@@ -153,8 +140,25 @@ def ray_pool(
     with TemporaryDirectory() as own:
         there = _gather(spec, problems, Path(own))
         environment = {"working_dir": own, "env_vars": {ENVIRONMENT_VARIABLE: _OBJECTS}}
-        options = {"runtime_env": environment, "log_to_driver": False, "logging_level": logging.ERROR}
-        _connect(ray, address, limits.workers, options)
+        options: dict[str, Any] = {
+            "runtime_env": environment,
+            "log_to_driver": False,
+            "logging_level": logging.ERROR,
+        }
+        if address == "local":
+            options |= {"num_cpus": limits.workers or os.cpu_count() or 1, "include_dashboard": False}
+            options["object_store_memory"] = _STORE_BYTES
+        try:
+            if address not in ("local", "auto"):
+                host, _, port = address.rpartition(":")
+                socket.create_connection((host.strip("[]"), int(port)), _ANSWER_S).close()
+            ray.init(address=address, **options)
+        except Exception as error:  # Ray raises plain ones, too
+            raise InputError(
+                f"No Ray cluster can be used at '{address}' ({str(error).strip()}). --ray takes auto, local, or "
+                "HOST:PORT of a cluster's head. `ray start --head` starts one, and `ray start --address HEAD:PORT` has "
+                "a machine join it, this one too; --ray local needs neither."
+            ) from error
         try:
             yield RayPool(ray, limits, there)
         finally:
@@ -172,24 +176,6 @@ def load_ray() -> ModuleType:
     return ray
 
 
-def _connect(ray: ModuleType, address: str, workers: int, options: dict[str, Any]) -> None:
-    """Raises InputError."""
-    if address == "local":
-        options |= {"num_cpus": workers or os.cpu_count() or 1, "object_store_memory": _STORE_BYTES}
-        options |= {"include_dashboard": False}
-    try:
-        if address not in ("local", "auto"):
-            host, _, port = address.rpartition(":")
-            socket.create_connection((host.strip("[]"), int(port)), _ANSWER_S).close()
-        ray.init(address=address, **options)
-    except Exception as error:  # Ray raises plain ones, too
-        raise InputError(
-            f"No Ray cluster can be used at '{address}' ({str(error).strip()}). --ray takes auto, local, or HOST:PORT "
-            "of a cluster's head. `ray start --head` starts one, and `ray start --address HEAD:PORT` has a machine "
-            "join it, this one too; --ray local needs neither."
-        ) from error
-
-
 def _gather(spec: BenchSpec, problems: Mapping[str, Problem], own: Path) -> dict[str, str]:
     """Copy the user's files that the trials need to a directory; where robot and workspace are below it."""
     for name in (_OBJECTS, _PROBLEMS):
@@ -202,10 +188,9 @@ def _gather(spec: BenchSpec, problems: Mapping[str, Problem], own: Path) -> dict
             shutil.copytree(stored, own / _OBJECTS / model)
     vlms = (p.spec.vlm.provider for p in spec.planners if p.spec.vlm)
     stages = (getattr(spec.around.under(p).conditions, stage) for p in spec.planners for stage in STAGES)
-    here, parts = Path.cwd(), (*stages, *(p.spec.name for p in spec.planners), *vlms)
-    if any(_lies_in(here, part) for part in parts):
-        for path in here.rglob("*.py"):
-            inside = path.relative_to(here)
+    if any(":" in part for part in (*stages, *(p.spec.name for p in spec.planners), *vlms)):
+        for path in Path.cwd().rglob("*.py"):
+            inside = path.relative_to(Path.cwd())
             if not any(name.startswith(".") or name in _NOT_CODE for name in inside.parts):
                 _copy(path, own / CODE / inside)
     around, there = spec.around.conditions, dict[str, str]()
@@ -213,27 +198,15 @@ def _gather(spec: BenchSpec, problems: Mapping[str, Problem], own: Path) -> dict
         _copy(Path(around.workspace), own / _WORKSPACE)
         there["workspace"] = _WORKSPACE
     if around.robot not in robot_names():
-        there["robot"] = _gather_robot(around.robot, own)
+        from mujoco import mju_getXMLDependencies
+
+        mjcf = load_robot(around.robot).mjcf_path
+        files = [Path(f).resolve() for f in (around.robot, *mju_getXMLDependencies(str(mjcf)))]
+        root = os.path.commonpath([f.parent for f in files])
+        for file in files:
+            _copy(file, own / _ROBOT / file.relative_to(root))
+        there["robot"] = f"{_ROBOT}/{files[0].relative_to(root).as_posix()}"
     return there
-
-
-def _gather_robot(robot: str, own: Path) -> str:
-    """Copies a robot's files; where its description is then."""
-    from mujoco import mju_getXMLDependencies
-
-    mjcf = load_robot(robot).mjcf_path
-    files = [Path(f).resolve() for f in (robot, *mju_getXMLDependencies(str(mjcf)))]
-    root = os.path.commonpath([f.parent for f in files])
-    for file in files:
-        _copy(file, own / _ROBOT / file.relative_to(root))
-    return f"{_ROBOT}/{files[0].relative_to(root).as_posix()}"
-
-
-def _lies_in(directory: Path, part: str) -> bool:
-    """Whether the module or file of a part "module:Class" or "path/to/file.py:Class" is below a directory."""
-    place, colon, _ = part.partition(":")
-    top = place.partition(".")[0]
-    return bool(colon) and any((directory / name).exists() for name in (place, top, f"{top}.py"))
 
 
 def _copy(source: Path, target: Path) -> None:

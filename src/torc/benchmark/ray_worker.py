@@ -27,41 +27,38 @@ _LOG_BYTES = 100_000
 
 
 @dataclass(frozen=True)
-class Sent:
+class RemoteTask:
     """A trial to be played elsewhere.
 
     Attributes:
-        cargo: the work and its order, pickled: only the child process opens it.
+        pickled: the work and its order: only the child process opens it.
         log: name of the file, in the order's directory, that takes what is printed.
-        limits: of the trial, with one process.
         torc: `torc_facts` of the machine that sends it.
         cache: directory that has to be there: replies of a VLM.
     """
 
-    cargo: bytes
+    pickled: bytes
     log: str
     limits: PoolConfig
     torc: Mapping[str, str]
     cache: Path | None
 
 
-def play_there(sent: Sent) -> tuple[Any, dict[str, bytes]]:
+def play_remotely(task: RemoteTask) -> tuple[Any, dict[str, bytes]]:
     """What the work returned or a Failure, and the files of the order's directory by their paths in it.
 
-    Raises:
-        InputError: this machine would play something else.
+    Raises InputError: this machine would play something else.
     """
-    host = socket.gethostname()
-    here = torc_facts()
-    differ = [f"{k} is {here.get(k, 'missing')}, not {v}" for k, v in sent.torc.items() if here.get(k) != v]
+    host, here = socket.gethostname(), torc_facts()
+    differ = [f"{k} is {here.get(k, 'missing')}, not {v}" for k, v in task.torc.items() if here.get(k) != v]
     if differ:
         raise InputError(
             f"On {host} {', '.join(differ)}: results could not be compared. Install the same checkout of torc there "
             "(scripts/setup ray), and start its Ray again."
         )
-    if sent.cache is not None and not sent.cache.is_dir():
+    if task.cache is not None and not task.cache.is_dir():
         raise InputError(
-            f"{host} does not see the VLM cache '{sent.cache}'. With Ray a cache has to lie in a directory that all "
+            f"{host} does not see the VLM cache '{task.cache}'. With Ray a cache has to lie in a directory that all "
             "machines share, by the same path."
         )
     code = str(Path(CODE).absolute())
@@ -70,8 +67,8 @@ def play_there(sent: Sent) -> tuple[Any, dict[str, bytes]]:
     # In Ray's working directory: what a process that is killed leaves goes when Ray clears that up.
     with TemporaryDirectory(dir=".") as name:
         place = Path(name).absolute()
-        log = place / sent.log
-        (ending,) = _pool(sent.limits).run(play_sent, [Task("", (sent.cargo, place), log)])
+        log = place / task.log
+        (ending,) = _pool(task.limits).run(_play, [Task("", (task.pickled, place), log)])
         if log.is_file():
             log.write_bytes(log.read_bytes()[-_LOG_BYTES:])
         files = {p.relative_to(place).as_posix(): p.read_bytes() for p in place.rglob("*") if p.is_file()}
@@ -79,10 +76,10 @@ def play_there(sent: Sent) -> tuple[Any, dict[str, bytes]]:
     return replace(failure, text=f"On {host}: {failure.text}") if failure else ending.outcome, files
 
 
-def play_sent(argument: tuple[bytes, Path]) -> Any:
+def _play(argument: tuple[bytes, Path]) -> Any:
     """In the child process: the work's answer to its order, with this directory."""
-    cargo, place = argument
-    work, order = pickle.loads(cargo)
+    pickled, place = argument
+    work, order = pickle.loads(pickled)
     return work(replace(order, work=place))
 
 

@@ -2,17 +2,16 @@
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from torc.benchmark.comparable import comparable
-from torc.benchmark.participation import participated
-from torc.benchmark.rows import PickRow, Table, TrialRow
+from torc.benchmark.rows import PickRow, Table, TrialRow, participant_by_name
 from torc.benchmark.store import PROBLEMS, TRIALS, WORK, Store
-from torc.benchmark.table_files import holds_tables, read_rows
+from torc.benchmark.table_files import TRIALS_FILE, read_rows
 from torc.episode.recorded import check_directory, picks_of
 from torc.episode.trial_files import read_events, read_spec
 from torc.errors import InputError
@@ -27,11 +26,12 @@ _MAX_DEPTH = 6
 def read_tables(roots: Sequence[Path]) -> Table:
     """All trials of several directories in one table, as if they had been played into one.
 
-    Where a problem has changed between them, only the trials of the first directory's version count; where they were
-    played under several conditions, only those of the commonest ones.
+    Of a directory count the trials that its benchmark planned, missing ones too, and any others below it; where it
+    holds the tables of an earlier report instead of a benchmark, also what these say of trials that are gone. Where a
+    problem has changed between directories, only the trials of the first one's version count; where they were played
+    under several conditions, only those of the commonest ones.
 
-    Raises:
-        InputError: there is no trial in one of them.
+    Raises InputError: there is no trial in one of them.
     """
     found = [_read(root if len(roots) == 1 else root.resolve()) for root in roots]
     rows, others = comparable([row for f in found for row in f.rows])
@@ -39,19 +39,17 @@ def read_tables(roots: Sequence[Path]) -> Table:
     counted = {row.directory for row in rows}
     difficulties: dict[str, Difficulty] = {}
     for f in reversed(found):
-        difficulties |= _difficulties((row for row in f.rows if row.directory in counted), f.store)
-    root = found[0].store.root if len(found) == 1 else Path(os.path.commonpath([f.store.root for f in found]))
-    return Table(root, rows, left_out, difficulties)
+        for name in {r.problem for r in f.rows if r.directory in counted}:
+            copy = f.root / PROBLEMS / f"{name}.yaml"
+            problem = _problem(str(copy) if copy.is_file() else name)
+            if problem is not None and (stated := stated_difficulty(problem)) is not None:
+                difficulties[name] = stated
+    root = found[0].root if len(found) == 1 else Path(os.path.commonpath([f.root for f in found]))
+    return Table(root, rows, left_out, dict(sorted(difficulties.items())))
 
 
 def read_table(root: Path) -> Table:
-    """All trials below a directory: those that its benchmark planned, missing ones too, and any others.
-
-    Where it holds the tables of an earlier report instead of a benchmark, also what these say of trials that are gone.
-
-    Raises:
-        InputError: there is no trial.
-    """
+    """All trials below one directory. Raises InputError where there is none."""
     return read_tables([root])
 
 
@@ -59,7 +57,7 @@ def read_table(root: Path) -> Table:
 class _Found:
     """What is below a directory, of whatever conditions and versions: `left_out` is what is no trial to count."""
 
-    store: Store
+    root: Path
     rows: Sequence[TrialRow]
     left_out: Sequence[tuple[Path, str]]
 
@@ -71,14 +69,15 @@ def _read(root: Path) -> _Found:
     planned: set[Path] = set()
     if store.is_there:
         plan = store.spec()
-        base = plan.around
+        conditions = plan.around.conditions.text(plan.around.sources)
         for trial in plan.trials:
-            directory = store.directory(trial)
+            directory, problem = store.directory(trial), trial.problem
             planned.add(directory)
-            spec = trial.spec(store.problem_path(trial.problem))
-            found = _row(directory, spec, trial.id, trial.problem.category, store.result(trial))
-            label, text = trial.planner.label, base.conditions.text(base.sources)
-            rows.append(replace(found, planner=label, digest=trial.problem.digest, conditions=text))
+            row = _row(
+                directory, trial.spec(store.problem_path(problem)), problem.category, store.result(trial)
+            )
+            row = replace(row, id=trial.id, planner=trial.planner.label, digest=problem.digest)
+            rows.append(replace(row, conditions=conditions))
     for directory in _trial_directories(root):
         if directory in planned:
             continue
@@ -89,68 +88,40 @@ def _read(root: Path) -> _Found:
             rows.append(_loose(directory))
         except (InputError, ValueError, KeyError, TypeError) as error:
             left_out.append((directory, f"it cannot be read: {error}"))
-    if not store.is_there and holds_tables(root):
+    if not store.is_there and (root / TRIALS_FILE).is_file():
         found_here = {row.directory for row in rows}
         rows += (row for row in read_rows(root) if row.directory not in found_here)
     if not rows:
         raise InputError(f"There is no finished trial in '{root}'. `torc bench` and `torc run` make them.")
-    return _Found(store, sorted(rows, key=lambda row: row.cell), left_out)
-
-
-def _difficulties(rows: Iterable[TrialRow], store: Store) -> dict[str, Difficulty]:
-    found = {}
-    for name in sorted({r.problem for r in rows}):
-        copy = store.root / PROBLEMS / f"{name}.yaml"
-        problem = _problem(str(copy)) if copy.is_file() else _problem(name)
-        stated = stated_difficulty(problem) if problem is not None else None
-        if stated is not None:
-            found[name] = stated
-    return found
+    return _Found(root, sorted(rows, key=lambda row: row.cell), left_out)
 
 
 def _loose(directory: Path) -> TrialRow:
     """A trial that no benchmark planned, by its spec.json and result.json."""
     recorded = read_spec(directory / "spec.json")
-    spec = recorded.spec
     result = json.loads((directory / "result.json").read_text(encoding="utf-8"))
-    problem = _problem(spec.problem)
-    row = _row(directory, spec, "", problem.category if problem else "unknown", result)
+    problem = _problem(recorded.spec.problem)
+    row = _row(directory, recorded.spec, problem.category if problem else "unknown", result)
     return replace(row, conditions=recorded.conditions_text)
 
 
-def _row(
-    directory: Path,
-    spec: TrialSpec,
-    trial_id: str,
-    category: str,
-    result: Mapping[str, Any] | None,
-) -> TrialRow:
-    label, budget = spec.planner.label, spec.conditions.max_picks
-    place = (trial_id, directory, spec.problem_name, category, label, spec.seed)
-    participant = participated(spec.planner, result or {})
-    if result is None:
-        return TrialRow(*place, "missing", max_picks=budget, participant=participant)
-    version = str(result.get("versions", {}).get("torc", ""))
-    status = str(result["status"])
-    if status != "completed":
-        cause, error = str(result.get("cause", "raised")), str(result.get("error", ""))
-        return TrialRow(
-            *place, status, cause, error, max_picks=budget, version=version, participant=participant
-        )
-    return TrialRow(
-        *place,
-        status,
-        retrieved=bool(result["retrieved"]),
-        held_target=bool(result["held_target"]),
-        end=str(result["end"]),
-        picks=int(result["picks"]),
-        drops=int(result["drops"]),
-        max_picks=budget,
-        picked=tuple(_picks(directory / "events.jsonl", _problem(spec.problem))),
-        version=version,
-        participant=participant,
-        bound=str(result.get("bound", "")),
-    )
+def _row(directory: Path, spec: TrialSpec, category: str, result: Mapping[str, Any] | None) -> TrialRow:
+    label, said = spec.planner.label, result or {}
+    facts: dict[str, Any] = {
+        "status": str(said["status"]) if result is not None else "missing",
+        "max_picks": spec.conditions.max_picks,
+        "version": str(said.get("versions", {}).get("torc", "")),
+        "participant": not spec.planner.outside_view
+        and bool(said.get("participant", participant_by_name(label))),
+    }
+    if facts["status"] == "completed":
+        facts |= {name: bool(said[name]) for name in ("retrieved", "held_target")}
+        facts |= {name: int(said[name]) for name in ("picks", "drops")}
+        facts |= {"end": str(said["end"]), "bound": str(said.get("bound", ""))}
+        facts["picked"] = tuple(_picks(directory / "events.jsonl", _problem(spec.problem)))
+    elif result is not None:
+        facts |= {"cause": str(said.get("cause", "raised")), "error": str(said.get("error", ""))}
+    return TrialRow("", directory, spec.problem_name, category, label, spec.seed, **facts)
 
 
 def _picks(log: Path, problem: Problem | None) -> Iterator[PickRow]:
@@ -159,7 +130,7 @@ def _picks(log: Path, problem: Problem | None) -> Iterator[PickRow]:
         picks = picks_of(read_events(log))
     except InputError:
         return
-    unseen = _unseen_kinds(problem)
+    unseen = [object_facts(o.model).held_out for o in problem.ordered()] if problem is not None else []
     for number, pick in enumerate(picks):
         decided, planned, done = pick.decided, pick.planned, pick.executed
         if done is None:
@@ -179,11 +150,6 @@ def _picks(log: Path, problem: Problem | None) -> Iterator[PickRow]:
             done.detail,
             planned.score if planned else None,
         )
-
-
-def _unseen_kinds(problem: Problem | None) -> list[bool]:
-    """By object id."""
-    return [object_facts(o.model).held_out for o in problem.ordered()] if problem is not None else []
 
 
 @cache

@@ -5,8 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from torc.episode.planners import PRIVILEGED
 from torc.generation.difficulty import Difficulty
 from torc.records import PickResult
+from torc.specs.trial import SIMULATED
 
 _WENT_WELL = (PickResult.RETRIEVED, PickResult.REMOVED)
 
@@ -67,7 +69,6 @@ class TrialRow:
 
     Attributes:
         id: of the plan, "" for trials that no `torc bench` played.
-        directory: where it is.
         problem, category, planner, seed: what was played; the planner by its label, experts after it.
         status: completed, errored, interrupted, or missing: planned, but not played yet.
         cause, error: why it errored.
@@ -75,7 +76,6 @@ class TrialRow:
         end: why the episode ended.
         picks, drops: as the authors count.
         max_picks: the budget.
-        picked: the attempts.
         version: torc's.
         digest: of the problem as it was played, see `problem_fingerprint`; "" where that is not known.
         conditions: robot, grasp planner, noise as far as they are not the default ones, see `Conditions`.
@@ -134,7 +134,6 @@ class Table:
     """All trials of a directory.
 
     Attributes:
-        root: the directory.
         rows: sorted by planner, problem and seed; no two in one cell.
         left_out: directories of trials that do not count, with why.
         difficulties: of the problems whose files say how hard they are, by name.
@@ -172,3 +171,10 @@ class Table:
     def completed(self, planner: str, category: str | None = None) -> list[TrialRow]:
         """The scored trials of a planner."""
         return [r for r in self.of(planner, category) if r.completed]
+
+
+def participant_by_name(label: str) -> bool:
+    """Whether a planner competes, where nothing but its label is known: older tables, trials without a result."""
+    name, _, model = label.partition("[")
+    is_person = label.partition(" ")[0] == "human"
+    return not (name in PRIVILEGED or model.startswith(SIMULATED) or is_person)

@@ -50,18 +50,14 @@ def run_missing(
         listener: told of every trial that has ended.
         work: what plays an `Order`, in a process of the backend's.
     """
-    todo = {trial.id: trial for trial in store.left(spec)[:limit]}
+    orders = {
+        trial.id: Order(trial, store.problem_path(trial.problem), store.work(trial), vlm_cache)
+        for trial in store.left(spec)[:limit]
+    }
     errored = 0
-
-    def task(trial: PlannedTrial) -> Task:
-        directory = store.work(trial)
-        order = Order(trial, store.problem_path(trial.problem), directory, vlm_cache)
-        return Task(trial.id, order, directory / OUTPUT)
-
-    tasks = {key: task(trial) for key, trial in todo.items()}
-    for ending in backend.run(work, tasks.values()):
-        trial = todo[ending.key]
-        played = Played(trial, store.accept(trial, tasks[ending.key].argument.work, ending.failure))
+    for ending in backend.run(work, [Task(key, order, order.work / OUTPUT) for key, order in orders.items()]):
+        order = orders[ending.key]
+        played = Played(order.trial, store.accept(order.trial, order.work, ending.failure))
         errored += not played.completed
         listener(played)
     return errored

@@ -1,24 +1,27 @@
 """What is played: every planner on every problem with every seed. Frozen, and on disk as spec.json of a store."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from torc.benchmark.identity import trial_id
+from torc.benchmark.identity import vlm_facts
 from torc.errors import InputError
+from torc.fingerprints import fingerprint
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec, TrialSpec, settings_text
 from torc.specs.variants import varied
 
+ID_FORMAT = "torc-bench-trial/2"
+
 
 @dataclass(frozen=True)
 class BenchProblem:
-    """A problem of a benchmark.
+    """A problem of a benchmark; its name is unique in the store.
 
     Attributes:
-        name: unique in the store; the trials of one problem are not independent of each other.
         category: structured or unstructured.
         digest: see `problem_fingerprint`.
         shipped: it comes with torc; else the store's copy is played.
@@ -35,7 +38,6 @@ class BenchPlanner:
     """A task planner of a benchmark, under the benchmark's conditions or a variant of them.
 
     Attributes:
-        spec: who chooses.
         source: fingerprint of the file that defines it, for planners that do not come with torc; "" else.
         variant: what differs from the benchmark's conditions: values by field or by dotted path of a setting.
         variant_sources: fingerprints of the user's own parts under that variant, by field.
@@ -54,12 +56,7 @@ class BenchPlanner:
 
 @dataclass(frozen=True)
 class Around:
-    """What all trials of a store share, so that they can be compared.
-
-    Attributes:
-        conditions: what is around the planners.
-        sources: fingerprints of the user's own parts in them, by field.
-    """
+    """What all trials of a store share, so that they can be compared; `sources` are fingerprints of own parts."""
 
     conditions: Conditions = field(default_factory=Conditions)
     sources: Mapping[str, str] = field(default_factory=dict)
@@ -81,10 +78,9 @@ class PlannedTrial:
     """One trial of a benchmark: everything that decides its result.
 
     Attributes:
-        problem, planner, seed: what is played.
         around: under which conditions, the planner's variant included.
         version: torc's.
-        id: 64 hexadecimal digits that follow from all of these.
+        id: 64 hexadecimal digits that follow from all that decides the result, and from nothing else.
     """
 
     problem: BenchProblem
@@ -118,12 +114,7 @@ class PlannedTrial:
 
 @dataclass(frozen=True)
 class BenchSpec:
-    """The trials of a store, in the order in which they are played.
-
-    Attributes:
-        around: shared by all, but for variants.
-        trials: no two in the same cell.
-    """
+    """The trials of a store, in the order in which they are played; no two in the same cell."""
 
     around: Around
     trials: tuple[PlannedTrial, ...] = field(repr=False)
@@ -148,11 +139,12 @@ def make_spec(
 ) -> BenchSpec:
     """Every planner on every problem with every seed: seed by seed, so that an unfinished benchmark is balanced.
 
-    Raises:
-        InputError: nothing to play, or two problems or planners that cannot be told apart.
+    Raises InputError: nothing to play, or two problems or planners that cannot be told apart.
     """
-    _distinct("problem", [p.name for p in problems])
-    _distinct("planner", [p.label for p in planners])
+    names = {"problem": Counter(p.name for p in problems), "planner": Counter(p.label for p in planners)}
+    for what, counts in names.items():
+        if twice := sorted(name for name, count in counts.items() if count > 1):
+            raise InputError(f"More than one {what} is called {', '.join(twice)}. Names must differ.")
     trials = tuple(
         planned(problem, planner, seed, around, version)
         for seed in seeds
@@ -160,9 +152,7 @@ def make_spec(
         for planner in planners
     )
     if not trials:
-        raise InputError(
-            "There is nothing to play: name at least one problem and one planner, and one repeat."
-        )
+        raise InputError("There is nothing to play: name at least one problem, planner and repeat.")
     return BenchSpec(around, trials)
 
 
@@ -170,16 +160,27 @@ def planned(
     problem: BenchProblem, planner: BenchPlanner, seed: int, around: Around, version: str
 ) -> PlannedTrial:
     """A trial with its id; `around` is the benchmark's, without the planner's variant."""
-    here = around.under(planner)
-    id_ = trial_id(problem.name, problem.digest, planner.spec, planner.source, seed, here.facts, version)
-    return PlannedTrial(problem, planner, seed, here, version, id_)
+    here, spec = around.under(planner), planner.spec
+    facts = {
+        "format": ID_FORMAT,
+        "torc": version,
+        "problem": {"name": problem.name, "digest": problem.digest},
+        "planner": {
+            "name": spec.name,
+            "vlm": vlm_facts(spec.vlm),
+            "settings": dict(spec.settings),
+            "source": planner.source,
+        },
+        "seed": seed,
+        "around": here.facts,
+    }
+    return PlannedTrial(problem, planner, seed, here, version, fingerprint(facts))
 
 
 def merged(old: BenchSpec, new: BenchSpec) -> BenchSpec:
     """Both: a new trial takes the place of an old one of its cell, other old ones stay.
 
-    Raises:
-        InputError: the conditions or problems differ, so that the results could not be compared.
+    Raises InputError: the conditions or problems differ, so that the results could not be compared.
     """
     before, now = old.around.facts, new.around.facts
     if before != now:
@@ -203,13 +204,3 @@ def merged(old: BenchSpec, new: BenchSpec) -> BenchSpec:
 def _difference(name: str, old: Conditions, new: Conditions) -> str:
     there, now = (c.settings.get(name, getattr(c, name, "default")) for c in (old, new))
     return f"{name} {there} there, {now} now" if there != now else f"{name} {now}, which has changed since"
-
-
-def _distinct(what: str, names: Sequence[str]) -> None:
-    twice = sorted(_twice(names))
-    if twice:
-        raise InputError(f"More than one {what} is called {', '.join(twice)}. Names must differ.")
-
-
-def _twice(names: Sequence[str]) -> Iterator[str]:
-    return (name for name in set(names) if names.count(name) > 1)

@@ -48,26 +48,20 @@ def from_json(data: Mapping[str, Any], source: str) -> BenchSpec:
         around = _AROUND.validate_python({k: data[k] for k in ("conditions", "sources")})
         problems = [BenchProblem(**p) for p in data["problems"]]
         planners = [_PLANNER.validate_python(p) for p in data["planners"]]
-        trials = tuple(
-            _trial(problems[t["problem"]], planners[t["planner"]], t, around) for t in data["trials"]
-        )
+        trials = []
+        for t in data["trials"]:
+            problem, planner = problems[t["problem"]], planners[t["planner"]]
+            facts = int(t["seed"]), around.under(planner), str(t["torc"]), str(t["id"])
+            trials.append(PlannedTrial(problem, planner, *facts))
     except (KeyError, TypeError, ValueError, IndexError, ValidationError) as error:
         raise InputError(
             f"{source} is damaged ({type(error).__name__}: {error}). Use another --out."
         ) from None
-    return BenchSpec(around, trials)
+    return BenchSpec(around, tuple(trials))
 
 
 _AROUND = TypeAdapter(Around)
 _PLANNER = TypeAdapter(BenchPlanner)
-
-
-def _trial(
-    problem: BenchProblem, planner: BenchPlanner, entry: Mapping[str, Any], around: Around
-) -> PlannedTrial:
-    return PlannedTrial(
-        problem, planner, int(entry["seed"]), around.under(planner), str(entry["torc"]), str(entry["id"])
-    )
 
 
 def _from_first(data: Mapping[str, Any], source: str) -> dict[str, Any]:

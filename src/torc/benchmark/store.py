@@ -27,18 +27,12 @@ from torc.episode.trial import RESULT_FORMAT
 from torc.episode.versions import versions
 from torc.errors import InputError
 from torc.problems.problem import Problem, save_problem
+from torc.records.directories import try_lock
 from torc.records.files import write_json
-from torc.records.locks import try_lock
 from torc.specs.files import to_plain
 
-SPEC, MANIFEST, TRIALS, PROBLEMS, WORK, LOCK = (
-    "spec.json",
-    "manifest.json",
-    "trials",
-    "problems",
-    ".work",
-    ".lock",
-)
+SPEC, MANIFEST, TRIALS, PROBLEMS = "spec.json", "manifest.json", "trials", "problems"
+WORK, LOCK = ".work", ".lock"
 MAX_SAID = 20_000
 """Characters of a broken trial's output that are kept."""
 
@@ -66,8 +60,7 @@ class Store:
     def extend(self, spec: BenchSpec, problems: Mapping[str, Problem]) -> BenchSpec:
         """Add trials to the benchmark, and keep the problems as they are now; what the benchmark is then.
 
-        Raises:
-            InputError: they cannot be compared with those that are there, or the directory cannot be written.
+        Raises InputError where they cannot be compared with those that are there, or the directory cannot be written.
         """
         whole = self.extended(spec)
         try:
@@ -104,12 +97,6 @@ class Store:
             shutil.rmtree(self.root / WORK, ignore_errors=True)
             try:
                 yield
-            except Exception as error:
-                if (self.root / LOCK).exists():
-                    raise
-                raise InputError(
-                    f"'{self.root}' was removed while its trials were played. The same command begins it anew."
-                ) from error
             finally:
                 shutil.rmtree(self.root / WORK, ignore_errors=True)
 
@@ -124,10 +111,9 @@ class Store:
     def result(self, trial: PlannedTrial) -> dict[str, Any] | None:
         """result.json of a trial; None if it has not been played, or cannot be read."""
         try:
-            result = json.loads((self.directory(trial) / "result.json").read_text(encoding="utf-8"))
+            return json.loads((self.directory(trial) / "result.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        return result if isinstance(result, dict) else None
 
     def left(self, spec: BenchSpec) -> list[PlannedTrial]:
         """Trials that are missing or errored."""
@@ -139,81 +125,59 @@ class Store:
         return self.root / WORK / f"{os.getpid()}-{trial.id[:16]}"
 
     def accept(self, trial: PlannedTrial, work: Path, failure: Failure | None) -> dict[str, Any]:
-        """Take over what was played in a work directory; its result.
+        """Take over what was played in a work directory, which is removed; its result.
 
-        Args:
-            trial: what was played.
-            work: its directory, which is removed.
-            failure: why the process gave no answer, if it gave none.
+        `failure` says why the process gave no answer, if it gave none.
         """
-        done, output = work / TRIAL, work / OUTPUT
-        if failure is None and not done.is_dir():
-            raise FileNotFoundError(f"The trial in '{work}' ended without a result.")
-        if failure is not None:
-            done = _as_errored(self, trial, work, failure)
+        output = work / OUTPUT
+        done = work / TRIAL if failure is None else self._as_errored(trial, work, failure)
         if output.is_file() and output.stat().st_size:
-            _copy_end(output, done / OUTPUT)
+            (done / OUTPUT).write_bytes(output.read_bytes()[-MAX_SAID:])
         place = self.directory(trial)
         if place.exists():  # errored the last time; without it, it is missing, and played again
             shutil.rmtree(place)
         os.replace(done, place)
         shutil.rmtree(work, ignore_errors=True)
-        result = self.result(trial)
-        if result is None:
-            raise FileNotFoundError(f"'{place}' holds no result.json.")
-        return result
+        return json.loads((place / "result.json").read_text(encoding="utf-8"))
 
     def begin_call(self, facts: Mapping[str, Any]) -> None:
         """Write down that a call begins."""
-        self._write_manifest([*self.calls(), dict(facts)])
+        write_json(self.root / MANIFEST, {"format": MANIFEST_FORMAT, "calls": [*self.calls(), dict(facts)]})
 
     def end_call(self, facts: Mapping[str, Any]) -> None:
         """Write down how the latest call ended."""
-        *earlier, latest = self.calls()
-        self._write_manifest([*earlier, {**latest, **facts}])
+        calls = self.calls()
+        calls[-1] |= facts
+        write_json(self.root / MANIFEST, {"format": MANIFEST_FORMAT, "calls": calls})
 
     def calls(self) -> list[dict[str, Any]]:
         """The entries of manifest.json; none where it is missing."""
         path = self.root / MANIFEST
         return list(_read(path).get("calls", [])) if path.is_file() else []
 
+    def _as_errored(self, trial: PlannedTrial, work: Path, failure: Failure) -> Path:
+        """What a process left behind when it ended, made a trial that says so."""
+        left = work / TRIAL if (work / TRIAL).is_dir() else work / f"{TRIAL}.partial"
+        left.mkdir(parents=True, exist_ok=True)
+        if not (left / "spec.json").is_file():
+            write_json(
+                left / "spec.json", to_plain(trial.spec(self.problem_path(trial.problem)), trial.sources)
+            )
+        output = work / OUTPUT
+        said = output.read_text(encoding="utf-8", errors="replace")[-MAX_SAID:] if output.is_file() else ""
+        (left / "error.txt").write_text(f"{failure.kind}: {failure.text}\n\n{said}", encoding="utf-8")
+        result = {"status": "errored", "cause": failure.kind.value, "error": failure.text}
+        write_json(left / "result.json", {"format": RESULT_FORMAT, **result, "versions": versions()})
+        return left
+
     def _unwritable(self, error: OSError) -> InputError:
         return InputError(f"Cannot write to '{self.root}': {error.strerror}. Choose another --out.")
-
-    def _write_manifest(self, calls: list[dict[str, Any]]) -> None:
-        write_json(self.root / MANIFEST, {"format": MANIFEST_FORMAT, "calls": calls})
-
-
-def _as_errored(store: Store, trial: PlannedTrial, work: Path, failure: Failure) -> Path:
-    """What a process left behind when it ended, made a trial that says so."""
-    left = next(
-        (p for p in (work / TRIAL, work / f"{TRIAL}.partial") if p.is_dir()), work / f"{TRIAL}.partial"
-    )
-    left.mkdir(parents=True, exist_ok=True)
-    if not (left / "spec.json").is_file():
-        write_json(left / "spec.json", to_plain(trial.spec(store.problem_path(trial.problem)), trial.sources))
-    output = work / OUTPUT
-    said = output.read_text(encoding="utf-8", errors="replace")[-MAX_SAID:] if output.is_file() else ""
-    (left / "error.txt").write_text(f"{failure.kind}: {failure.text}\n\n{said}", encoding="utf-8")
-    result = {"status": "errored", "cause": failure.kind.value, "error": failure.text}
-    write_json(left / "result.json", {"format": RESULT_FORMAT, **result, "versions": versions()})
-    return left
-
-
-def _copy_end(source: Path, target: Path) -> None:
-    """At most the last part of a file: planners may print without end."""
-    with open(source, "rb") as f:
-        f.seek(max(0, source.stat().st_size - MAX_SAID))
-        target.write_bytes(f.read())
 
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}.") from None
     except ValueError as error:
         raise InputError(f"{path} is damaged: {error}. Use another --out.") from None
-    if not isinstance(data, dict):
-        raise InputError(f"{path} is damaged. Use another --out.")
-    return data

@@ -6,20 +6,18 @@ They are small enough to keep where the trials are not, with all that a report c
 import csv
 import io
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, TypeAdapter
 
-from torc.benchmark.participation import participant_by_name
-from torc.benchmark.rows import PickRow, Table, TrialRow
+from torc.benchmark.rows import PickRow, Table, TrialRow, participant_by_name
 from torc.errors import InputError
 from torc.files.reading import read_bytes
 from torc.records import PickResult
 
 TRIALS_FILE, PICKS_FILE = "trials.csv", "picks.csv"
-_NESTED = ("directory", "picked")
 _KEY = ("planner", "problem", "seed")
 _MAY_BE_UNKNOWN = ("unseen_kind", "p")
 _MAX_BYTES = 512 * 2**20
@@ -28,54 +26,55 @@ _Row = TypeVar("_Row")
 
 def trial_records(table: Table) -> list[dict[str, Any]]:
     """A flat record per trial, its sums of seconds and picks among them."""
-    plain = [f.name for f in fields(TrialRow) if f.name not in _NESTED]
-    return [
-        {
-            **{name: getattr(row, name) for name in plain},
+    plain = [f.name for f in fields(TrialRow) if f.name not in ("directory", "picked")]
+    records = []
+    for row in table.rows:
+        tried = [p for p in row.picked if p.grasp_tried]
+        sums = {
             "cost": row.cost,
             "decision_s": round(sum(p.decision_s for p in row.picked), 4),
             "planning_s": round(sum(p.planning_s for p in row.picked), 4),
-            "grasps_tried": sum(p.grasp_tried for p in row.picked),
-            "grasps_held": sum(p.held for p in row.picked if p.grasp_tried),
-            "grasps_delivered": sum(p.delivered for p in row.picked if p.grasp_tried),
+            "grasps_tried": len(tried),
+            "grasps_held": sum(p.held for p in tried),
+            "grasps_delivered": sum(p.delivered for p in tried),
             "directory": row.directory.relative_to(table.root).as_posix(),
         }
-        for row in table.rows
-    ]
+        records.append({name: getattr(row, name) for name in plain} | sums)
+    return records
 
 
 def pick_records(table: Table) -> list[dict[str, Any]]:
     """A flat record per attempt of all completed trials."""
-    names = [f.name for f in fields(PickRow)]
     return [
-        {**{k: getattr(row, k) for k in _KEY}, **{n: getattr(pick, n) for n in names}}
-        for row in table.rows
-        for pick in row.picked
+        {**{k: getattr(row, k) for k in _KEY}, **asdict(pick)} for row in table.rows for pick in row.picked
     ]
 
 
-def write_tables(table: Table, directory: Path) -> list[Path]:
-    """trials.csv and picks.csv, and the same as Parquet where DuckDB is there; the files."""
-    written = []
+def write_tables(table: Table, directory: Path) -> None:
+    """trials.csv and picks.csv, and the same as Parquet where DuckDB is there."""
     for name, records in ((TRIALS_FILE, trial_records(table)), (PICKS_FILE, pick_records(table))):
         if records:
-            path = directory / name
-            _write_csv(path, records)
-            written.append(path)
-            written += _as_parquet(path)
-    return written
+            _write(directory / name, records)
 
 
-def holds_tables(directory: Path) -> bool:
-    """Whether `write_tables` wrote to it."""
-    return (directory / TRIALS_FILE).is_file()
+def _write(path: Path, records: Sequence[Mapping[str, Any]]) -> None:
+    with open(path, "w", newline="", encoding="utf-8") as f:
+        writer = csv.DictWriter(f, fieldnames=list(records[0]))
+        writer.writeheader()
+        writer.writerows(records)
+    try:
+        import duckdb
+    except ImportError:
+        return
+    with duckdb.connect() as connection:
+        rows = connection.read_csv(str(path), sample_size=-1, all_varchar=False)
+        rows.write_parquet(str(path.with_suffix(".parquet")))
 
 
 def read_rows(directory: Path) -> list[TrialRow]:
     """What `write_tables` wrote.
 
-    Raises:
-        InputError: a file is too large or was not written by it; names the row.
+    Raises InputError: a file is too large or was not written by it; names the row.
     """
     picked: dict[tuple[str, ...], list[PickRow]] = {}
     if (directory / PICKS_FILE).is_file():
@@ -116,25 +115,5 @@ def _records(path: Path, kind: TypeAdapter[_Row]) -> Iterator[tuple[tuple[str, .
             yield tuple(record[name] for name in _KEY), kind.validate_python(values)
     except (csv.Error, KeyError, TypeError, ValueError) as error:
         problem = " ".join(str(error).split()[:20])
-        raise InputError(
-            f"{path}, line {reader.line_num}: {problem}. It was not written by `torc report`."
-        ) from None
-
-
-def _write_csv(path: Path, records: Sequence[Mapping[str, Any]]) -> None:
-    with open(path, "w", newline="", encoding="utf-8") as f:
-        writer = csv.DictWriter(f, fieldnames=list(records[0]))
-        writer.writeheader()
-        writer.writerows(records)
-
-
-def _as_parquet(path: Path) -> list[Path]:
-    try:
-        import duckdb
-    except ImportError:
-        return []
-    target = path.with_suffix(".parquet")
-    with duckdb.connect() as connection:
-        rows = connection.read_csv(str(path), sample_size=-1, all_varchar=False)
-        rows.write_parquet(str(target))
-    return [target]
+        where = f"{path}, line {reader.line_num}"
+        raise InputError(f"{where}: {problem}. It was not written by `torc report`.") from None

@@ -16,15 +16,16 @@ from torc.processes import end_with
 
 
 def set_up(memory_bytes: int | None, parent: int) -> None:
-    """Called once in every worker: limits, and no life without the parent.
-
-    Args:
-        memory_bytes: bound on the address space; None for none.
-        parent: process id of the runner.
-    """
+    """Called once in every worker: a bound on the address space, and no life without the parent process."""
     end_with(parent)
-    if memory_bytes is not None:
-        _limit_memory(memory_bytes)
+    if memory_bytes is None:
+        return
+    with contextlib.suppress(ImportError, ValueError, OSError):  # Windows has no limit, macOS by name only
+        import resource
+
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        limit = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
 
 
 def carry_out(work: Work, argument: Any, log: Path, limit_s: float) -> Any:
@@ -40,27 +41,12 @@ def carry_out(work: Work, argument: Any, log: Path, limit_s: float) -> Any:
             return work(argument)
         except (Exception, SystemExit) as error:  # somebody's code: anything may come
             traceback.print_exc()
-            return _failure(error)
+            if isinstance(error, MemoryError):
+                return Failure(FailureKind.MEMORY, "It asked for more memory than it may have.")
+            text = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
+            return Failure(FailureKind.RAISED, text)
         finally:
             faulthandler.cancel_dump_traceback_later()
-
-
-def _failure(error: BaseException) -> Failure:
-    if isinstance(error, MemoryError):
-        return Failure(FailureKind.MEMORY, "It asked for more memory than it may have.")
-    text = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
-    return Failure(FailureKind.RAISED, text)
-
-
-def _limit_memory(memory_bytes: int) -> None:
-    try:
-        import resource
-    except ImportError:  # not on Windows
-        return
-    with contextlib.suppress(ValueError, OSError):  # macOS knows this limit by name only
-        _, hard = resource.getrlimit(resource.RLIMIT_AS)
-        limit = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
-        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
 
 
 @contextlib.contextmanager

@@ -19,7 +19,8 @@ from torc.specs.conditions import PipelineSpec
 from torc.task_planning.asking import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.task_planning.registry import make_planner
-from torc.workspace.description import Bin, Box, Workspace
+from torc.workspace.description import Box, Workspace
+from torc.workspace.files import load_workspace
 
 # Frames come from any distance: what perception takes for a reading, the volume does too.
 _ANY_DISTANCE = replace(FIXED_CAMERA, max_depth_m=PerceptionConfig().max_depth_m)
@@ -88,16 +89,12 @@ def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: Pipeli
 
 def _workspace(frame: Frame, *, with_robot: bool) -> Workspace:
     """The frame's support surface as the table; with a robot the workspace's own, if that is what is seen."""
-    own = Workspace(grid=frame.grid)
+    own = replace(load_workspace(), grid=frame.grid)
     if with_robot and abs(frame.support_z_m - own.support_z_m) < _SAME_TABLE_M:
         return own
     # A workspace has a bin; here it is out of everything's way.
-    nowhere = Bin(center=(0.0, 0.0, -100.0))
-    (x, y, _), (dx, dy, _) = (
-        0.5 * (frame.grid.upper + frame.grid.origin),
-        frame.grid.upper - frame.grid.origin,
-    )
-    table = Box(
-        "table", (float(x), float(y), frame.support_z_m - 0.05), (float(dx) + 0.4, float(dy) + 0.4, 0.10)
-    )
-    return Workspace(table=table, bin=nowhere, grid=frame.grid)
+    nowhere = replace(load_workspace().bin, center=(0.0, 0.0, -100.0))
+    low, high = frame.grid.origin, frame.grid.upper
+    (x, y, _), (dx, dy, _) = (0.5 * (high + low)).tolist(), (high - low).tolist()
+    table = Box("table", (x, y, frame.support_z_m - 0.05), (dx + 0.4, dy + 0.4, 0.10))
+    return replace(load_workspace(), table=table, bin=nowhere, grid=frame.grid)

@@ -1,68 +1,42 @@
-"""What a planner leaves as evidence, in the frame's labels: the one place where ids in plain data are told again.
+"""What a planner leaves as evidence, in the frame's labels instead of torc's ids.
 
 Translated are the entries that torc's planners share: the dependency graph, the probabilities, what is graspable. Texts
-are in labels already (`PlanningContext.called`). What else a planner of somebody's leaves passes as it is.
+are in labels already (`PlanningContext.called`). What else a user's planner leaves passes as it is.
 """
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-Label = Callable[[Any], Any]
 HIDDEN = "hidden"
 """The label of a target that no frame has shown."""
 
 
-def label_of(labels: Mapping[int, int]) -> Label:
-    """Tells the label of an id, given as a number or, as JSON has it for keys, as text; text comes back as text.
-
-    The target's id without a label is HIDDEN; any other id without one stays.
-    """
+def evidence_in_labels(evidence: Mapping[str, Any], labels: Mapping[int, int]) -> dict[str, Any]:
+    """The evidence with the frame's labels for torc's ids; ids that are text, as keys in JSON, stay text."""
 
     def label(value: Any) -> Any:
         number = int(value)
         found = labels.get(number, HIDDEN if number == 0 else number)
         return str(found) if isinstance(value, str) else found
 
-    return label
+    def keys(values: Mapping[Any, Any]) -> dict[Any, Any]:
+        return {label(k): v for k, v in values.items()}
 
+    def graph(data: Mapping[str, Any]) -> dict[str, Any]:
+        nodes = [{**n, "id": label(n["id"])} for n in data["nodes"]]
+        edges = [{**e, "source": label(e["source"]), "target": label(e["target"])} for e in data["edges"]]
+        return {**data, "target": label(data["target"]), "nodes": nodes, "edges": edges}
 
-def evidence_in_labels(evidence: Mapping[str, Any], labels: Mapping[int, int]) -> dict[str, Any]:
-    """The evidence with the frame's labels for torc's ids."""
-    label = label_of(labels)
-    told = dict(evidence)
-    for key, translate in _TRANSLATED.items():
-        if key in told:
-            try:
-                told[key] = translate(told[key], label)
-            except (AttributeError, KeyError, TypeError, ValueError):  # somebody's own, under the same name
-                continue
-    return told
-
-
-def _keys(values: Mapping[Any, Any], label: Label) -> dict[Any, Any]:
-    return {label(k): v for k, v in values.items()}
-
-
-def _certainty(values: Mapping[str, Any], label: Label) -> dict[str, Any]:
-    return {**values, "upper": _keys(values["upper"], label)}
-
-
-def _graph(graph: Mapping[str, Any], label: Label) -> dict[str, Any]:
-    """As `DependencyGraph.to_dict` makes it."""
-    return {
-        **graph,
-        "target": label(graph["target"]),
-        "nodes": [{**node, "id": label(node["id"])} for node in graph["nodes"]],
-        "edges": [
-            {**edge, "source": label(edge["source"]), "target": label(edge["target"])}
-            for edge in graph["edges"]
-        ],
+    translations: dict[str, Callable[[Any], Any]] = {
+        "graph": graph,
+        "probabilities": keys,
+        "certainty": lambda values: {**values, "upper": keys(values["upper"])},
+        "graspable": lambda ids: [label(k) for k in ids],
     }
-
-
-_TRANSLATED: Mapping[str, Callable[[Any, Label], Any]] = {
-    "graph": _graph,
-    "probabilities": _keys,
-    "certainty": _certainty,
-    "graspable": lambda ids, label: [label(k) for k in ids],
-}
+    told = dict(evidence)
+    for key in told.keys() & translations.keys():
+        try:
+            told[key] = translations[key](told[key])
+        except (AttributeError, KeyError, TypeError, ValueError):  # a user's own data under the same name
+            continue
+    return told

@@ -1,8 +1,6 @@
 """An answer in words: the choice, how to grasp it, why, and a row per object. All objects go by the frame's labels."""
 
 import textwrap
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 from torc.brain.answer import Answer
 from torc.brain.candidates import FATES, blockers_of, grasp_fates
@@ -17,43 +15,29 @@ _TIE = "\N{NO-BREAK SPACE}"
 
 def answer_text(answer: Answer) -> str:
     """Some lines for people."""
-    lines = [_choice(answer), *_wrapped(f"Why: {answer.decision.reason}")]
+    chosen = answer.decision.object_id
+    choice = "No choice." if chosen is None else f"Pick object {_called(answer, chosen)}."
+    lines = [choice, *_wrapped(f"Why: {answer.decision.reason}")]
     if answer.grasps:
         lines += _wrapped(_best_grasp(answer))
     lines += _wrapped(_target(answer))
     if answer.look.context.scene.objects:
-        chosen = answer.decision.object_id is not None
-        lines += ["", *_table(answer), "", *_legend(answer)] if chosen else ["", *_why_not(answer)]
+        lines += ["", *_why_not(answer)] if chosen is None else ["", *_table(answer), "", *_legend(answer)]
     if answer.left_out:
         labels = ", ".join(map(str, answer.left_out))
         lines += _wrapped(f"Left out, for too few pixels or readings of depth: {labels}.")
     return "\n".join(lines).replace(_TIE, " ")
 
 
-@dataclass(frozen=True)
-class _Column:
-    """Heading and a cell per object in sight."""
-
-    head: str
-    cells: Sequence[str]
-    words: bool = False
-
-    def lines(self) -> list[str]:
-        """Heading and cells, all equally long: words to the left, numbers to the right."""
-        texts = (self.head, *self.cells)
-        width = max(map(len, texts))
-        return [t.ljust(width) if self.words else t.rjust(width) for t in texts]
+def _column(head: str, *cells: str) -> list[str]:
+    """Heading and a cell per object in sight, all equally long: words to the left, numbers to the right."""
+    width = max(map(len, (head, *cells)))
+    words = head in ("", "name", "blocked by")
+    return [text.ljust(width) if words else text.rjust(width) for text in (head, *cells)]
 
 
 def _wrapped(text: str, indent: str = "") -> list[str]:
     return textwrap.wrap(text, _WIDTH, subsequent_indent=indent, break_long_words=False)
-
-
-def _choice(answer: Answer) -> str:
-    chosen = answer.decision.object_id
-    if chosen is None:
-        return "No choice."
-    return f"Pick object {_called(answer, chosen)}."
 
 
 def _called(answer: Answer, object_id: int) -> str:
@@ -86,20 +70,13 @@ def _why_not(answer: Answer) -> list[str]:
     """Per object what became of its grasps."""
     lines = ["What became of the grasps of each object:"]
     for k in answer.ids:
-        lines += _wrapped(f"  {_called(answer, k)}: {_fates(answer, k)}", "    ")
+        told = []
+        for fate, n in grasp_fates(answer.look.context, k).items():
+            by = f", by {_blockers(answer, k)}" if fate is GraspStatus.BLOCKED else ""
+            told.append(f"{n} {FATES[fate]}{by}")
+        fates = f"{'; '.join(told)}." if told else "no grasp was found"
+        lines += _wrapped(f"  {_called(answer, k)}: {fates}", "    ")
     return lines
-
-
-def _fates(answer: Answer, object_id: int) -> str:
-    fates = grasp_fates(answer.look.context, object_id)
-    if not fates:
-        return "no grasp was found"
-    told = [f"{n} {FATES[fate]}{_by_whom(answer, object_id, fate)}" for fate, n in fates.items()]
-    return f"{'; '.join(told)}."
-
-
-def _by_whom(answer: Answer, object_id: int, fate: GraspStatus) -> str:
-    return f", by {_blockers(answer, object_id)}" if fate is GraspStatus.BLOCKED else ""
 
 
 def _blockers(answer: Answer, object_id: int) -> str:
@@ -121,7 +98,7 @@ def _table(answer: Answer) -> list[str]:
     chosen = answer.decision.object_id
     marks = [" ", *(">" if k == chosen else " " for k in answer.ids)]
     lines = []
-    for mark, (*row, last) in zip(marks, zip(*(column.lines() for column in _columns(answer)))):
+    for mark, (*row, last) in zip(marks, zip(*_columns(answer))):
         start = f" {mark} {'  '.join(row)}  "
         room = max(_WIDTH - len(start), 20)
         first, *more = textwrap.wrap(last, room) or [""]
@@ -129,23 +106,19 @@ def _table(answer: Answer) -> list[str]:
     return lines
 
 
-def _columns(answer: Answer) -> list[_Column]:
+def _columns(answer: Answer) -> list[list[str]]:
     context, ids, p = answer.look.context, answer.ids, _probabilities(answer)
     valid = dict(zip(context.report.object_ids, context.report.valid_total.tolist()))
-    columns = [_Column("object", [str(answer.labels[k]) for k in ids])]
+    columns = [_column("object", *(str(answer.labels[k]) for k in ids))]
     if answer.names:
-        columns.append(_Column("name", [answer.names.get(k, "-") for k in ids], words=True))
+        columns.append(_column("name", *(answer.names.get(k, "-") for k in ids)))
     if context.scene.target_id is not None:
-        columns.append(
-            _Column("", ["target" if k == context.scene.target_id else "" for k in ids], words=True)
-        )
-    columns += [
-        _Column("grasps", [str(valid[k]) for k in ids]),
-        _Column("hides", [f"{1000 * context.volume.hidden_volume_m3(k):.1f} l" for k in ids]),
-    ]
+        columns.append(_column("", *("target" if k == context.scene.target_id else "" for k in ids)))
+    columns.append(_column("grasps", *(str(valid[k]) for k in ids)))
+    columns.append(_column("hides", *(f"{1000 * context.volume.hidden_volume_m3(k):.1f} l" for k in ids)))
     if p:
-        columns.append(_Column("p", [f"{p[k]:.2f}" if k in p else "-" for k in ids]))
-    columns.append(_Column("blocked by", [_blockers(answer, k) or "-" for k in ids], words=True))
+        columns.append(_column("p", *(f"{p[k]:.2f}" if k in p else "-" for k in ids)))
+    columns.append(_column("blocked by", *(_blockers(answer, k) or "-" for k in ids)))
     return columns
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shlex
+import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -11,7 +14,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from torc.cli.printing import print_json, tell
 from torc.cli.vlm_options import VlmOptions
+from torc.errors import InputError
 from torc.specs.conditions import Conditions
 
 if TYPE_CHECKING:
@@ -113,13 +118,16 @@ class BenchCommand:
         with TemporaryDirectory() as aside:
             spec, problems = self._plan(Path(aside))
         if self.dry_run:
-            return self._foretell(store, spec)
+            store.extended(spec)
+            for trial in store.left(spec)[: self.limit]:
+                tell(f"{trial.id[:10]}  {trial.planner.label} on {trial.problem.name}, seed {trial.seed}")
+            self._sum_up(store, spec, 0, 0)
+            return 0
         with store.locked():
             return self._play(store, spec, problems)
 
     def _check(self) -> None:
         from torc.benchmark.shards import parse_shard
-        from torc.errors import InputError
 
         if self.repeats < 1 or self.workers < 0 or (self.limit is not None and self.limit < 1):
             raise InputError("--repeats and --limit must be at least 1, and --workers at least 0.")
@@ -133,9 +141,6 @@ class BenchCommand:
             load_ray()  # now rather than after the planners were looked at
 
     def _play(self, store: Store, spec: BenchSpec, problems: dict[str, Problem]) -> int:
-        import os
-        import sys
-
         from torc.benchmark.manifest import call_facts, ended_facts
         from torc.benchmark.progress import shown
         from torc.benchmark.runner import run_missing
@@ -145,40 +150,30 @@ class BenchCommand:
         left = len(store.left(spec))
         todo = left if self.limit is None else min(left, self.limit)
         shard = f"Shard {self.shard}: " if self.shard else ""
-        _say(
-            f"{shard}{len(spec.trials)} trials, {len(spec.trials) - left} complete already, {todo} to play now."
-        )
+        done = len(spec.trials) - left
+        tell(f"{shard}{len(spec.trials)} trials, {done} complete already, {todo} to play now.")
         if todo and not kernel_cache()[1]:
-            _say(MESSAGE)
-        played, errored = 0, 0
+            tell(MESSAGE)
+        completed: list[bool] = []
         with self._players(spec, problems, todo) as (backend, about), shown(todo) as show:
             facts = call_facts(sys.argv[1:], self.workers or os.cpu_count() or 1)
             store.begin_call(facts | ({"shard": self.shard} if self.shard else {}) | about)
 
             def listen(trial: Played) -> None:
-                nonlocal played, errored
-                played += 1
-                errored += not trial.completed
+                completed.append(trial.completed)
                 show(trial)
 
             try:
                 cache = self.vlm.cache()
                 run_missing(store, spec, backend, limit=self.limit, vlm_cache=cache, listener=listen)
             except KeyboardInterrupt:
-                _say("Stopped. The same command goes on from here.")
+                tell("Stopped. The same command goes on from here.")
                 raise
             finally:
-                store.end_call(ended_facts(played, errored, len(store.left(spec))))
-        self._tell(store, spec, played, errored)
+                errored = completed.count(False)
+                store.end_call(ended_facts(len(completed), errored, len(store.left(spec))))
+        self._sum_up(store, spec, len(completed), errored)
         return 1 if errored else 0
-
-    def _foretell(self, store: Store, spec: BenchSpec) -> int:
-        store.extended(spec)
-        left = store.left(spec)
-        for trial in left[: self.limit]:
-            _say(f"{trial.id[:10]}  {trial.planner.label} on {trial.problem.name}, seed {trial.seed}")
-        self._tell(store, spec, 0, 0)
-        return 0
 
     def _plan(self, log_directory: Path) -> tuple[BenchSpec, dict[str, Problem]]:
         """What the options ask for, and the problems by name."""
@@ -193,7 +188,7 @@ class BenchCommand:
         problems, robot = find_problems(self.problems), load_robot(self.conditions.robot)
         hints = Counter(robot_hint(problem, robot.name, robot.source) for problem in problems.values())
         for hint in filter(None, hints):
-            _say(f"{hints[hint]} of {len(problems)} problem(s): {hint}")
+            tell(f"{hints[hint]} of {len(problems)} problem(s): {hint}")
         changes = variants(self.sweep)
         around, sources = find_around(self.conditions, changes, self._backend(), log_directory)
         planners = find_planners(self._questions(), self._backend(), log_directory)
@@ -217,15 +212,11 @@ class BenchCommand:
         named = [(*split_vlm(text), settings) for text, settings in given if text]
         # Options of a VLM may be meant for those named in --planners alone.
         for_all = self.vlm.config() if self.vlm.vlm or all(vlm is None for _, vlm, _ in named) else None
-        cache = self.vlm.cache()
-        return [
-            Question(
-                PlannerSpec(name, for_all if vlm is None else self.vlm.config(vlm), settings),
-                cache,
-                vlm is not None,
-            )
-            for name, vlm, settings in named
-        ]
+        questions = []
+        for name, vlm, settings in named:
+            planner = PlannerSpec(name, for_all if vlm is None else self.vlm.config(vlm), settings)
+            questions.append(Question(planner, self.vlm.cache(), vlm is not None))
+        return questions
 
     @contextmanager
     def _players(
@@ -239,12 +230,10 @@ class BenchCommand:
 
         with ray_pool(self.ray, self._limits(self.workers), spec, problems) as pool:
             facts = pool.facts()
-            _say(f"Ray: {facts['cpus']} CPUs on {len(facts['machines'])} machine(s).")
+            tell(f"Ray: {facts['cpus']} CPUs on {len(facts['machines'])} machine(s).")
             yield pool, {"workers": self.workers or facts["cpus"], "ray": facts}
 
     def _backend(self) -> Backend:
-        import os
-
         from torc.benchmark.local_pool import LocalPool
 
         return LocalPool(self._limits(self.workers or os.cpu_count() or 1))
@@ -254,24 +243,15 @@ class BenchCommand:
 
         return PoolConfig(workers, self.timeout, int(self.memory * 2**30) if self.memory else None)
 
-    def _tell(self, store: Store, spec: BenchSpec, played: int, errored: int) -> None:
+    def _sum_up(self, store: Store, spec: BenchSpec, played: int, errored: int) -> None:
         """What there is now, and what to do next."""
-        import json
-        import shlex
-
         missing = len(store.left(spec))
         facts = {"trials": len(spec.trials), "played": played, "errored": errored, "missing": missing}
         if self.json:
-            print(json.dumps({**facts, "directory": str(store.root)}, indent=2))
+            print_json({**facts, "directory": str(store.root)})
             return
-        _say(", ".join(f"{what}: {n}" for what, n in facts.items()))
+        tell(", ".join(f"{what}: {n}" for what, n in facts.items()))
         if missing:
-            _say("The same command goes on with the missing ones, errored ones among them.")
+            tell("The same command goes on with the missing ones, errored ones among them.")
         if missing < len(spec.trials):
-            _say(f"torc report {shlex.quote(str(store.root))}")
-
-
-def _say(text: str) -> None:
-    import sys
-
-    print(text, file=sys.stderr, flush=True)
+            tell(f"torc report {shlex.quote(str(store.root))}")

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import tyro
 
+from torc.cli.printing import print_json, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.specs.conditions import PipelineSpec
 
@@ -54,35 +55,27 @@ class DecideCommand:
 
     def run(self) -> int:
         """Print the decision; the exit code is 3 if there is nothing to pick."""
-        import json
-        import sys
-
         from torc.brain import answer_text, decide_frame, load_frame, rehearse
         from torc.episode.planners import refuse_simulated
-        from torc.errors import InputError
         from torc.pipeline.warm_up import announced_compilation
         from torc.records.files import write_json
         from torc.task_planning.registry import load_planner_class, make_planner
         from torc.vlm.opening import planner_options
 
-        if self.seed < 0:
-            raise InputError("--seed must be at least 0.")
         refuse_simulated(self.planner)
         maker = load_planner_class(self.planner)
         options = planner_options(self.planner, maker, self.vlm.config(), self.vlm.cache())
         planner, frame = make_planner(self.planner, **options), load_frame(self.frame)
         robot = None if self.robot == "none" else self.robot
-        with announced_compilation(lambda text: print(text, file=sys.stderr)):
+        with announced_compilation(tell):
             rehearse(frame, planner, robot=robot, stages=self.stages)
         answer = decide_frame(frame, planner, robot=robot, seed=self.seed, stages=self.stages)
         if self.out is not None:
-            try:
-                self.out.mkdir(parents=True, exist_ok=True)
-                write_json(self.out / "decision.json", answer.to_dict())
-                answer.save_pictures(self.out)
-            except OSError as error:
-                raise InputError(
-                    f"Cannot write to '{self.out}': {error.strerror}. Choose another --out."
-                ) from error
-        print(json.dumps(answer.to_dict(), indent=2) if self.json else answer_text(answer))
+            self.out.mkdir(parents=True, exist_ok=True)
+            write_json(self.out / "decision.json", answer.to_dict())
+            answer.save_pictures(self.out)
+        if self.json:
+            print_json(answer.to_dict())
+        else:
+            print(answer_text(answer))
         return 0 if answer.decision.object_id is not None else NO_CHOICE

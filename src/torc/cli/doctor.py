@@ -3,6 +3,7 @@
 import importlib
 import importlib.util
 import os
+import platform
 import shutil
 import sys
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from typing import Annotated
 import tyro
 
 import torc
+from torc.cli.printing import print_json
 from torc.errors import extra_remedy
 
 _LIBRARIES = {
@@ -23,6 +25,19 @@ _LIBRARIES = {
     "av": "av",
 }
 """Module -> the package it comes with."""
+_EXTRAS = {
+    "import": ("coacd", "importing meshes"),
+    "gemini": ("google.genai", "asking Gemini models"),
+    "openai": ("openai", "asking OpenAI's models, and local servers that speak its protocol"),
+    "anthropic": ("anthropic", "asking Claude models"),
+    "web": ("starlette", "the page of torc human and torc view"),
+    "gym": ("gymnasium", "the Gymnasium environment torc/Retrieval-v0"),
+    "export": ("pyarrow", "torc export --format lerobot"),
+    "ray": ("ray", "torc bench --ray, on many machines"),
+    "report": ("matplotlib", "the figures of torc report"),
+    "dev": ("pytest", "running the tests, training the grasp model"),
+}
+"""Extra -> a module of it, and what it is for."""
 
 
 @dataclass(frozen=True)
@@ -53,29 +68,23 @@ class DoctorCommand:
                 if not check.ok and check.remedy:
                     print(f"      -> {check.remedy}", flush=True)
         if self.json:
-            import json
-
-            print(json.dumps([asdict(check) for check in checks], indent=2))
+            print_json([asdict(check) for check in checks])
         return 0 if all(check.ok or not check.required for check in checks) else 1
 
 
 def all_checks() -> Iterator[Check]:
     """All findings, required ones first; each as it is found, since some take seconds."""
-    yield _torc()
-    yield _python()
+    yield Check("torc", True, f"{torc.__version__}, in {Path(torc.__file__).parent}")
+    good = (3, 11) <= sys.version_info < (3, 14)
+    yield Check("Python", good, platform.python_version(), "Install Python 3.11, 3.12 or 3.13.")
     yield _libraries()
-    yield from (_rendering(), _cores(), _kernels(), _cache(), *_extras(), _disk())
-
-
-def _torc() -> Check:
-    return Check("torc", True, f"{torc.__version__}, in {Path(torc.__file__).parent}")
-
-
-def _python() -> Check:
-    version = ".".join(map(str, sys.version_info[:3]))
-    return Check(
-        "Python", (3, 11) <= sys.version_info < (3, 14), version, "Install Python 3.11, 3.12 or 3.13."
-    )
+    yield _rendering()
+    yield Check("cores", True, f"{os.cpu_count()}")
+    yield from _kernels()
+    for extra, (module, use) in _EXTRAS.items():
+        yield Check(f"extra '{extra}'", _installed(module), f"for {use}", extra_remedy(extra), required=False)
+    free_gb = shutil.disk_usage(".").free / 1e9
+    yield Check("disk", free_gb > 1, f"{free_gb:.0f} GB free here", "Free some space.", required=False)
 
 
 def _libraries() -> Check:
@@ -88,7 +97,7 @@ def _libraries() -> Check:
             faults.append(f"{module}: {error}")
             remedies.append(f"pip install {package}")
     detail = "; ".join(faults) if faults else f"all {len(_LIBRARIES)} can be loaded"
-    return Check("libraries", not faults, detail, "   and   ".join(dict.fromkeys(remedies)))
+    return Check("libraries", not faults, detail, "   and   ".join(remedies))
 
 
 def _rendering() -> Check:
@@ -102,52 +111,15 @@ def _rendering() -> Check:
     return Check("rendering", False, detail, remedy, required=False)
 
 
-def _cores() -> Check:
-    return Check("cores", True, f"{os.cpu_count()}")
-
-
-def _kernels() -> Check:
+def _kernels() -> Iterator[Check]:
     from torc.pipeline.warm_up import MESSAGE, kernel_cache
 
-    if kernel_cache()[1]:
-        return Check("kernels", True, "compiled and cached")
-    return Check(
-        "kernels", False, "not compiled yet", f"Nothing to do; the first run says: {MESSAGE}", required=False
-    )
-
-
-def _cache() -> Check:
-    from torc.pipeline.warm_up import kernel_cache
-
-    path, _ = kernel_cache()
+    path, compiled = kernel_cache()
+    detail = "compiled and cached" if compiled else "not compiled yet"
+    yield Check("kernels", compiled, detail, f"Nothing to do; the first run says: {MESSAGE}", required=False)
     probe = next(p for p in (path, *path.parents) if p.exists())
-    ok = os.access(probe, os.W_OK)
-    return Check("cache", ok, str(path), f"Make '{probe}' writable or set NUMBA_CACHE_DIR.", required=False)
-
-
-def _extras() -> list[Check]:
-    extras = {
-        "import": ("coacd", "importing meshes"),
-        "gemini": ("google.genai", "asking Gemini models"),
-        "openai": ("openai", "asking OpenAI's models, and local servers that speak its protocol"),
-        "anthropic": ("anthropic", "asking Claude models"),
-        "web": ("starlette", "the page of torc human and torc view"),
-        "gym": ("gymnasium", "the Gymnasium environment torc/Retrieval-v0"),
-        "export": ("pyarrow", "torc export --format lerobot"),
-        "ray": ("ray", "torc bench --ray, on many machines"),
-        "report": ("matplotlib", "the figures of torc report"),
-        "dev": ("pytest", "running the tests, training the grasp model"),
-    }
-    return [
-        Check(
-            f"extra '{extra}'",
-            _installed(module),
-            f"for {use}",
-            extra_remedy(extra),
-            required=False,
-        )
-        for extra, (module, use) in extras.items()
-    ]
+    remedy = f"Make '{probe}' writable or set NUMBA_CACHE_DIR."
+    yield Check("cache", os.access(probe, os.W_OK), str(path), remedy, required=False)
 
 
 def _installed(module: str) -> bool:
@@ -156,8 +128,3 @@ def _installed(module: str) -> bool:
         return importlib.util.find_spec(module) is not None
     except ModuleNotFoundError:
         return False
-
-
-def _disk() -> Check:
-    free_gb = shutil.disk_usage(".").free / 1e9
-    return Check("disk", free_gb > 1, f"{free_gb:.0f} GB free here", "Free some space.", required=False)

@@ -1,5 +1,6 @@
 """An experiment as a YAML file: what `torc bench` plays."""
 
+import json
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -35,10 +36,7 @@ class _Experiment(_Strict):
 
 def read_experiment(path: Path) -> dict[str, Any]:
     """What a file says, as fields of the command. Raises InputError naming file and field."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Cannot read the experiment {path}: {error}.") from None
+    text = path.read_text(encoding="utf-8", errors="replace")
     content = parse_plain_yaml(text, str(path), "experiment", _MAX_BYTES, _REMEDY)
     try:
         found = _Experiment.model_validate(content)
@@ -56,12 +54,8 @@ def read_experiment(path: Path) -> dict[str, Any]:
         told["own_planners"] = tuple((p.name, p.settings) for p in named)
     if found.repeats is not None:
         told["repeats"] = found.repeats
-    told["sweep"] = tuple(f"{name}={_listed(values)}" for name, values in found.sweep.items())
+    told["sweep"] = tuple(
+        f"{name}={','.join(v if isinstance(v, str) else json.dumps(v) for v in values)}"
+        for name, values in found.sweep.items()
+    )
     return told
-
-
-def _listed(values: list[Any]) -> str:
-    """As --sweep takes them."""
-    import json
-
-    return ",".join(v if isinstance(v, str) else json.dumps(v) for v in values)

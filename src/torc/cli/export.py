@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 import tyro
 
+from torc.cli.printing import print_json, printable
+
 
 @dataclass(frozen=True)
 class ExportCommand:
@@ -51,9 +53,6 @@ class ExportCommand:
 
     def run(self) -> int:
         """Export; exit code 2 if there is nothing to export."""
-        import json
-
-        from torc.cli.printing import printable
         from torc.exports.exporting import ExportSpec, export_trials
 
         spec = ExportSpec(
@@ -61,7 +60,7 @@ class ExportCommand:
         )
         facts = export_trials(self.directory, self.out, spec, self.overwrite)
         if self.json:
-            print(json.dumps(facts, indent=2))
+            print_json(facts)
             return 0
         for split, count in facts["examples"].items():
             print(f"{split:5}  {count} examples")

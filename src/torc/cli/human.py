@@ -1,11 +1,13 @@
 """`torc human`: a person as task planner."""
 
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from torc.cli.web_page import check_web_libraries, served_page
 from torc.episode.viewer_links import VIEWER_PORT
 from torc.specs.conditions import Conditions
 
@@ -55,15 +57,11 @@ class HumanCommand:
         """Play until everything is complete, then keep the page until Ctrl-C."""
         import threading
 
-        from torc.cli.web_page import served_page, web_parts
-        from torc.errors import InputError
-
-        if self.seed < 0:
-            raise InputError("--seed must be at least 0.")
-        web_parts()
+        check_web_libraries()
         from torc.pipeline.building import build_system
         from torc.problems.problem import load_problem
         from torc.problems.sets import select_problems
+        from torc.web.app import Site
         from torc.web.frames import FrameBoard
         from torc.web.human_queue import make_queue
         from torc.web.session import Session
@@ -77,58 +75,44 @@ class HumanCommand:
         queue = make_queue(
             problems, experts, self.out, self.seed, self.conditions, outside_view=self.outside_view
         )
-        try:
-            self.out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(
-                f"Cannot write to '{self.out}': {error.strerror}. Choose another --out."
-            ) from error
-        _say_what_is_left(queue.lines())
+        self.out.mkdir(parents=True, exist_ok=True)
+        lines = queue.lines()
+        print(f"{len(lines)} trials, {sum(t['status'] == 'completed' for t in lines)} of them complete.")
+        if begun := [t["name"] for t in lines if t["status"] in ("interrupted", "errored")]:
+            print(f"Not complete, and played again from the beginning: {', '.join(begun)}.")
         if self.outside_view:
             print(
                 "With the view from outside you see more than planners do: these trials are references, not ranked."
             )
         session, board = Session(), FrameBoard() if self.outside_view else None
+        site = Site(Shelf(self.out), queue, session, board)
         try:
-            with served_page(Shelf(self.out), queue, session, board, self.host, self.port, self.open):
+            with served_page(site, self.host, self.port, self.open):
                 queue.play(session, lambda spec, out: self._play(spec, out, session, board))
                 print("Everything is complete. The page stays until Ctrl-C.", flush=True)
                 threading.Event().wait()
         except KeyboardInterrupt:
             left = len(queue.waiting())
-            print(
-                f"\n{left} of {len(queue.trials)} trials are left"
-                + ("; the same command goes on with them." if left else ".")
-            )
+            more = "; the same command goes on with them." if left else "."
+            print(f"\n{left} of {len(queue.trials)} trials are left{more}")
         return 130 if queue.waiting() else 0
 
     def _play(self, spec: "TrialSpec", out: Path, session: "Session", board: "FrameBoard | None") -> "Trial":
-        from contextlib import ExitStack
-
         from torc.episode.trial import run_trial
         from torc.web.expert import HumanPlanner, SessionListener
         from torc.web.frames import RobotCamera
 
         session.publish(message="Preparing the simulation")
-        with ExitStack() as stack:
-            camera = stack.enter_context(RobotCamera(board)) if board is not None else None
+        with nullcontext() if board is None else RobotCamera(board) as camera:
             trial = run_trial(
                 spec,
                 out,
                 planner=HumanPlanner(session, spec.planner.expert),
                 listeners=[SessionListener(session)],
-                observers=[camera.observe] if camera is not None else [],
+                observers=[] if camera is None else [camera.observe],
                 video=self.video,
                 overwrite=True,
                 say=lambda text: session.publish(message=text),
             )
         print(f"{out.name}: {trial.result['status']}, {trial.result.get('end', '')}", flush=True)
         return trial
-
-
-def _say_what_is_left(trials: list[dict]) -> None:
-    done = sum(t["status"] == "completed" for t in trials)
-    begun = [t["name"] for t in trials if t["status"] in ("interrupted", "errored")]
-    print(f"{len(trials)} trials, {done} of them complete.")
-    if begun:
-        print(f"Not complete, and played again from the beginning: {', '.join(begun)}.")

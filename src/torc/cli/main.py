@@ -16,7 +16,7 @@ from torc.cli.doctor import DoctorCommand
 from torc.cli.export import ExportCommand
 from torc.cli.human import HumanCommand
 from torc.cli.objects import OBJECTS
-from torc.cli.printing import printable
+from torc.cli.printing import tell
 from torc.cli.problems import PROBLEMS
 from torc.cli.report import ReportCommand
 from torc.cli.run import RunCommand
@@ -58,7 +58,7 @@ def main(arguments: list[str] | None = None) -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        code = _exit_code(arguments)
+        code = _run(sys.argv[1:] if arguments is None else arguments)
         sys.stdout.flush()  # here, where a reader that went away can be told
     except BrokenPipeError:
         # `torc ... | head`: no message, and none from Python's own flush at exit.
@@ -72,48 +72,37 @@ def parse(arguments: Sequence[str]) -> Runnable:
     return parse_command(TORC, "torc", arguments)
 
 
-def _exit_code(arguments: list[str] | None) -> str | int | None:
-    try:
-        return _run(arguments)
-    except SystemExit as ended:  # --help, or a wrong option
-        return ended.code
-
-
-def _run(arguments: list[str] | None) -> int:
-    given = sys.argv[1:] if arguments is None else arguments
-    if given == ["--version"]:
+def _run(arguments: list[str]) -> str | int | None:
+    if arguments == ["--version"]:
         print(f"torc {torc.__version__}")
         return 0
     try:
-        return parse(given).run()
-    except InputError as error:
-        return _fail(error, 2)
-    except TorcError as error:
-        return _fail(error, 1)
-    except RuntimeError as error:
-        # numba says this of the first kernel that is imported; anything else is a fault and shows where it is.
-        if "cannot cache function" not in str(error):
-            raise
-        return _fail(InputError(_NO_CACHE), 2)
+        return parse(arguments).run()
+    except SystemExit as ended:  # --help, or a wrong option
+        return ended.code
+    except KeyboardInterrupt:
+        tell("torc: interrupted")
+        return 130
     except BrokenPipeError:
         raise
-    except OSError as error:
-        return _fail(*_system_fault(error))
-    except KeyboardInterrupt:
-        print("torc: interrupted", file=sys.stderr)
-        return 130
+    except (TorcError, OSError, RuntimeError) as error:
+        code, text = _told(error)
+        tell(f"torc: {text}")
+        return code
 
 
-def _system_fault(error: OSError) -> tuple[TorcError, int]:
-    """What the machine refused, for the user, and the exit code: a named file is the user's input."""
-    if error.filename is not None:
-        return InputError(f"'{error.filename}' cannot be used: {error.strerror}. Choose another."), 2
-    return TorcError(f"{error.strerror or error}. `torc doctor` tells what is missing on this machine."), 1
-
-
-def _fail(error: TorcError, code: int) -> int:
-    print(f"torc: {printable(str(error))}", file=sys.stderr)
-    return code
+def _told(error: TorcError | OSError | RuntimeError) -> tuple[int, str]:
+    """Exit code and text. Raises again what is a fault in torc."""
+    if isinstance(error, TorcError):
+        return 2 if isinstance(error, InputError) else 1, str(error)
+    if isinstance(error, OSError) and error.filename is not None:
+        return 2, f"'{error.filename}' cannot be used: {error.strerror}. Choose another."
+    if isinstance(error, OSError):
+        return 1, f"{error.strerror or error}. `torc doctor` tells what is missing on this machine."
+    # numba says this of the first kernel that is imported.
+    if "cannot cache function" in str(error):
+        return 2, _NO_CACHE
+    raise error
 
 
 if __name__ == "__main__":

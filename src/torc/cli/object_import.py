@@ -1,19 +1,22 @@
 """`torc objects import`: mesh files to objects of one's own."""
 
-import json as json_module
 import os
 import sys
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from torc.cli.printing import printable
+from torc.cli.printing import print_json, printable
+from torc.errors import InputError
 
 if TYPE_CHECKING:
     from torc.objects.importing import MeshOptions
+
+    # A file, the path that its name is made from, and how it becomes an object.
+    _Mesh = tuple[Path, Path, MeshOptions]
 
 
 @dataclass(frozen=True)
@@ -56,86 +59,57 @@ class ImportCommand:
 
     def run(self) -> int:
         """Import the meshes; returns the exit code."""
-        from torc.errors import InputError, PhysicsError
+        from torc.errors import PhysicsError
         from torc.objects.importing.storing import check_library
+        from torc.objects.store import store_directories
 
         meshes, left_out = self._meshes()
         check_library(self.library)  # a mesh may take minutes
         kept = self._kept(meshes)
         rows: list[dict[str, Any]] = []
         files: dict[str, Path] = {}
-        for i, (path, name, root) in enumerate(meshes):
+        for i, (path, named, options) in enumerate(meshes):
             start = f"[{i + 1}/{len(meshes)}] {path.name}"
             try:
-                options = self._options(self.name, name, root)
-                called = options.name_for(path)
-                kept_as = None if root is None else kept.get(path)
-                stored = kept_as or called
+                called = options.name_for(named)
+                stored = kept.get(path) or called
                 if stored in files:
                     raise InputError(
                         f"'{stored}' is {files[stored]} in this call. Import it with another --name."
                     )
-                if kept_as:
-                    rows.append({"file": str(path), "there": kept_as})
-                    anew = "" if kept_as == called else f", as {called}"
-                    self._say(f"{start}: {kept_as} is there already (--overwrite imports it again{anew})")
+                if path in kept:
+                    rows.append({"file": str(path), "there": stored})
+                    anew = "" if stored == called else f", as {called}"
+                    self._say(f"{start}: {stored} is there already (--overwrite imports it again{anew})")
                 else:
-                    rows.append(self._import_one(path, options, start))
+                    rows.append(self._import_one(path, replace(options, name=called), start))
                 files[stored] = path
             except (InputError, PhysicsError) as error:
                 rows.append({"file": str(path), "refused": str(error)})
                 self._say(f"{start}: refused: {error}")
-        refused = sum("refused" in row for row in rows)
+        refused, there = (sum(end in row for row in rows) for end in ("refused", "there"))
         for path, why in left_out:
             rows.append({"file": str(path), "left_out": why})
             self._say(f"left out: {path}: {why}")
         if self.json:
-            print(json_module.dumps(rows, indent=2))
-        else:
-            there = sum("there" in row for row in rows)
-            imported = (
-                f"{len(meshes) - refused - there} imported{f', {there} there already' if there else ''}"
-            )
-            self._say(f"\n{imported}, {refused} refused, into {self._library()}")
-            if len(meshes) > refused:
-                self._tell_where()
+            print_json(rows)
+            return 1 if refused else 0
+        stores = store_directories()
+        imported = f"{len(meshes) - refused - there} imported{f', {there} there already' if there else ''}"
+        print(printable(f"\n{imported}, {refused} refused, into {self.library or stores[0]}"))
+        if len(meshes) > refused and self.library:
+            library = self.library.resolve()
+            if library not in [store.resolve() for store in stores]:
+                print(printable(f"To use them: export TORC_OBJECTS={library}"))
         return 1 if refused else 0
 
-    def _meshes(self) -> tuple[list[tuple[Path, str | None, Path | None]], list[tuple[Path, str]]]:
-        """Mesh files, each with what its name is made of and the directory it may read from; and those left out.
-
-        Raises InputError for arguments that make no sense.
-        """
-        from torc.errors import InputError
+    def _meshes(self) -> tuple[list["_Mesh"], list[tuple[Path, str]]]:
+        """Mesh files, and those left out with the reason. Raises InputError for arguments that make no sense."""
+        from torc.objects.importing import MeshOptions
         from torc.objects.importing.storing import find_meshes
 
-        self._options(self.name)
-        named: list[tuple[Path, str | None, Path | None]] = []
-        left_out: list[tuple[Path, str]] = []
-        for path in self.paths:
-            if os.path.isdir(path):
-                inside, others = find_meshes(path)
-                if not inside:
-                    raise InputError(f"There is no OBJ, GLB, STL or PLY file in {path}.")
-                named, left_out = named + [(p, n, path) for p, n in inside], left_out + others
-            elif os.path.exists(path):
-                named.append((path, None, None))
-            else:
-                raise InputError(f"There is no file or directory {path}.")
-        single = [k for k in ("name", "description", "mass") if getattr(self, k) is not None]
-        if not named:
-            raise InputError("Give mesh files or directories to import.")
-        if len(named) > 1 and single:
-            raise InputError(f"--{single[0]} is for one mesh; here are {len(named)}.")
-        return named, left_out
-
-    def _options(self, name: str | None, stem: str | None = None, root: Path | None = None) -> "MeshOptions":
-        from torc.objects.importing import MeshOptions
-
-        if name is None and stem is not None:
-            name = MeshOptions().name_for(Path(f"{stem}.obj"))
-        return MeshOptions(
-            name=name,
+        options = MeshOptions(
+            name=self.name,
             kind=self.kind,
             description=self.description,
             scale=self.scale,
@@ -145,19 +119,36 @@ class ImportCommand:
             density_kg_m3=self.density,
             friction=self.friction,
             textures=not self.no_textures,
-            root=root,
         )
+        meshes: list[_Mesh] = []
+        left_out: list[tuple[Path, str]] = []
+        for path in self.paths:
+            if os.path.isdir(path):
+                inside, others = find_meshes(path)
+                if not inside:
+                    raise InputError(f"There is no OBJ, GLB, STL or PLY file in {path}.")
+                meshes += [(file, Path(f"{stem}.obj"), replace(options, root=path)) for file, stem in inside]
+                left_out += others
+            elif os.path.exists(path):
+                meshes.append((path, path, options))
+            else:
+                raise InputError(f"There is no file or directory {path}.")
+        single = [k for k in ("name", "description", "mass") if getattr(self, k) is not None]
+        if not meshes:
+            raise InputError("Give mesh files or directories to import.")
+        if len(meshes) > 1 and single:
+            raise InputError(f"--{single[0]} is for one mesh; here are {len(meshes)}.")
+        return meshes, left_out
 
-    def _kept(self, meshes: list[tuple[Path, str | None, Path | None]]) -> dict[Path, str]:
+    def _kept(self, meshes: list["_Mesh"]) -> dict[Path, str]:
         """Of the meshes in directories, those that were imported before, with the names of the objects."""
-        from torc.errors import InputError
         from torc.objects.importing.storing import kept_names
 
         names: dict[Path, str] = {}
-        for path, name, root in meshes:
-            if root is not None and not self.overwrite:
+        for path, named, options in meshes:
+            if options.root is not None and not self.overwrite:
                 with suppress(InputError):  # refused for it when its turn comes
-                    names[path] = self._options(self.name, name, root).name_for(path)
+                    names[path] = options.name_for(named)
         kept = kept_names(names, self.scale, self.library)
         return {path: name for path, name in kept.items() if self.name in (None, name)}
 
@@ -166,7 +157,7 @@ class ImportCommand:
         from torc.objects.importing.storing import add_object, check_name
         from torc.sim.object_check import check_object
 
-        check_name(options.name_for(path), self.library, self.overwrite)
+        check_name(str(options.name), self.library, self.overwrite)
         self._say(f"{start}: reading ...")
         found = read_mesh(path, options)
         notes = list(found.notes)
@@ -189,19 +180,6 @@ class ImportCommand:
             "pieces": len(model.pieces),
             "notes": notes,
         }
-
-    def _library(self) -> Path:
-        from torc.objects.store import store_directories
-
-        return self.library or store_directories()[0]
-
-    def _tell_where(self) -> None:
-        from torc.objects.store import store_directories
-
-        if self.library is not None and self.library.resolve() not in [
-            d.resolve() for d in store_directories()
-        ]:
-            self._say(f"To use them: export TORC_OBJECTS={self.library.resolve()}")
 
     def _say(self, text: str) -> None:
         print(printable(text), file=sys.stderr if self.json else sys.stdout, flush=True)

@@ -1,6 +1,5 @@
 """`torc objects`: what there is to put on the table, and how to add to it."""
 
-import json as json_module
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -8,9 +7,10 @@ from typing import Annotated, Any
 import tyro
 
 from torc.cli.commands import Group
-from torc.cli.known_objects import known_objects
 from torc.cli.object_import import ImportCommand
-from torc.cli.object_sheet import SheetCommand, check_picture_name
+from torc.cli.object_sheet import SheetCommand, check_picture_name, known_objects
+from torc.cli.printing import print_json
+from torc.errors import UnknownNameError
 
 _GRIPPER = {True: "gets hold of it as it stands", False: "does not get hold of it as it stands"}
 
@@ -27,7 +27,6 @@ class ListCommand:
 
     def run(self) -> int:
         """Print a line per object."""
-        from torc.errors import UnknownNameError
         from torc.objects.grasp_facts import graspable
 
         found = known_objects()
@@ -36,18 +35,11 @@ class ListCommand:
             raise UnknownNameError("kind of object", self.kind, kinds)
         found = [f for f in found if self.kind in (None, f.kind) and not (self.own and f.builtin)]
         if self.json:
+            keys = ("name", "kind", "description", "mass_kg", "graspable", "own")
             rows = [
-                {
-                    "name": f.name,
-                    "kind": f.kind,
-                    "description": f.description,
-                    "mass_kg": f.mass_kg,
-                    "graspable": graspable(f.name),
-                    "own": not f.builtin,
-                }
-                for f in found
+                (f.name, f.kind, f.description, f.mass_kg, graspable(f.name), not f.builtin) for f in found
             ]
-            print(json_module.dumps(rows, indent=2))
+            print_json([dict(zip(keys, row)) for row in rows])
             return 0
         width = max((len(f.name) for f in found), default=0)
         for f in found:
@@ -76,7 +68,7 @@ class ShowCommand:
         if self.picture is not None:
             _write_picture(self.name, self.picture)
         if self.json:
-            print(json_module.dumps(facts, indent=2))
+            print_json(facts)
             return 0
         x, y, z = (1000 * s for s in facts["size_m"])
         print(f"{facts['name']}: {facts['description']}\n")
@@ -119,12 +111,12 @@ def _facts(name: str) -> dict[str, Any]:
     from torc.objects.library import load_object, object_facts
     from torc.objects.store import find_stored
 
-    model, known = load_object(name), object_facts(name)
+    model, own = load_object(name), not object_facts(name).builtin
     facts: dict[str, Any] = {
         "name": model.name,
         "kind": model.kind,
         "description": model.description,
-        "own": not known.builtin,
+        "own": own,
         "size_m": list(model.size_m),
         "mass_kg": model.mass_kg,
         "friction": model.friction,
@@ -134,23 +126,19 @@ def _facts(name: str) -> dict[str, Any]:
         "triangles": sum(len(v.faces) for v in model.visuals),
         "textures": sum(v.texture is not None for v in model.visuals),
     }
-    directory = None if known.builtin else find_stored(name)
+    directory = find_stored(name) if own else None
     if directory is not None:
         source = load_source(directory)
-        facts |= {
-            "source": source.file,
-            "scale": source.scale,
-            "note": source.note,
-            "directory": str(directory),
-        }
+        facts |= {"source": source.file, "scale": source.scale, "note": source.note}
+        facts["directory"] = str(directory)
     return facts
 
 
 def _write_picture(name: str, path: Path) -> None:
+    """From the robot's side, and from above."""
     import numpy as np
     from PIL import Image
 
-    from torc.errors import InputError
     from torc.objects.library import load_object
     from torc.sim.object_check import world_with
     from torc.sim.rendering import render_view
@@ -161,7 +149,4 @@ def _write_picture(name: str, path: Path) -> None:
     away = 1.6 * float(np.linalg.norm(model.size_m)) + 0.05
     eyes = [(x - away, y, z + 0.25 * away), (x - 0.6 * away, y - 0.6 * away, z + 0.7 * away)]
     views = [render_view(world, eye, (x, y, z), 640, 640, 0.6) for eye in eyes]
-    try:
-        Image.fromarray(np.concatenate(views, axis=1)).save(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"Cannot write the picture {path}: {error}. Give another --picture.") from None
+    Image.fromarray(np.concatenate(views, axis=1)).save(path)

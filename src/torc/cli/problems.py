@@ -1,6 +1,5 @@
 """`torc problems`: problems to play, those that come with torc and new ones."""
 
-import json as json_module
 import shlex
 from dataclasses import dataclass
 from typing import Annotated
@@ -8,6 +7,7 @@ from typing import Annotated
 import tyro
 
 from torc.cli.commands import Group
+from torc.cli.printing import print_json
 from torc.cli.problems_gallery import GalleryCommand
 from torc.cli.problems_generate import GenerateCommand
 from torc.cli.problems_import import ImportCommand
@@ -32,17 +32,8 @@ class ListCommand:
         selections = (self.set,) if self.set else problem_sets()
         groups = {text: [load_problem(name) for name in select_problems(text)] for text in selections}
         if self.json:
-            rows = [
-                {
-                    "name": p.name,
-                    "category": p.category,
-                    "objects": len(p.objects),
-                    "description": p.description,
-                }
-                for problems in groups.values()
-                for p in problems
-            ]
-            print(json_module.dumps(rows, indent=2))
+            rows = [(p.name, p.category, len(p.objects), p.description) for ps in groups.values() for p in ps]
+            print_json([dict(zip(("name", "category", "objects", "description"), row)) for row in rows])
             return 0
         for text, problems in groups.items():
             print(f"{text}: {len(problems)} problem{'s' if len(problems) > 1 else ''}")
@@ -69,7 +60,7 @@ class ShowCommand:
 
         problem = load_problem(self.problem)
         if self.json:
-            print(json_module.dumps(to_plain(problem), indent=2))
+            print_json(to_plain(problem))
             return 0
         print(f"{problem.name} ({problem.category}), target: {problem.description} [{problem.target}]\n")
         for k, placement in enumerate(problem.ordered()):

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import tyro
 
+from torc.cli.printing import print_json, tell
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE
 
@@ -49,8 +50,6 @@ class GalleryCommand:
 
     def run(self) -> int:
         """Draw and write."""
-        import json
-
         from rich.console import Console
 
         from torc.generation.batch import inspector_for
@@ -62,28 +61,21 @@ class GalleryCommand:
 
         problems = [load_problem(name) for name in select_problems(self.problems)]
         orders = orders_from(self.answers, problems) if self.answers else {}
-        console, names = Console(stderr=True), [problem.name for problem in problems]
+        title = self.title or f"{self.problems}: {len(problems)} problem{'s' if len(problems) > 1 else ''}"
+        inspector, names = inspector_for(self.robot, self.workspace), [problem.name for problem in problems]
+        with announced_compilation(tell), Console(stderr=True).status("") as status:
 
-        def say(text: str) -> None:
-            console.print(text, style="dim", highlight=False, markup=False)
+            def progress(problem: Problem) -> None:
+                text = f"{names.index(problem.name) + 1} of {len(names)}: {problem.name}"
+                status.update(text)
+                if not status.console.is_terminal:
+                    tell(text)
 
-        with announced_compilation(say), console.status("") as status:
-
-            def tell(problem: Problem) -> None:
-                status.update(f"{names.index(problem.name) + 1} of {len(names)}: {problem.name}")
-                if not console.is_terminal:
-                    say(f"{names.index(problem.name) + 1} of {len(names)}: {problem.name}")
-
-            title = (
-                self.title or f"{self.problems}: {len(problems)} problem{'s' if len(problems) > 1 else ''}"
-            )
-            cards = make_gallery(
-                title, problems, inspector_for(self.robot, self.workspace), self.out, orders, tell
-            )
+            cards = make_gallery(title, problems, inspector, self.out, orders, progress)
         for name in left_over(problems, self.out):
-            say(f"Of an earlier gallery, and on no page now: {self.out / 'cards' / name}")
+            tell(f"Of an earlier gallery, and on no page now: {self.out / 'cards' / name}")
         if self.json:
-            print(json.dumps([card.to_dict() for card in cards], indent=2))
+            print_json([card.to_dict() for card in cards])
         else:
             print(f"{len(cards)} cards. Open {self.out / HTML}, or read {self.out / MARKDOWN}.")
         return 0

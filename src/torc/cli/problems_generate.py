@@ -1,28 +1,24 @@
 """`torc problems generate`: as many new problems as anyone wants."""
 
-from __future__ import annotations
-
 import re
+import sys
 from collections import Counter
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from torc.cli.printing import print_json, tell
+from torc.errors import InputError
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from torc.generation.batch import Job, Progress
-    from torc.generation.generator import GeneratedProblem, NotGenerated
+    from torc.generation.batch import Job
+    from torc.generation.generator import GeneratedProblem
     from torc.robots.description import RobotDescription
-
-_MANY_CROWDED = 8
-"""Scenes from the first one on that are too crowded, after which there is little hope."""
-_FEWER = "So many objects seldom fit side by side: ask for fewer --objects (8-20 are typical)."
 
 
 @dataclass(frozen=True)
@@ -81,43 +77,66 @@ class GenerateCommand:
 
     def run(self) -> int:
         """Generate, save and sum up; returns the exit code."""
-        import json
-        import sys
-
-        from rich.console import Console
-
-        from torc.generation.batch import generate_batch, inspector_for
+        from torc.generation.batch import Job, generate_batch, inspector_for
+        from torc.generation.generator import GeneratedProblem
+        from torc.generation.rejections import Reason
         from torc.pipeline.warm_up import announced_compilation
+        from torc.problems.problem import save_problem
         from torc.specs.conditions import Conditions
 
         conditions = Conditions(robot=self.robot, workspace=self.workspace)
         robot = inspector_for(self.robot, self.workspace).robot  # an unknown one is refused before any work
-        all_jobs, console = self._jobs(), Console(stderr=True)
-        there = self._there(all_jobs, robot)
-        jobs, summary = [job for job in all_jobs if job not in there], _Summary(list(there.values()))
-        told = sys.stderr if self.json else sys.stdout
+        say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
+        jobs = self._jobs()
+        self.out.mkdir(parents=True, exist_ok=True)
+        there = {job: str(self._path(job)) for job in jobs if self._is_there(job, robot)}
+        left = [job for job in jobs if job not in there]
         if there:
-            print(f"{len(there)} of {len(all_jobs)} are in {self.out} already.", file=told, flush=True)
-        with announced_compilation(lambda text: console.print(text, style="dim")):
-            batch = generate_batch(jobs, conditions, self.workers, progress=_teller(console))
-            for job, made in batch:
-                self._keep(job, made, summary, robot)
-                print(summary.lines[-1], file=told, flush=True)
-        if self.json:
-            print(json.dumps(summary.facts(), indent=2))
-        else:
-            print(summary.text())
-        return 0 if not summary.failed else 1
+            say(f"{len(there)} of {len(jobs)} are in {self.out} already.")
+        made: list[dict[str, Any]] = []
+        failed: list[dict[str, Any]] = []
+        scenes, rejections = 0, Counter[str]()
 
-    def _jobs(self) -> list[Job]:
-        from torc.errors import InputError
+        def progress(job: Job, attempt: int, reason: Reason) -> None:
+            tell(f"  {job.config.category} seed {job.seed}, scene {attempt}: {reason.value}")
+
+        with announced_compilation(tell):
+            for job, found in generate_batch(left, conditions, self.workers, progress=progress):
+                path = self._path(job)
+                scenes += found.attempts
+                rejections.update({reason.value: n for reason, n in found.rejections.items()})
+                facts = {"seed": job.seed, "category": job.config.category, "attempts": found.attempts}
+                if isinstance(found, GeneratedProblem):
+                    save_problem(found.problem, path)
+                    made.append({"file": str(path), **facts, **_difficulty(found)})
+                    say(f"{path}: {found.problem.description}; {found.difficulty.words()}")
+                else:
+                    failed.append(facts)
+                    say(f"{path}: not made, none of {found.attempts} scenes holds such a problem")
+        if self.json:
+            summary = {"there": [*there.values()], "made": made, "failed": failed, "scenes_tried": scenes}
+            print_json(summary | {"rejections": dict(rejections.most_common())})
+        elif not left:
+            print("Nothing was left to make: --overwrite makes it again, another --seed something else.")
+        else:
+            beside = f" beside the {len(there)} that were there" if there else ""
+            print(f"\n{len(made)} of {len(left)} made{beside}, {scenes} scenes tried")
+            for reason, n in rejections.most_common():
+                print(f"  {n:>4} rejected: {reason}")
+            if failed and rejections.most_common(1)[0][0] == Reason.DOES_NOT_FIT:
+                print("So many objects seldom fit side by side: ask for fewer --objects (8-20 are typical).")
+            elif failed:
+                print("Ask for more --attempts, another --hidden, or other --objects.")
+        return 1 if failed else 0
+
+    def _jobs(self) -> list["Job"]:
         from torc.generation.batch import Job
         from torc.generation.choice import allowed_models
         from torc.generation.config import GenerationConfig
         from torc.problems.schema import Category
 
-        if self.count < 1 or self.seed < 0 or self.workers < 1:
-            raise InputError("--count and --workers must be at least 1, --seed at least 0.")
+        if self.count < 1 or self.workers < 1:
+            raise InputError("--count and --workers must be at least 1.")
         categories: list[Category] = ["structured", "unstructured"]
         if self.structured != self.unstructured:
             categories = ["structured"] if self.structured else ["unstructured"]
@@ -139,24 +158,13 @@ class GenerateCommand:
         seeds = range(self.seed, self.seed + self.count)
         return [Job(configs[seed % len(configs)], seed) for seed in seeds]
 
-    def _path(self, job: Job) -> Path:
+    def _path(self, job: "Job") -> Path:
         from torc.generation.generator import problem_name
 
         return self.out / f"{problem_name(job.config, job.seed)}.yaml"
 
-    def _there(self, jobs: list[Job], robot: RobotDescription) -> dict[Job, Path]:
-        """What an earlier call has made of these; made sure of before any work that nothing else is replaced."""
-        from torc.errors import InputError
-
-        try:
-            self.out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"Cannot make '{self.out}': {error.strerror}. Choose another --out.") from error
-        return {job: self._path(job) for job in jobs if self._is_there(job, robot)}
-
-    def _is_there(self, job: Job, robot: RobotDescription) -> bool:
+    def _is_there(self, job: "Job", robot: "RobotDescription") -> bool:
         """Whether the problem of this job has a file. Raises InputError where the file is another one's."""
-        from torc.errors import InputError
         from torc.generation.generator import is_made_from
         from torc.problems.problem import load_problem
 
@@ -170,110 +178,17 @@ class GenerateCommand:
             )
         return True
 
-    def _keep(
-        self, job: Job, made: GeneratedProblem | NotGenerated, summary: _Summary, robot: RobotDescription
-    ) -> None:
-        from torc.errors import InputError
-        from torc.generation.generator import GeneratedProblem
-        from torc.problems.problem import save_problem
 
-        path = self._path(job)
-        if isinstance(made, GeneratedProblem) and not self._is_there(
-            job, robot
-        ):  # somebody else may be at it
-            try:
-                save_problem(made.problem, path)
-            except OSError as error:
-                raise InputError(f"Cannot write '{path}': {error.strerror}. Choose another --out.") from error
-        summary.add(path, job, made)
-
-
-class _Summary:
-    """What was made, and why scenes were rejected."""
-
-    def __init__(self, there: list[Path]) -> None:
-        self.there = [str(path) for path in there]
-        self.made: list[dict[str, Any]] = []
-        self.failed: list[dict[str, Any]] = []
-        self.rejections: Counter[str] = Counter()
-        self.lines: list[str] = []
-        self.scenes = 0
-
-    def add(self, path: Path, job: Job, made: GeneratedProblem | NotGenerated) -> None:
-        from torc.generation.generator import GeneratedProblem
-
-        self.scenes += made.attempts
-        self.rejections.update({reason.value: n for reason, n in made.rejections.items()})
-        facts: dict[str, Any] = {"seed": job.seed, "category": job.config.category, "attempts": made.attempts}
-        if isinstance(made, GeneratedProblem):
-            self.made.append(
-                {
-                    "file": str(path),
-                    **facts,
-                    "objects": made.difficulty.objects,
-                    "target": made.problem.description,
-                    **made.difficulty.facts(),
-                }
-            )
-            self.lines.append(f"{path}: {made.problem.description}; {made.difficulty.words()}")
-        else:
-            self.failed.append(facts)
-            self.lines.append(f"{path}: not made, none of {made.attempts} scenes holds such a problem")
-
-    def facts(self) -> dict[str, Any]:
-        return {
-            "there": self.there,
-            "made": self.made,
-            "failed": self.failed,
-            "scenes_tried": self.scenes,
-            "rejections": dict(self.rejections.most_common()),
-        }
-
-    def text(self) -> str:
-        from torc.generation.rejections import Reason
-
-        wanted = len(self.made) + len(self.failed)
-        if not wanted:
-            return "Nothing was left to make: --overwrite makes it again, another --seed something else."
-        there = f" beside the {len(self.there)} that were there" if self.there else ""
-        lines = [f"\n{len(self.made)} of {wanted} made{there}, {self.scenes} scenes tried"]
-        lines += [f"  {n:>4} rejected: {reason}" for reason, n in self.rejections.most_common()]
-        if self.failed:
-            crowded = self.rejections.most_common(1)[0][0] == Reason.DOES_NOT_FIT
-            lines.append(
-                _FEWER if crowded else "Ask for more --attempts, another --hidden, or other --objects."
-            )
-        return "\n".join(lines)
-
-
-def _teller(console: Console) -> Progress:
-    """Tells of each rejected scene, and what to do where all of the first ones were too crowded."""
-    from torc.generation.rejections import Reason
-
-    crowded: Counter[Job] = Counter()
-
-    def tell(job: Job, attempt: int, reason: Reason) -> None:
-        crowded[job] += reason is Reason.DOES_NOT_FIT
-        console.print(
-            f"  {job.config.category} seed {job.seed}, scene {attempt}: {reason.value}",
-            style="dim",
-            highlight=False,
-        )
-        # Later scenes may fit yet, and which problem a seed gives must not depend on patience: no more than a hint.
-        if attempt == crowded[job] == _MANY_CROWDED:
-            console.print(f"{_FEWER} Ctrl-C ends this.", highlight=False, soft_wrap=True)
-
-    return tell
+def _difficulty(found: "GeneratedProblem") -> dict[str, Any]:
+    difficulty = found.difficulty
+    return {"objects": difficulty.objects, "target": found.problem.description, **difficulty.facts()}
 
 
 def _parsed_range(text: str) -> tuple[int, int]:
-    from torc.errors import InputError
-
     found = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", text.strip())
     if found is None:
         raise InputError(f"--objects is '{text}'; give a number, e.g. 12, or a range, e.g. 8-20.")
-    low, high = found[1], found[2] or found[1]
-    return int(low), int(high)
+    return int(found[1]), int(found[2] or found[1])
 
 
 def _parsed_names(text: str) -> tuple[str, ...]:

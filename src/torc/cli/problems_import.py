@@ -1,19 +1,19 @@
 """`torc problems import`: scenes of GraspClutter6D as problems."""
 
-from __future__ import annotations
-
-import json as json_module
 import shlex
+import sys
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from torc.cli.printing import print_json
 from torc.robots.names import DEFAULT_ROBOT
 
 if TYPE_CHECKING:
-    from torc.generation.graspclutter6d.runs import Attempt
+    from torc.generation.graspclutter6d.making import Attempt
 
 
 _PAPERS_OWN = (
@@ -69,15 +69,13 @@ class ImportCommand:
 
     def run(self) -> int:
         """Import; returns the exit code."""
-        from rich.console import Console
-
         from torc.generation.batch import inspector_for
-        from torc.generation.graspclutter6d.runs import ImportRequest, run_import
-        from torc.generation.graspclutter6d.settling import ImportConfig
+        from torc.generation.graspclutter6d.making import ImportRequest, run_import
+        from torc.generation.graspclutter6d.placing import ImportConfig
 
-        console = Console(stderr=self.json)
+        say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
         if self.paper:
-            console.print(_PAPERS_OWN, style="dim", highlight=False)
+            say(_PAPERS_OWN)
         request = ImportRequest(
             root=self.root,
             scenes=self.scene,
@@ -86,22 +84,21 @@ class ImportCommand:
             category=self.category,
             config=ImportConfig(self.placement, self.annotation, self.camera),
         )
-        attempts = run_import(
-            request,
-            inspector_for(self.robot),
-            self.out,
-            self.overwrite,
-            say=lambda text: console.print(text, style="dim", highlight=False, markup=False),
-        )
-        done = [_row(attempt) for attempt in attempts]
+        attempts = run_import(request, inspector_for(self.robot), self.out, self.overwrite, say=say)
+        rows = [_row(attempt) for attempt in attempts]
+        done = [str(row["file"]) for row in rows if row["file"]]
         if self.json:
-            print(json_module.dumps(done, indent=2))
+            print_json(rows)
         else:
-            _print(done, self.out)
-        return 0 if all(row["file"] for row in done) else 1
+            for row in rows:
+                print(_line(row))
+            print(f"\n{len(done)} of {len(rows)} problems are in {self.out}.")
+            if done:
+                print(f"Play one: torc run {shlex.quote(done[0])}")
+        return 0 if len(done) == len(rows) else 1
 
 
-def _row(attempt: Attempt) -> dict[str, object]:
+def _row(attempt: "Attempt") -> dict[str, object]:
     problem = attempt.problem
     return {
         "scene": attempt.scene,
@@ -118,16 +115,10 @@ def _row(attempt: Attempt) -> dict[str, object]:
     }
 
 
-def _print(rows: list[dict[str, object]], out: Path) -> None:
-    for row in rows:
-        where = f"scene {row['scene']}" + (f", {row['target']}" if row["target"] else "")
-        if row["there"]:
-            print(f"there  {where}: {row['file']}")
-        elif row["file"]:
-            print(f"made   {where}: {row['description']}, {row['category']}, {row['objects']} objects")
-        else:
-            print(f"failed {where}: {row['reason']}")
-    done = [str(row["file"]) for row in rows if row["file"]]
-    print(f"\n{len(done)} of {len(rows)} problems are in {out}.")
-    if done:
-        print(f"Play one: torc run {shlex.quote(done[0])}")
+def _line(row: dict[str, object]) -> str:
+    where = f"scene {row['scene']}" + (f", {row['target']}" if row["target"] else "")
+    if row["there"]:
+        return f"there  {where}: {row['file']}"
+    if row["file"]:
+        return f"made   {where}: {row['description']}, {row['category']}, {row['objects']} objects"
+    return f"failed {where}: {row['reason']}"

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import tyro
 
-from torc.episode.oracle.budget import DEFAULT_BUDGET
+from torc.cli.printing import print_json, tell
+from torc.episode.oracle.found import DEFAULT_BUDGET
 from torc.specs.conditions import Conditions
 
 
@@ -30,26 +31,19 @@ class SolveCommand:
 
     def run(self) -> int:
         """Print the answer."""
-        import json
-        import sys
-
         from torc.episode.oracle.solve import solve_problem
-        from torc.errors import InputError
         from torc.pipeline.building import build_system
         from torc.pipeline.warm_up import announced_compilation
         from torc.problems.made_for import robot_hint
         from torc.problems.problem import load_problem
 
-        if self.seed < 0:
-            raise InputError("--seed must be at least 0.")
-
-        def say(text: str) -> None:
-            print(text, file=sys.stderr, flush=True)
-
         problem, system = load_problem(self.problem), build_system(self.conditions)
         if hint := robot_hint(problem, system.robot.name, system.robot.source):
-            say(hint)
-        with announced_compilation(say):
-            answer = solve_problem(problem, system, self.seed, self.budget, say=say)
-        print(json.dumps(answer.to_dict(), indent=2) if self.json else answer.text())
+            tell(hint)
+        with announced_compilation(tell):
+            answer = solve_problem(problem, system, self.seed, self.budget, say=tell)
+        if self.json:
+            print_json(answer.to_dict())
+        else:
+            print(answer.text())
         return 0 if answer.solved else 1

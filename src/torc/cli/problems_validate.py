@@ -2,17 +2,19 @@
 
 import sys
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from torc.cli.printing import printable
-from torc.episode.oracle.budget import DEFAULT_BUDGET
+from torc.cli.printing import print_json, printable, tell
+from torc.episode.oracle.found import DEFAULT_BUDGET
+from torc.errors import InputError
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE
 
 if TYPE_CHECKING:
-    from torc.generation.validation import Check, ValidationReport
+    from torc.generation.validation import ValidationReport
 
 
 @dataclass(frozen=True)
@@ -48,13 +50,8 @@ class ValidateCommand:
 
     def run(self) -> int:
         """Check and print; returns the exit code."""
-        import json
-        from functools import partial
-
-        from torc.errors import InputError
         from torc.generation.batch import inspector_for
-        from torc.generation.solving import oracle_check
-        from torc.generation.validation import validate_problem
+        from torc.generation.validation import Check, ValidationReport, oracle_check, validate_problem
         from torc.pipeline.warm_up import announced_compilation
         from torc.problems.made_for import robot_hint
         from torc.problems.problem import load_problem
@@ -62,40 +59,33 @@ class ValidateCommand:
 
         if not self.problems:
             raise InputError("Name at least one problem, e.g. `torc problems validate structured-01`.")
-        if self.seed < 0:
-            raise InputError("--seed must be at least 0.")
         inspector = inspector_for(self.robot, self.workspace)
-        resolve = oracle_check(inspector, self.seed, self.budget, _on_stderr) if not self.no_oracle else None
+        resolve = None if self.no_oracle else oracle_check(inspector, self.seed, self.budget, tell)
         names = [name for given in self.problems for name in select_problems(given)]
         problems = {name: load_problem(name) for name in dict.fromkeys(names)}
         reports: dict[str, ValidationReport] = {}
         say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
-        with announced_compilation(_on_stderr):
+
+        def progress(check: Check) -> None:
+            say(printable(f"  {'ok ' if check.passed else 'BAD'} {check.name + ':':<14}{check.text}"))
+
+        with announced_compilation(tell):
             for name, problem in problems.items():
                 say(f"{name}: {problem.description}")
                 if hint := robot_hint(problem, inspector.robot.name, inspector.robot.source):
                     say(f"  {hint}")
-                reports[name] = report = validate_problem(
-                    problem, inspector, resolve=resolve, progress=lambda check: say(_line(check))
-                )
+                report = validate_problem(problem, inspector, resolve=resolve, progress=progress)
+                reports[name] = report
                 say(f"  => {'valid' if report.valid else 'NOT VALID'}\n")
         valid = sum(report.valid for report in reports.values())
         if self.json:
-            print(json.dumps([_plain(name, report) for name, report in reports.items()], indent=2))
+            print_json([_facts(name, report) for name, report in reports.items()])
         elif len(reports) > 1:
             print(f"{valid} of {len(reports)} are valid")
         return 0 if valid == len(reports) else 1
 
 
-def _on_stderr(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
-
-
-def _line(check: "Check") -> str:
-    return printable(f"  {'ok ' if check.passed else 'BAD'} {check.name + ':':<14}{check.text}")
-
-
-def _plain(name: str, report: "ValidationReport") -> dict[str, Any]:
+def _facts(name: str, report: "ValidationReport") -> dict[str, Any]:
     difficulty = report.difficulty
     return {
         "problem": name,

@@ -6,6 +6,9 @@ from typing import Annotated
 
 import tyro
 
+from torc.cli.printing import print_json, printable
+from torc.errors import InputError
+
 
 @dataclass(frozen=True)
 class ReportCommand:
@@ -36,14 +39,11 @@ class ReportCommand:
 
     def run(self) -> int:
         """Write the report; returns the exit code."""
-        import json
         import webbrowser
 
         from torc.benchmark.report.writing import write_report
         from torc.benchmark.tracking import track
-        from torc.cli.printing import printable
         from torc.episode.viewer_links import REPORT
-        from torc.errors import InputError
 
         if self.gallery < 0:
             raise InputError("--gallery must be at least 0.")
@@ -55,7 +55,7 @@ class ReportCommand:
         if self.track is not None:
             track(report, self.track)
         if self.json:
-            print(json.dumps({**report.summary, "page": str(report.page)}, indent=2))
+            print_json({**report.summary, "page": str(report.page)})
         else:
             for line in (report.summary["answer"], *report.summary["warnings"]):
                 print(printable(line))

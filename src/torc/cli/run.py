@@ -1,14 +1,20 @@
 """`torc run`: one trial in simulation."""
 
+import threading
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
+from torc.cli.printing import print_json
 from torc.cli.vlm_options import VlmOptions
+from torc.cli.web_page import check_web_libraries, served_page
+from torc.episode.viewer_links import trial_key
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
+from torc.specs.trial import PlannerSpec, TrialSpec
 
 
 @dataclass(frozen=True)
@@ -29,6 +35,8 @@ class RunCommand:
     """Decides all random draws: same problem, planner and seed, same trial."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Directory for results and pictures; runs/PROBLEM-PLANNER-SEED if not given."""
+    live: bool = False
+    """Show each pick in a browser as it comes; the page stays until Ctrl-C."""
     video: bool = False
     """Also write video.mp4 (an outside view, with what the planner saw)."""
     trajectory: bool = False
@@ -44,17 +52,30 @@ class RunCommand:
 
     def run(self) -> int:
         """Run the trial; returns the exit code."""
+        planner = PlannerSpec(self.planner, self.vlm.config(), self.planner_settings)
+        spec = TrialSpec(self.problem, planner, self.seed, self.conditions)
+        out = self.out or Path("runs") / spec.default_name
+        if not self.live:
+            return self._play(spec, out)
+        check_web_libraries()
+        from torc.web.app import Site
+        from torc.web.shelf import Shelf
+
+        shelf = Shelf(out.parent, only=out.name)
+        with served_page(Site(shelf, shelf), "127.0.0.1", 0, key=trial_key(out.name)):
+            code = self._play(spec, out)
+            with suppress(KeyboardInterrupt):
+                threading.Event().wait()
+        return code
+
+    def _play(self, spec: TrialSpec, out: Path) -> int:
         from rich.console import Console
         from rich.markup import escape
 
         from torc.episode.progress import TerminalProgress
         from torc.episode.trial import run_trial
-        from torc.specs.trial import PlannerSpec, TrialSpec
 
-        planner = PlannerSpec(self.planner, self.vlm.config(), self.planner_settings)
-        spec = TrialSpec(self.problem, planner, self.seed, self.conditions)
         console = Console(stderr=self.json)
-        out = self.out or Path("runs") / spec.default_name
         # On a terminal, a line that moves: compiling and the simulated motions take their time.
         with console.status("preparing...") as status:
             trial = run_trial(
@@ -69,11 +90,9 @@ class RunCommand:
                 say=lambda text: console.print(text, style="dim", highlight=False),
             )
         if self.json:
-            import json
-
-            print(json.dumps(trial.result, indent=2))
-        elif trial.result["status"] == "errored":
-            console.print(f"\n[bold red]errored[/]: {escape(trial.result['error'])}")
-        if not self.json:
+            print_json(trial.result)
+        else:
+            if trial.result["status"] == "errored":
+                console.print(f"\n[bold red]errored[/]: {escape(trial.result['error'])}")
             console.print(f"Results and pictures: {escape(str(trial.directory))}", highlight=False)
         return {"completed": 0, "errored": 1, "interrupted": 130}[trial.result["status"]]

@@ -5,6 +5,8 @@ from typing import Annotated, Any
 
 import tyro
 
+from torc.errors import UnknownNameError
+
 
 @dataclass(frozen=True)
 class SettingsCommand:
@@ -21,7 +23,6 @@ class SettingsCommand:
 
     def run(self) -> int:
         """Print them."""
-        from torc.errors import UnknownNameError
         from torc.pipeline.stage_settings import stage_configs
 
         configs = stage_configs()

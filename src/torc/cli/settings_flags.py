@@ -7,9 +7,9 @@ from typing import Any
 
 from torc.errors import InputError
 from torc.specs.conditions import PipelineSpec
-from torc.specs.values import plain_value
+from torc.specs.settings import in_stage, under
+from torc.specs.variants import plain_value
 
-PLANNER = "planner"
 _FLAG = re.compile(r"--([a-z]+)\.([A-Za-z][\w.-]*)(?:=(.*))?", re.DOTALL)
 
 
@@ -32,23 +32,18 @@ def split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]
 
 def with_settings(command: Any, settings: Mapping[str, Any]) -> Any:
     """A command with these settings in its conditions. Raises InputError for settings that it does not take."""
-    of_planner = {
-        k.removeprefix(f"{PLANNER}."): v for k, v in settings.items() if k.startswith(f"{PLANNER}.")
-    }
-    of_stages = {k: v for k, v in settings.items() if not k.startswith(f"{PLANNER}.")}
-    changes: dict[str, Any] = {}
-    if of_planner:
+    if of_planner := under(settings, "planner"):
         if not hasattr(command, "planner_settings"):
             raise InputError(
                 "This command takes no settings of a planner; `torc run` and experiment files do."
             )
-        changes["planner_settings"] = of_planner
-    if of_stages:
+        command = replace(command, planner_settings=of_planner)
+    if of_stages := {k: v for k, v in settings.items() if not in_stage(k, "planner")}:
         taking = [f.name for f in fields(command) if isinstance(getattr(command, f.name), PipelineSpec)]
         if not taking:
             raise InputError(
                 f"This command takes no settings of stages: leave out --{next(iter(of_stages))}."
             )
         spec = getattr(command, taking[0])
-        changes[taking[0]] = replace(spec, settings={**spec.settings, **of_stages})
-    return replace(command, **changes) if changes else command
+        command = replace(command, **{taking[0]: replace(spec, settings={**spec.settings, **of_stages})})
+    return command

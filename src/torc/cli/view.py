@@ -5,6 +5,7 @@ from pathlib import Path
 
 import tyro
 
+from torc.cli.web_page import check_web_libraries, served_page
 from torc.episode.viewer_links import VIEWER_PORT
 
 
@@ -28,14 +29,13 @@ class ViewCommand:
         """Serve until Ctrl-C."""
         import threading
 
-        from torc.cli.web_page import served_page, web_parts
-
-        web_parts()
+        check_web_libraries()
+        from torc.web.app import Site
         from torc.web.shelf import open_shelf
 
         shelf = open_shelf(self.directory)
         try:
-            with served_page(shelf, shelf, None, None, self.host, self.port, self.open):
+            with served_page(Site(shelf, shelf), self.host, self.port, self.open):
                 threading.Event().wait()
         except KeyboardInterrupt:
             print()

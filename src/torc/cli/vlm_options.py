@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from torc.errors import InputError
+
 if TYPE_CHECKING:
     from torc.vlm.cache import CacheConfig
     from torc.vlm.config import VlmConfig
@@ -48,7 +50,6 @@ class VlmOptions:
 
     def config(self, named: str | None = None) -> VlmConfig | None:
         """The model and how it is asked; None if none is named. `named` stands in for --vlm. Raises InputError."""
-        from torc.errors import InputError
         from torc.vlm.config import VlmConfig, parse_thinking, parse_vlm
 
         text = self.vlm if named is None else named
@@ -69,7 +70,6 @@ class VlmOptions:
 
     def cache(self) -> CacheConfig | None:
         """Where replies are kept; None if nowhere. Raises InputError."""
-        from torc.errors import InputError
         from torc.vlm.cache import CacheConfig, CacheMode
 
         if self.vlm_cache is None:

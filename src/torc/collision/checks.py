@@ -3,12 +3,12 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, UInt8, UInt64
+from jaxtyping import Bool, Float, UInt64
 
 from torc.collision.edges import edges_batch
 from torc.collision.kernels import contacts_batch
 from torc.collision.obstacles import SELF, STATIC, WorldArrays, clear_touched
-from torc.collision.placement import RobotArrays, joint_reach, place_spheres, sphere_rows
+from torc.collision.placement import RobotArrays, joint_reach, place_spheres, scratch_for
 from torc.collision.world import CollisionWorld
 from torc.errors import InputError
 from torc.geometry.arrays import kernel_array
@@ -69,7 +69,9 @@ def static_contacts(
     width_m: Float[np.ndarray, "n"] | float,
 ) -> Bool[np.ndarray, "n"]:
     """Whether each configuration touches table, bin or the robot itself; voxels are not looked at."""
-    return _fixed_flags(world, _arrays(robot), qpos, width_m, first_only=True) != 0
+    arrays = _arrays(robot)
+    q, width, own = _batch(arrays, qpos, width_m, -1)
+    return contacts_batch(q, width, own, arrays, world_arrays(world), True, False)[1] != 0
 
 
 def self_contacts(
@@ -81,7 +83,8 @@ def self_contacts(
 ) -> Bool[np.ndarray, "n"]:
     """Whether the robot, with attached spheres (see `collides`), touches itself at each configuration."""
     arrays = with_attached(_arrays(robot), attached)
-    return (_fixed_flags(world, arrays, qpos, width_m, first_only=False) & SELF) != 0
+    q, width, own = _batch(arrays, qpos, width_m, -1)
+    return (contacts_batch(q, width, own, arrays, world_arrays(world), False, False)[1] & SELF) != 0
 
 
 def collides(
@@ -141,9 +144,8 @@ def carved(
     """
     arrays = with_attached(_arrays(robot), attached)
     q, _, only = _batch(arrays, np.asarray(qpos)[None], width_m, only_id)
-    dof = q.shape[1]
-    spheres = np.empty((sphere_rows(arrays), 3))
-    place_spheres(q[0], float(width_m), arrays, np.empty((dof + 1, 3, 4)), np.empty((3, 4)), spheres)
+    dof, scratch = q.shape[1], scratch_for(arrays)
+    place_spheres(q[0], float(width_m), arrays, scratch)
     link = np.repeat(np.arange(len(arrays.link_start) - 1), np.diff(arrays.link_start))
     c = world.config
     growth = np.select(
@@ -152,7 +154,7 @@ def carved(
         c.attached_padding_m + 0.5 * margin_m,
     )
     kind = world.kind.copy()
-    clear_touched(spheres[: len(link)], arrays.radii + growth, world_arrays(world), kind, only[0])
+    clear_touched(scratch[3][: len(link)], arrays.radii + growth, world_arrays(world), kind, only[0])
     return replace(world, kind=kind)
 
 
@@ -162,13 +164,9 @@ def robot_arrays(robot: RobotDescription) -> RobotArrays:
     dof = len(arm.joint_names)
     order = np.argsort(model.link, kind="stable")
     link = np.asarray(model.link)[order]
-    centers, radii = (
-        kernel_array(np.asarray(model.centers)[order]),
-        kernel_array(np.asarray(model.radii)[order]),
-    )
-    pairs = kernel_array(robot.self_pairs, np.int64).reshape(-1, 2)
+    centers = kernel_array(np.asarray(model.centers)[order])
+    radii = kernel_array(np.asarray(model.radii)[order])
     openings = np.linspace(0.0, robot.gripper.max_width_m, 33)
-    fixed = np.isin(np.arange(dof + 3), robot.static_links)
     return RobotArrays(
         base=kernel_array(arm.T_world_base)[:3].copy(),
         parents=kernel_array(arm.Ts_parent_joint)[:, :3].copy(),
@@ -181,8 +179,8 @@ def robot_arrays(robot: RobotDescription) -> RobotArrays:
         radii=radii,
         link_spheres=np.stack([_around(centers[link == i], radii[link == i]) for i in range(dof + 3)]),
         static_spheres=kernel_array(robot.static_spheres).reshape(-1, 4),
-        static_links=fixed,
-        self_pairs=pairs,
+        static_links=np.isin(np.arange(dof + 3), robot.static_links),
+        self_pairs=kernel_array(robot.self_pairs, np.int64).reshape(-1, 2),
     )
 
 
@@ -239,18 +237,6 @@ def _around(centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]) ->
     return np.append(middle, np.max(np.linalg.norm(centers - middle, axis=1) + radii))
 
 
-def _fixed_flags(
-    world: CollisionWorld,
-    arrays: RobotArrays,
-    qpos: np.ndarray,
-    width_m: np.ndarray | float,
-    first_only: bool,
-) -> UInt8[np.ndarray, "n"]:
-    """STATIC and SELF of each configuration (or only one of them), voxels left out."""
-    q, width, own = _batch(arrays, qpos, width_m, -1)
-    return contacts_batch(q, width, own, arrays, world_arrays(world), first_only, False)[1]
-
-
 def _arrays(robot: RobotDescription | RobotArrays) -> RobotArrays:
     return robot if isinstance(robot, RobotArrays) else robot_arrays(robot)
 
@@ -267,17 +253,3 @@ def _batch(
     ids = np.broadcast_to(np.asarray(own_id, dtype=np.int64), (len(q),))
     bits = np.where(ids >= 0, np.uint64(1) << np.maximum(ids, 0).astype(np.uint64), np.uint64(0))
     return q, width, kernel_array(bits, np.uint64)
-
-
-__all__ = [
-    "Contacts",
-    "blockers",
-    "carved",
-    "collides",
-    "edges_collide",
-    "robot_arrays",
-    "self_contacts",
-    "static_contacts",
-    "with_attached",
-    "world_arrays",
-]

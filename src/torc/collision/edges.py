@@ -8,9 +8,9 @@ step.
 import numpy as np
 from numba import njit
 
-from torc.collision.kernels import contacts_at, padding_row, sphere_gap
+from torc.collision.kernels import contacts_at, fixed_gap, padding_row, pair_gap
 from torc.collision.obstacles import box_distance, voxel_bound, voxels_touched
-from torc.collision.placement import place_spheres, sphere_rows
+from torc.collision.placement import place_spheres, scratch_for
 
 
 @njit(cache=True)
@@ -46,33 +46,6 @@ def _world_advance(spheres, dof, own, robot, world, moved, step_m):
 
 
 @njit(cache=True)
-def _pair_gap(robot, spheres, a, b, limit):
-    """Distance between two links, up to a limit."""
-    n = robot.radii.shape[0]
-    if (
-        sphere_gap(spheres[n + a], robot.link_spheres[a, 3], spheres[n + b], robot.link_spheres[b, 3], limit)
-        == limit
-    ):
-        return limit
-    for s in range(robot.link_start[a], robot.link_start[a + 1]):
-        for t in range(robot.link_start[b], robot.link_start[b + 1]):
-            limit = sphere_gap(spheres[s], robot.radii[s], spheres[t], robot.radii[t], limit)
-    return limit
-
-
-@njit(cache=True)
-def _fixed_gap(robot, spheres, link, limit):
-    """Distance between a link and the parts of the robot that do not move, up to a limit."""
-    n = robot.radii.shape[0]
-    for t in range(robot.static_spheres.shape[0]):
-        fixed, r = robot.static_spheres[t], robot.static_spheres[t, 3]
-        if sphere_gap(spheres[n + link], robot.link_spheres[link, 3], fixed, r, limit) < limit:
-            for s in range(robot.link_start[link], robot.link_start[link + 1]):
-                limit = sphere_gap(spheres[s], robot.radii[s], fixed, r, limit)
-    return limit
-
-
-@njit(cache=True)
 def _self_advance(spheres, robot, padding, moved, between, step_m):
     """Share of an edge that can be skipped without the robot touching itself; negative where it does.
 
@@ -84,7 +57,7 @@ def _self_advance(spheres, robot, padding, moved, between, step_m):
             continue
         # Beyond the limit the pair does not shorten the advance.
         limit = padding + max(advance * between[p], step_m)
-        gap = _pair_gap(robot, spheres, robot.self_pairs[p, 0], robot.self_pairs[p, 1], limit) - padding
+        gap = pair_gap(robot, spheres, robot.self_pairs[p, 0], robot.self_pairs[p, 1], limit) - padding
         if gap < 0.0:
             return -1.0
         advance = min(advance, max(gap, step_m) / between[p])
@@ -92,7 +65,7 @@ def _self_advance(spheres, robot, padding, moved, between, step_m):
         if not robot.static_links[link] or moved[link] == 0.0:
             continue
         limit = padding + max(advance * moved[link], step_m)
-        gap = _fixed_gap(robot, spheres, link, limit) - padding
+        gap = fixed_gap(robot, spheres, link, limit) - padding
         if gap < 0.0:
             return -1.0
         advance = min(advance, max(gap, step_m) / moved[link])
@@ -117,14 +90,19 @@ def _motion_bounds(a, b, robot, reach, moved, between):
 
 
 @njit(cache=True)
-def edge_collides(a, b, width_m, own, robot, world, reach, step_m, q, Ts, scratch, spheres):
-    """Whether the robot touches anything on the straight joint-space edge from a to b, ends included."""
+def edge_collides(a, b, own, scene, scratch):
+    """Whether the robot touches anything on the straight joint-space edge from a to b, ends included.
+
+    scene: opening, robot, world, `joint_reach` and step; scratch: see `scratch_for`.
+    """
+    width_m, robot, world, reach, step_m = scene
+    q, spheres = scratch[0], scratch[3]
     dof = a.shape[0]
     # What is in the way is most often wide: look at the middle and the ends first.
     for t in (0.5, 1.0, 0.0):
         for d in range(dof):
             q[d] = a[d] + t * (b[d] - a[d])
-        bits, flags = contacts_at(q, width_m, own, robot, world, True, True, Ts, scratch, spheres)
+        bits, flags = contacts_at(q, width_m, own, robot, world, True, True, scratch)
         if bits != 0 or flags != 0:
             return True
     moved, between = np.empty(reach.shape[1]), np.empty(robot.self_pairs.shape[0])
@@ -133,7 +111,7 @@ def edge_collides(a, b, width_m, own, robot, world, reach, step_m, q, Ts, scratc
     while t < 1.0:
         for d in range(dof):
             q[d] = a[d] + t * (b[d] - a[d])
-        place_spheres(q, width_m, robot, Ts, scratch, spheres)
+        place_spheres(q, width_m, robot, scratch)
         if t >= self_free_until:
             advance = _self_advance(spheres, robot, world.self_padding, moved, between, step_m)
             if advance < 0.0:
@@ -149,12 +127,9 @@ def edge_collides(a, b, width_m, own, robot, world, reach, step_m, q, Ts, scratc
 @njit(cache=True)
 def edges_batch(starts, ends, width_m, own, robot, world, reach, step_m):
     """Whether each edge collides."""
-    n, dof = starts.shape
-    out = np.zeros(n, np.bool_)
-    q, Ts, scratch = np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4))
-    spheres = np.empty((sphere_rows(robot), 3))
-    for i in range(n):
-        out[i] = edge_collides(
-            starts[i], ends[i], width_m[i], own[i], robot, world, reach, step_m, q, Ts, scratch, spheres
-        )
+    out = np.zeros(len(starts), np.bool_)
+    scratch = scratch_for(robot)
+    for i in range(len(starts)):
+        scene = (width_m[i], robot, world, reach, step_m)
+        out[i] = edge_collides(starts[i], ends[i], own[i], scene, scratch)
     return out

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from torc.collision.obstacles import SELF, STATIC, box_distance, voxel_bound, voxels_touched
-from torc.collision.placement import place_spheres, sphere_rows
+from torc.collision.placement import place_spheres, scratch_for
 
 
 @njit(cache=True)
@@ -17,26 +17,37 @@ def sphere_gap(a, radius_a, b, radius_b, limit):
 
 
 @njit(cache=True)
-def self_clearance(robot, spheres, limit):
-    """Smallest distance between parts of the robot that can touch each other or its fixed parts, up to a limit."""
+def pair_gap(robot, spheres, a, b, limit):
+    """Distance between two links, up to a limit."""
+    n, around = robot.radii.shape[0], robot.link_spheres
+    if sphere_gap(spheres[n + a], around[a, 3], spheres[n + b], around[b, 3], limit) == limit:
+        return limit
+    for s in range(robot.link_start[a], robot.link_start[a + 1]):
+        for t in range(robot.link_start[b], robot.link_start[b + 1]):
+            limit = sphere_gap(spheres[s], robot.radii[s], spheres[t], robot.radii[t], limit)
+    return limit
+
+
+@njit(cache=True)
+def fixed_gap(robot, spheres, link, limit):
+    """Distance between a link and the parts of the robot that do not move, up to a limit."""
     n = robot.radii.shape[0]
-    for p in range(robot.self_pairs.shape[0]):
-        a, b = robot.self_pairs[p, 0], robot.self_pairs[p, 1]
-        ra, rb = robot.link_spheres[a, 3], robot.link_spheres[b, 3]
-        if sphere_gap(spheres[n + a], ra, spheres[n + b], rb, limit) == limit:
-            continue
-        for s in range(robot.link_start[a], robot.link_start[a + 1]):
-            for t in range(robot.link_start[b], robot.link_start[b + 1]):
-                limit = sphere_gap(spheres[s], robot.radii[s], spheres[t], robot.radii[t], limit)
-    for link in range(robot.static_links.shape[0]):
-        if not robot.static_links[link]:
-            continue
-        for t in range(robot.static_spheres.shape[0]):
-            fixed, r = robot.static_spheres[t], robot.static_spheres[t, 3]
-            if sphere_gap(spheres[n + link], robot.link_spheres[link, 3], fixed, r, limit) == limit:
-                continue
+    for t in range(robot.static_spheres.shape[0]):
+        fixed, r = robot.static_spheres[t], robot.static_spheres[t, 3]
+        if sphere_gap(spheres[n + link], robot.link_spheres[link, 3], fixed, r, limit) < limit:
             for s in range(robot.link_start[link], robot.link_start[link + 1]):
                 limit = sphere_gap(spheres[s], robot.radii[s], fixed, r, limit)
+    return limit
+
+
+@njit(cache=True)
+def self_clearance(robot, spheres, limit):
+    """Smallest distance between parts of the robot that can touch each other or its fixed parts, up to a limit."""
+    for p in range(robot.self_pairs.shape[0]):
+        limit = pair_gap(robot, spheres, robot.self_pairs[p, 0], robot.self_pairs[p, 1], limit)
+    for link in range(robot.static_links.shape[0]):
+        if robot.static_links[link]:
+            limit = fixed_gap(robot, spheres, link, limit)
     return limit
 
 
@@ -48,7 +59,7 @@ def padding_row(link, dof):
 
 
 @njit(cache=True)
-def contacts_at(q, width_m, own, robot, world, first_only, voxels_too, Ts, scratch, spheres):
+def contacts_at(q, width_m, own, robot, world, first_only, voxels_too, scratch):
     """(bits, flags) of all that the robot touches at q; with first_only, of the first contact found.
 
     own: bits ignored as described in `blockers`; voxels_too False: only fixed boxes and the robot itself.
@@ -58,7 +69,8 @@ def contacts_at(q, width_m, own, robot, world, first_only, voxels_too, Ts, scrat
     for i in range(dof):
         if not np.isfinite(q[i]):
             return bits, STATIC | SELF
-    place_spheres(q, width_m, robot, Ts, scratch, spheres)
+    place_spheres(q, width_m, robot, scratch)
+    spheres = scratch[3]
     # From the hand to the shoulder: the hand is what touches first in clutter.
     for link in range(robot.link_start.shape[0] - 2, -1, -1):
         row = padding_row(link, dof)
@@ -84,12 +96,10 @@ def contacts_at(q, width_m, own, robot, world, first_only, voxels_too, Ts, scrat
 @njit(cache=True)
 def contacts_batch(qpos, width_m, own, robot, world, first_only, voxels_too):
     """(bits, flags) of each configuration."""
-    n, dof = qpos.shape
+    n, scratch = len(qpos), scratch_for(robot)
     bits, flags = np.zeros(n, np.uint64), np.zeros(n, np.uint8)
-    Ts, scratch = np.empty((dof + 1, 3, 4)), np.empty((3, 4))
-    spheres = np.empty((sphere_rows(robot), 3))
     for i in range(n):
         bits[i], flags[i] = contacts_at(
-            qpos[i], width_m[i], own[i], robot, world, first_only, voxels_too, Ts, scratch, spheres
+            qpos[i], width_m[i], own[i], robot, world, first_only, voxels_too, scratch
         )
     return bits, flags

@@ -41,27 +41,20 @@ class WorldArrays(NamedTuple):
 @njit(cache=True)
 def voxel_bound(x, y, z, world):
     """Lower bound on the distance from a point to the nearest occupied voxel's cube."""
-    h = world.voxel_size_m
-    outside, inside = 0.0, 0.0
-    index0, index1, index2 = 0, 0, 0
-    for axis in range(3):
-        c = x if axis == 0 else (y if axis == 1 else z)
-        n = world.kind.shape[axis]
-        g = (c - world.origin[axis]) / h
-        clamped = min(max(g, 0.0), float(n))
-        outside += (g - clamped) ** 2
-        i = min(int(clamped), n - 1)
-        inside += (clamped - i - 0.5) ** 2
-        if axis == 0:
-            index0 = i
-        elif axis == 1:
-            index1 = i
-        else:
-            index2 = i
-    near = world.distance_m[index0, index1, index2] - h * (np.sqrt(inside) + _HALF_DIAGONAL)
-    if near < 0.0:
-        near = 0.0
-    return np.sqrt(outside * h * h + near * near)
+    h, (nx, ny, nz) = world.voxel_size_m, world.kind.shape
+    i, out_x, in_x = _along_axis((x - world.origin[0]) / h, nx)
+    j, out_y, in_y = _along_axis((y - world.origin[1]) / h, ny)
+    k, out_z, in_z = _along_axis((z - world.origin[2]) / h, nz)
+    near = max(world.distance_m[i, j, k] - h * (np.sqrt(in_x + in_y + in_z) + _HALF_DIAGONAL), 0.0)
+    return np.sqrt((out_x + out_y + out_z) * h * h + near * near)
+
+
+@njit(cache=True)
+def _along_axis(g, n):
+    """Voxel nearest to a coordinate, in voxels; squared distances to the grid and from there to the voxel's centre."""
+    clamped = min(max(g, 0.0), float(n))
+    i = min(int(clamped), n - 1)
+    return i, (g - clamped) ** 2, (clamped - i - 0.5) ** 2
 
 
 @njit(cache=True)

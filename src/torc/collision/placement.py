@@ -79,11 +79,13 @@ def _tool0_from_finger(robot, width_m, point, shift, out):
 
 
 @njit(cache=True)
-def place_spheres(q, width_m, robot, Ts, scratch, out):
-    """World centres of the robot's spheres at q, and after them those of the spheres around each link."""
+def place_spheres(q, width_m, robot, scratch):
+    """World centres of the robot's spheres at q, and after them those of the spheres around each link, into
+    scratch[3]."""
     dof = q.shape[0]
-    forward(q, robot, Ts, scratch)
-    local = scratch[0]
+    _, Ts, product, out = scratch
+    forward(q, robot, Ts, product)
+    local = product[0]
     links, n = robot.link_start.shape[0] - 1, robot.radii.shape[0]
     for link in range(links):
         T = Ts[min(link, dof)]
@@ -104,9 +106,10 @@ def place_spheres(q, width_m, robot, Ts, scratch, out):
 
 
 @njit(cache=True)
-def sphere_rows(robot):
-    """Rows that place_spheres fills."""
-    return robot.radii.shape[0] + robot.link_start.shape[0] - 1
+def scratch_for(robot):
+    """Memory for the checks: a configuration, the poses of all links, a product, and the rows of place_spheres."""
+    dof, rows = robot.axes.shape[0], robot.radii.shape[0] + robot.link_start.shape[0] - 1
+    return np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4)), np.empty((rows, 3))
 
 
 @njit(cache=True)

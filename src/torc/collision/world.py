@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8, UInt64
+from scipy.ndimage import distance_transform_edt
 
 from torc.collision.config import CollisionConfig
-from torc.collision.distance import distance_field
 from torc.collision.obstacles import sum_up_blocks
 from torc.geometry.arrays import kernel_array
 from torc.records import BACKGROUND, OcclusionVolume, VoxelGrid
@@ -15,6 +15,7 @@ from torc.workspace.description import Box, Workspace
 
 FREE, SURFACE, UNKNOWN = 0, 1, 2
 """Kinds of voxels."""
+_FAR_M = 1000.0
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,15 @@ def world_from_voxels(
     kind, bits = kernel_array(kind, np.uint8), kernel_array(bits, np.uint64)
     distance = distance_field(kind != FREE, grid.voxel_size_m)
     return CollisionWorld(grid, kind, bits, distance, boxes, box_names, config, *sum_up_blocks(kind, bits))
+
+
+def distance_field(
+    occupied: Bool[np.ndarray, "nx ny nz"], voxel_size_m: float
+) -> Float32[np.ndarray, "nx ny nz"]:
+    """Metres from each voxel's centre to the nearest occupied voxel's centre; > 100 if there is none."""
+    if not occupied.any():
+        return np.full(occupied.shape, _FAR_M, dtype=np.float32)
+    return np.asarray(distance_transform_edt(~occupied) * voxel_size_m, dtype=np.float32)
 
 
 def _bit(object_id: int) -> np.uint64:

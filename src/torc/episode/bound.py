@@ -1,7 +1,6 @@
 """How sure it is that a reference's costs are the least: a mark that goes with its trials into every table."""
 
 from enum import StrEnum
-from typing import Protocol, runtime_checkable
 
 
 class Bound(StrEnum):
@@ -13,13 +12,3 @@ class Bound(StrEnum):
     """Every order that might take less, if a pick did nothing but take its object away, was tried and did not."""
     FOUND = "found"
     """The least that was found; others may take less."""
-
-
-@runtime_checkable
-class Bounding(Protocol):
-    """A planner that says how sure it is that its costs are the least."""
-
-    @property
-    def bound(self) -> Bound:
-        """Of the trial as it went; asked once it has ended."""
-        ...

@@ -11,13 +11,9 @@ from torc.records import Decision, PickOutcome, PickPlan, PlanFailure
 
 @dataclass(frozen=True)
 class Started:
-    """The episode begins.
-
-    Attributes:
-        problem, planner, seed, target_description, max_picks: who tries what.
-        vlm: the model that the planner asks, as on the command line; "simulated:..." is none.
-        names: the objects' names by id, known to simulators only.
-        absent: ids of objects that fell off the table before the first pick, known to simulators only.
+    """The episode begins. `names` of the objects by id, and ids of those `absent` because they fell off the table
+    before the first pick, are known to simulators only; `vlm` is the model that the planner asks, as on the command
+    line.
     """
 
     problem: str
@@ -71,14 +67,8 @@ class Executed:
 
 @dataclass(frozen=True)
 class EpisodeResult:
-    """The episode's outcome.
-
-    Attributes:
-        retrieved: the target was held after the lift and delivered.
-        held_target: the paper's own rule: the target was held after the lift.
-        end: why it ended.
-        outcomes: one per attempt.
-        seconds: wall time by stage.
+    """The episode's outcome, one per attempt, and wall time by stage. `held_target` is the paper's own rule: the target
+    was held after the lift.
     """
 
     retrieved: bool

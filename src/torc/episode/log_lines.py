@@ -1,13 +1,14 @@
 """The lines of events.jsonl, as they are written and as they are read: what is read may come from a stranger.
 
-Wall times stand under keys named "seconds" only: without those, logs are comparable.
+Each class but the last two is of the event or record of that name. Wall times stand under keys named "seconds" only:
+without those, logs are comparable.
 """
 
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter
 
-from torc.records import MAX_OBJECTS, PlanStage
+from torc.records import MAX_OBJECTS, Exchange, PlanFailure
 
 MAX_PICKS = 1000
 _Id = Annotated[int, Field(ge=-1, lt=MAX_OBJECTS)]
@@ -21,8 +22,6 @@ class _Line(BaseModel):
 
 
 class StartedLine(_Line):
-    """`events.Started`."""
-
     event: Literal["started"]
     problem: _Text
     planner: _Text
@@ -50,8 +49,6 @@ class Blocking(_Line):
 
 
 class LookedLine(_Line):
-    """`events.Looked`."""
-
     event: Literal["looked"]
     pick: _Pick
     target_visible: bool
@@ -65,41 +62,22 @@ class LookedLine(_Line):
     seconds: dict[str, FiniteFloat] = {}
 
 
-class ExchangeText(_Line):
-    """A prompt and its reply."""
-
-    prompt: _Text
-    reply: _Text
-
-
 class DecidedLine(_Line):
-    """`events.Decided`."""
-
     event: Literal["decided"]
     pick: _Pick
     object_id: int | None
     reason: _Text
     attempts: _Count = 1
     give_up: bool = False
-    exchanges: Annotated[tuple[ExchangeText, ...], Field(max_length=100)] = ()
+    exchanges: Annotated[tuple[Exchange, ...], Field(max_length=100)] = ()
     evidence: dict[str, Any] = {}
     seconds: FiniteFloat = 0.0
 
 
-class FailureText(_Line):
-    """`PlanFailure`."""
-
-    stage: PlanStage
-    reason: _Text
-    grasps_tried: _Count
-
-
 class PlannedLine(_Line):
-    """`events.Planned`."""
-
     event: Literal["planned"]
     pick: _Pick
-    failure: FailureText | None = None
+    failure: PlanFailure | None = None
     object_id: _Id | None = None
     generator: _Text = ""
     T_world_tcp: tuple[tuple[FiniteFloat, ...], ...] = ()
@@ -112,16 +90,12 @@ class PlannedLine(_Line):
 
 
 class FeltText(_Line):
-    """`FeltOutcome`."""
-
     result: _Text
     held_after_lift: bool = False
     delivered: bool = False
 
 
 class TouchText(_Line):
-    """`Touch`."""
-
     qpos: tuple[FiniteFloat, ...]
     width_m: FiniteFloat
     relief_m: FiniteFloat = 0.0
@@ -169,12 +143,7 @@ class ResultFacts(_Line):
 
 
 class ResultFile(ResultFacts):
-    """result.json.
-
-    Attributes:
-        status: completed, errored or interrupted.
-        error: why it errored.
-    """
+    """result.json: completed, errored or interrupted, and why it errored."""
 
     status: _Text
     error: _Text | None = None
@@ -186,8 +155,6 @@ class ResultFile(ResultFacts):
 
 
 class EndedLine(ResultFacts):
-    """`events.Ended`."""
-
     event: Literal["ended"]
 
 

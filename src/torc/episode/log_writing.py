@@ -21,32 +21,21 @@ def log_line(event: Event) -> dict[str, Any]:
 
 
 def _facts(event: Event) -> dict[str, Any]:
+    facts: dict[str, Any]
     match event:
         case Started():
             return {"event": "started", **to_plain(event)}
-        case Looked():
-            return {
-                "event": "looked",
-                "pick": event.pick,
-                **_look_facts(event.look),
-                "seconds": _round(event.look.seconds),
-            }
-        case Decided():
-            facts = to_plain(event.decision)
-            return {"event": "decided", "pick": event.pick, **facts, "seconds": round(event.seconds, 4)}
-        case Planned():
-            facts = _plan_facts(event.look, event.plan)
-            return {"event": "planned", "pick": event.pick, **facts, "seconds": round(event.seconds, 4)}
-        case Executed():
-            return {
-                "event": "executed",
-                "pick": event.pick,
-                **to_plain(event.outcome),
-                "seconds": round(event.seconds, 3),
-            }
         case Ended():
             return {"event": "ended", **result_facts(event.result)}
-    raise TypeError(f"Not an event: {event!r}")
+        case Looked():
+            facts = {**_look_facts(event.look), "seconds": _round(event.look.seconds)}
+        case Decided():
+            facts = {**to_plain(event.decision), "seconds": round(event.seconds, 4)}
+        case Planned():
+            facts = {**_plan_facts(event.look, event.plan), "seconds": round(event.seconds, 4)}
+        case Executed():
+            facts = {**to_plain(event.outcome), "seconds": round(event.seconds, 3)}
+    return {"event": type(event).__name__.lower(), "pick": event.pick, **facts}
 
 
 def result_facts(result: EpisodeResult) -> dict[str, Any]:
@@ -86,7 +75,8 @@ def digest(*arrays: np.ndarray) -> str:
 
 def _look_facts(look: Look) -> dict[str, Any]:
     context = look.context
-    scene, report, volume = context.scene, context.report, context.volume
+    scene, grasps, report, volume = context.scene, context.grasps, context.report, context.volume
+    depth_m = scene.observation.depth_m
     return {
         "target_visible": scene.target_id is not None,
         "objects": [{"id": o.id, "pixels": o.pixel_count} for o in scene.objects],
@@ -100,13 +90,7 @@ def _look_facts(look: Look) -> dict[str, Any]:
             for j, b in enumerate(report.object_ids)
             if report.blocking[i, j]
         ],
-        "digest": digest(
-            scene.observation.depth_m,
-            scene.label_image,
-            context.grasps.Ts_world_tcp,
-            context.grasps.scores,
-            report.qpos,
-        ),
+        "digest": digest(depth_m, scene.label_image, grasps.Ts_world_tcp, grasps.scores, report.qpos),
     }
 
 
@@ -114,13 +98,7 @@ def _plan_facts(look: Look, plan: PickPlan | PlanFailure) -> dict[str, Any]:
     if isinstance(plan, PlanFailure):
         return {"failure": to_plain(plan)}
     grasps, g = look.context.grasps, plan.grasp_index
-    motions = {
-        "free": plan.free,
-        "approach": plan.approach,
-        "lift": plan.lift,
-        "transfer": plan.transfer,
-        "home": plan.home,
-    }
+    motions = {name: getattr(plan, name) for name in ("free", "approach", "lift", "transfer", "home")}
     return {
         "object_id": plan.object_id,
         "score": float(grasps.scores[g]),

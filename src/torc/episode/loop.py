@@ -3,31 +3,71 @@
 from collections.abc import Sequence
 
 from torc.episode.events import Decided, Ended, EpisodeResult, Event, Listener, Started
+from torc.episode.state import EndReason, EpisodeState, first_state
 from torc.episode.steps import EpisodeConfig, EpisodeParts, PickParts, Steps, pick_request
-from torc.episode.stepwise import Episode
 from torc.pipeline.look import Look
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.warm_up import rehearse_look
 from torc.plugins import warm_up
+from torc.records import TARGET_ID, Decision
 from torc.task_planning.asking import ask_planner, rehearse_planner
 
 
+class Episode:
+    """One episode in progress, which somebody drives: a task planner, or an environment for reinforcement learning.
+
+    `look` and `pick` take turns. Once `look` has answered None, the episode is over and `end` says why.
+    """
+
+    def __init__(self, steps: Steps) -> None:
+        self.steps = steps
+        self.state: EpisodeState = first_state(steps.parts.pipeline.workspace.grid)
+        self.end: EndReason | None = None
+
+    def look(self) -> Look | None:
+        """The look before the next pick; None if the episode has ended. Raises TorcError if a part failed."""
+        if self.end is None and self.state.pick >= self.steps.config.max_picks:
+            self.end = EndReason.BUDGET_SPENT
+        if self.end is not None:
+            return None
+        look = self.steps.look(self.state)
+        if not look.context.scene.objects:
+            self.end = EndReason.NOTHING_LEFT
+            return None
+        return look
+
+    def pick(self, look: Look, decision: Decision) -> None:
+        """Carry out a decision about the latest look. One that cannot be tried is a lost pick; giving up is none.
+
+        Raises PhysicsError if the simulation broke, and another TorcError if another part failed.
+        """
+        if decision.give_up:
+            self.end = EndReason.GAVE_UP
+            return
+        self.state = self.steps.attempt(self.state, look, decision)
+        self.end = self.state.end
+
+    def result(self) -> EpisodeResult:
+        """The outcome. Raises ValueError while the episode goes on."""
+        if self.end is None:
+            raise ValueError("The episode has not ended.")
+        outcomes = self.state.outcomes
+        return EpisodeResult(
+            retrieved=self.end is EndReason.RETRIEVED,
+            held_target=any(o.held_after_lift and o.held_id == o.object_id == TARGET_ID for o in outcomes),
+            end=self.end,
+            outcomes=outcomes,
+            seconds=dict(self.steps.clock.seconds),
+        )
+
+
 def run_episode(
-    parts: EpisodeParts,
-    started: Started,
-    config: EpisodeConfig,
-    listeners: Sequence[Listener] = (),
+    parts: EpisodeParts, started: Started, config: EpisodeConfig, listeners: Sequence[Listener] = ()
 ) -> EpisodeResult:
     """Pick until the target is retrieved or lost, the budget is spent, or nothing is left to try.
 
-    Args:
-        parts: robot, pipeline, task planner and motion planner.
-        started: who tries what; told to the listeners first.
-        config: budget and seed.
-        listeners: called with every event, in order.
-
-    Raises:
-        PhysicsError and other TorcErrors of the parts: the trial is errored, no result.
+    The listeners are called with every event in order, `started` first. Raises the TorcErrors of the parts: the trial
+    is errored, no result.
     """
 
     def tell(event: Event) -> None:
@@ -49,10 +89,8 @@ def run_episode(
 
 
 def rehearse(parts: EpisodeParts) -> Look:
-    """Use every kernel of the parts once, on a made-up scene: what is compiled or loaded now is no planning time.
-
-    Returns:
-        The look at that scene, for whoever has kernels of his own to rehearse.
+    """Use every kernel of the parts once, on a made-up scene, whose look is returned: what is compiled or loaded now is
+    no planning time.
     """
     look = rehearse_picks(parts.picking)
     rehearse_planner(parts.task_planner, look.context)

@@ -1,25 +1,23 @@
-"""What a task planner saw before one pick, small enough to keep: for the page of `torc human` and `torc view`.
+"""What a task planner saw before one pick, small enough to keep: for the page of `torc human` and `torc view`."""
 
-It is made of the `PlanningContext` alone, so it holds nothing that a planner does not see.
-"""
-
-import math
-import zipfile
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float, Float32, Int8, Int16, UInt8, UInt16, UInt32, UInt64
+from pydantic import Field, FiniteFloat, NonNegativeInt, TypeAdapter, ValidationError
 
+from torc.episode.array_files import load_checked
 from torc.errors import InputError
 from torc.geometry.projection import project
 from torc.geometry.transforms import Pose
 from torc.occlusion.hidden_space import hidden_volumes_m3
 from torc.records import BACKGROUND, MAX_OBJECTS, GraspStatus, PlanningContext, SegmentedScene, VoxelGrid
-from torc.records.serialization import load_record
+from torc.records.serialization import to_plain
 from torc.task_planning.graph_building import build_dependency_graph
 
 MAX_OBJECT_POINTS, MAX_BACKGROUND_POINTS = 24_000, 12_000
@@ -27,6 +25,8 @@ GRASPS_PER_OBJECT = 6
 POINT_UNIT_M = 0.001
 MAX_UNPACKED_BYTES = 64 * 2**20
 MAX_GRID = 2048
+_Id = Annotated[int, Field(ge=0, lt=MAX_OBJECTS)]
+_IdText = Annotated[str, Field(pattern=r"^\d{1,2}$")]
 
 
 @dataclass(frozen=True)
@@ -34,30 +34,24 @@ class ObjectView:
     """What is known of one visible object.
 
     Attributes:
-        id: object id.
-        pixels: of its mask.
         statuses: GraspStatus name (lower case) -> how many of its grasps ended so; absent where none did.
         blockers: object id (as text) -> how many of this object's grasps it blocks.
         best_score: probability of the best valid grasp that it delivers, None without a valid one.
         hidden_volume_m3: unseen volume that it hides.
     """
 
-    id: int
-    pixels: int
-    statuses: Mapping[str, int]
-    blockers: Mapping[str, int]
-    best_score: float | None
-    hidden_volume_m3: float
+    id: _Id
+    pixels: NonNegativeInt
+    statuses: Mapping[str, NonNegativeInt]
+    blockers: Mapping[_IdText, NonNegativeInt]
+    best_score: FiniteFloat | None
+    hidden_volume_m3: FiniteFloat
 
 
 @dataclass(frozen=True)
 class CloudView:
-    """Part of the surface points, evenly thinned.
-
-    Attributes:
-        points: world frame, in steps of POINT_UNIT_M.
-        rgb: colour of each.
-        ids: object id of each, or BACKGROUND.
+    """Part of the surface points, evenly thinned: world frame, in steps of POINT_UNIT_M; their colours; the object id
+    of each, or BACKGROUND.
     """
 
     points: Int16[np.ndarray, "n 3"]
@@ -70,8 +64,7 @@ class UnseenView:
     """The voxels that no snapshot has seen.
 
     Attributes:
-        grid: where the voxels are.
-        index: of each unseen voxel.
+        index: of each unseen voxel in the grid.
         hider: row of `hiders` for each unseen voxel.
         hiders: the different masks of `OcclusionVolume.hidden_by`.
     """
@@ -84,15 +77,7 @@ class UnseenView:
 
 @dataclass(frozen=True)
 class GraspView:
-    """The best grasps of each object, valid ones first.
-
-    Attributes:
-        Ts_world_tcp: grasp poses.
-        widths_m: distance between the pads.
-        scores: probability that the object is delivered.
-        object_ids: whose grasp it is.
-        status: its GraspStatus.
-    """
+    """The best grasps of each object, valid ones first; as in `GraspSet`, and the GraspStatus of each."""
 
     Ts_world_tcp: Float32[np.ndarray, "g 4 4"]
     widths_m: Float32[np.ndarray, "g"]
@@ -107,10 +92,8 @@ class PickView:
 
     Attributes:
         label_image: object id, BACKGROUND or ROBOT per pixel.
-        K, T_world_camera: the camera.
         objects: by rising id.
         graph: dependency graph by geometry, as DependencyGraph.to_dict makes it.
-        cloud, unseen, grasps: see there.
     """
 
     label_image: Int8[np.ndarray, "h w"]
@@ -121,6 +104,11 @@ class PickView:
     cloud: CloudView
     unseen: UnseenView
     grasps: GraspView
+
+
+_OBJECTS = TypeAdapter(tuple[ObjectView, ...])
+_SIZE = Annotated[int, Field(gt=0, le=MAX_GRID)]
+_GRID = TypeAdapter(tuple[Annotated[float, Field(gt=0.0, lt=1.0)], _SIZE, _SIZE, _SIZE])
 
 
 def view_of(context: PlanningContext) -> PickView:
@@ -150,11 +138,8 @@ def _objects(context: PlanningContext) -> tuple[ObjectView, ...]:
         row = report.blocking[report.object_ids.index(o.id)] if o.id in report.object_ids else ()
         blockers = {str(k): int(n) for k, n in zip(report.object_ids, row) if n > 0}
         best = float(valid.max()) if valid.size else None
-        views.append(
-            ObjectView(
-                o.id, o.pixel_count, {s: n for s, n in counts.items() if n}, blockers, best, hidden[o.id]
-            )
-        )
+        counts = {s: n for s, n in counts.items() if n}
+        views.append(ObjectView(o.id, o.pixel_count, counts, blockers, best, hidden[o.id]))
     return tuple(views)
 
 
@@ -218,79 +203,14 @@ def load_view(path: Path) -> PickView:
     Raises:
         InputError: missing, damaged, too large, or with arrays that do not fit each other.
     """
-    _refuse_large(path)
-    view = load_record(path, PickView)
+    view = load_checked(path, PickView, MAX_UNPACKED_BYTES, "view of a pick")
+    grid, hider, hiders = view.unseen.grid, view.unseen.hider, view.unseen.hiders
     try:
-        fits = _fits(view)
-    except (AttributeError, IndexError, TypeError, ValueError):
-        fits = False
-    if not fits:
-        raise InputError(
-            f"'{path}' holds no view of a pick: its arrays are of other shapes than torc writes."
-        )
+        _OBJECTS.validate_json(json.dumps(to_plain(view.objects)), strict=True)
+        _GRID.validate_python((grid.voxel_size_m, *grid.shape), strict=True)
+    except ValidationError as error:
+        raise InputError(f"'{path}' holds no view of a pick: {error.errors()[0]['msg']}") from None
+    within = bool((view.unseen.index < np.array(grid.shape)).all()) and bool((hider < len(hiders)).all())
+    if not within or len({o.id for o in view.objects}) < len(view.objects):
+        raise InputError(f"'{path}' holds no view of a pick: its arrays are not as torc writes them.")
     return view
-
-
-def _refuse_large(path: Path) -> None:
-    """Nothing is unpacked before its size is known to be allowed."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(member.file_size for member in archive.infolist())
-    except (OSError, zipfile.BadZipFile) as error:
-        raise InputError(f"'{path}' is not a readable view of a pick: {error}") from error
-    if size > MAX_UNPACKED_BYTES:
-        raise InputError(f"'{path}' is larger than {MAX_UNPACKED_BYTES // 2**20} MB unpacked.")
-
-
-def _fits(view: PickView) -> bool:
-    cloud, unseen, grasps = view.cloud, view.unseen, view.grasps
-    n, m, g = len(cloud.ids), len(unseen.hider), len(grasps.scores)
-    expected = (
-        (view.label_image, (*view.label_image.shape[:2],), np.int8),
-        (view.K, (3, 3), np.float64),
-        (view.T_world_camera, (4, 4), np.float64),
-        (cloud.points, (n, 3), np.int16),
-        (cloud.rgb, (n, 3), np.uint8),
-        (cloud.ids, (n,), np.int8),
-        (unseen.grid.origin, (3,), np.float64),
-        (unseen.index, (m, 3), np.uint16),
-        (unseen.hider, (m,), np.uint32),
-        (unseen.hiders, (len(unseen.hiders),), np.uint64),
-        (grasps.Ts_world_tcp, (g, 4, 4), np.float32),
-        (grasps.widths_m, (g,), np.float32),
-        (grasps.scores, (g,), np.float32),
-        (grasps.object_ids, (g,), np.int8),
-        (grasps.status, (g,), np.uint8),
-    )
-    finite = (
-        view.K,
-        view.T_world_camera,
-        unseen.grid.origin,
-        grasps.Ts_world_tcp,
-        grasps.scores,
-        grasps.widths_m,
-    )
-    return (
-        all(isinstance(a, np.ndarray) and a.shape == shape and a.dtype == kind for a, shape, kind in expected)
-        and all(bool(np.isfinite(a).all()) for a in finite)
-        and isinstance(unseen.grid.voxel_size_m, float)
-        and 0 < unseen.grid.voxel_size_m < 1
-        and len(unseen.grid.shape) == 3
-        and all(isinstance(size, int) and 0 < size <= MAX_GRID for size in unseen.grid.shape)
-        and bool(np.all(unseen.index < np.array(unseen.grid.shape)))
-        and (m == 0 or int(unseen.hider.max()) < len(unseen.hiders))
-        and all(_plain(o) for o in view.objects)
-        and len({o.id for o in view.objects}) == len(view.objects)
-    )
-
-
-def _plain(o: ObjectView) -> bool:
-    numbers = (o.hidden_volume_m3, 0.0 if o.best_score is None else o.best_score)
-    counts = (o.pixels, *o.statuses.values(), *o.blockers.values())
-    return (
-        type(o.id) is int
-        and 0 <= o.id < MAX_OBJECTS
-        and all(type(n) is int and n >= 0 for n in counts)
-        and all(type(x) is float and math.isfinite(x) for x in numbers)
-        and all(k.isdecimal() and int(k) < MAX_OBJECTS for k in o.blockers)
-    )

@@ -1,6 +1,6 @@
 """The picture strip of an episode: what the planner saw at each pick, what it chose, what came of it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Int16, UInt8
@@ -24,21 +24,9 @@ class Frame:
     reason: str
     outcome: PickOutcome | None = None
 
-    def with_outcome(self, outcome: PickOutcome) -> "Frame":
-        """The same frame, its outcome known."""
-        return replace(self, outcome=outcome)
 
-
-@dataclass(frozen=True)
-class Crop:
-    """The part of the camera's image that is worth looking at."""
-
-    rows: slice
-    cols: slice
-
-    def of(self, image: np.ndarray) -> np.ndarray:
-        """That part of an image."""
-        return image[self.rows, self.cols]
+Crop = tuple[slice, slice]
+"""Rows and columns of an image."""
 
 
 def crop_around_objects(label_image: Int16[np.ndarray, "h w"], margin_px: int = 28) -> Crop:
@@ -46,14 +34,13 @@ def crop_around_objects(label_image: Int16[np.ndarray, "h w"], margin_px: int = 
     height, width = label_image.shape
     rows, cols = np.nonzero(label_image >= 0)
     if rows.size == 0:
-        return Crop(slice(0, height), slice(0, width))
-    h = min(
-        height, max(int(np.ptp(rows)) + 2 * margin_px, (int(np.ptp(cols)) + 2 * margin_px) * height // width)
-    )
+        return slice(0, height), slice(0, width)
+    tall, wide = int(np.ptp(rows)) + 2 * margin_px, int(np.ptp(cols)) + 2 * margin_px
+    h = min(height, max(tall, wide * height // width))
     w = min(width, h * width // height)
     top = int(np.clip((rows.min() + rows.max() - h) // 2, 0, height - h))
     left = int(np.clip((cols.min() + cols.max() - w) // 2, 0, width - w))
-    return Crop(slice(top, top + h), slice(left, left + w))
+    return slice(top, top + h), slice(left, left + w)
 
 
 def picture_strip(frames: list[Frame]) -> UInt8[np.ndarray, "h w 3"]:
@@ -77,15 +64,9 @@ def _panel(frame: Frame) -> np.ndarray:
     choice = "no choice" if frame.chosen is None else f"pick object {frame.chosen}"
     draw.text((10, height + 6), f"{frame.pick + 1}.  {choice}", _INK, ImageFont.load_default(18))
     if frame.outcome is not None:
-        good = frame.outcome.result in (PickResult.RETRIEVED, PickResult.REMOVED)
-        text = frame.outcome.result.value.upper()
-        draw.text(
-            (PANEL_WIDTH - 10, height + 6),
-            text,
-            _GOOD if good else _BAD,
-            ImageFont.load_default(18),
-            anchor="ra",
-        )
+        color = _GOOD if frame.outcome.result in (PickResult.RETRIEVED, PickResult.REMOVED) else _BAD
+        place, text = (PANEL_WIDTH - 10, height + 6), frame.outcome.result.value.upper()
+        draw.text(place, text, color, ImageFont.load_default(18), anchor="ra")
     font = ImageFont.load_default(13)
     for i, line in enumerate(_wrapped(frame.reason, font, PANEL_WIDTH - 20)[:3]):
         draw.text((10, height + 34 + 18 * i), line, _INK, font)

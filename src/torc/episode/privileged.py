@@ -1,8 +1,5 @@
-"""What privileged parts of a trial may know and try: the true present, and what would come of picks.
-
-A planner that has a method `attach` is given a `Simulation` before the first pick. It decides through the same method
-as any other planner. On a real robot there is nothing to attach it to. The simulated VLM is privileged in the same way,
-through its `Witness`; the planner that asks it is not.
+"""What privileged parts of a trial may know and try: the true present, and what would come of picks. A part that has a
+method `attach` is given a `Simulation` before the first pick; on a real robot there is none.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -23,22 +20,16 @@ from torc.records import Decision, PickOutcome, PickResult
 from torc.sim.contacts import lies_on
 from torc.sim.robot import RobotState, SimulatedRobot
 from torc.sim.visibility import Visibility, measure_visibility
-from torc.task_planning.protocol import TaskPlanner
 
 
 @dataclass(frozen=True)
-class Moment:
-    """Between two picks: all that decides what can follow.
-
-    Attributes:
-        robot: the robot and the world.
-        episode: what the episode knows.
-    """
+class SimulatedState:
+    """Between two picks: all that decides what can follow."""
 
     robot: RobotState
     episode: EpisodeState
 
-    def same_as(self, other: "Moment") -> bool:
+    def same_as(self, other: "SimulatedState") -> bool:
         """Whether as many picks have led to the same world, bit for bit."""
         same_world = np.array_equal(self.robot.world, other.robot.world)
         return same_world and self.episode.outcomes == other.episode.outcomes
@@ -46,11 +37,8 @@ class Moment:
 
 @dataclass(frozen=True)
 class Truth:
-    """What no picture tells.
-
-    Attributes:
-        visibility: how much of each object the camera could see, and what hides the rest.
-        lies_on: (upper, lower) pairs of objects.
+    """What no picture tells: how much of each object the camera could see and what hides the rest, and (upper, lower)
+    pairs of objects.
     """
 
     visibility: Visibility
@@ -58,70 +46,56 @@ class Truth:
 
 
 class Sandbox:
-    """A world of its own in which an episode can be carried on from any moment, as the trial would carry it on.
-
-    The same moment and object give the same answer.
-    """
+    """A world of its own in which an episode can be carried on from any state, as the trial would carry it on."""
 
     def __init__(self, robot: SimulatedRobot, steps: Steps) -> None:
         """robot: the one that the steps use, in a world as it was built; nobody else should use it."""
         self._robot, self._steps = robot, steps
         self._built = robot.save()
 
-    def begin(self) -> Moment:
-        """Before the first pick, as a trial begins.
-
-        Raises:
-            InputError: the target does not stay on the table.
-            PhysicsError: the simulation broke.
+    def begin(self) -> SimulatedState:
+        """Before the first pick, as a trial begins. Raises InputError if the target does not stay on the table, and
+        PhysicsError if the simulation broke.
         """
         self._robot.restore(self._built)
         self._robot.take_over()
-        return Moment(self._robot.save(), first_state(self._robot.world.workspace.grid))
+        return SimulatedState(self._robot.save(), first_state(self._robot.world.workspace.grid))
 
-    def look(self, moment: Moment) -> Look:
+    def look(self, state: SimulatedState) -> Look:
         """What the robot would see; the picture may be black."""
-        self._robot.restore(moment.robot)
-        return self._steps.look(moment.episode)
+        self._robot.restore(state.robot)
+        return self._steps.look(state.episode)
 
-    def truth(self, moment: Moment) -> Truth:
+    def truth(self, state: SimulatedState) -> Truth:
         """Who hides whom, and who lies on whom."""
-        self._robot.restore(moment.robot)
+        self._robot.restore(state.robot)
         world = self._robot.world
         return Truth(measure_visibility(world, world.workspace.camera), lies_on(world))
 
-    def pick(self, moment: Moment, look: Look, object_id: int | None) -> Moment:
-        """The moment after a pick, where `look` is the look before it; None lets the pick pass.
-
-        Raises:
-            PhysicsError: the simulation broke.
-        """
-        self._robot.restore(moment.robot)
+    def pick(self, state: SimulatedState, look: Look, object_id: int | None) -> SimulatedState:
+        """The state after a pick, where `look` is the look before it; None lets the pick pass. Raises PhysicsError."""
+        self._robot.restore(state.robot)
         decision = Decision(object_id, "to see what comes of it")
-        episode = self._steps.attempt(moment.episode, look, decision)
-        return Moment(self._robot.save(), episode)
+        episode = self._steps.attempt(state.episode, look, decision)
+        return SimulatedState(self._robot.save(), episode)
 
-    def look_without(self, moment: Moment, object_ids: Iterable[int]) -> Look:
-        """What the robot would see if these objects were gone: about what it sees after picking them.
-
-        Raises:
-            PhysicsError: the simulation broke.
+    def look_without(self, state: SimulatedState, object_ids: Iterable[int]) -> Look:
+        """What the robot would see if these objects were gone: about what it sees after picking them. Raises
+        PhysicsError.
         """
         gone = sorted(object_ids)
-        self._robot.restore(moment.robot)
+        self._robot.restore(state.robot)
         self._robot.remove(gone)
         # As many picks later, so that the random draws are those of the look then.
         picked = tuple(PickOutcome(PickResult.REMOVED, k, k, True, True) for k in gone)
-        return self._steps.look(replace(moment.episode, outcomes=moment.episode.outcomes + picked))
+        return self._steps.look(replace(state.episode, outcomes=state.episode.outcomes + picked))
 
 
 class Simulation:
     """A trial in progress, as its privileged parts know it. It is one of the trial's listeners.
 
     Attributes:
-        problem: what is played.
         sandbox: where to try picks.
-        config: attempts and seed of the trial.
         say: for progress, a line at a time.
     """
 
@@ -138,9 +112,9 @@ class Simulation:
         if isinstance(event, Looked):
             self._state = event.state
 
-    def now(self) -> Moment:
+    def now(self) -> SimulatedState:
         """The present, between two picks."""
-        return Moment(self._robot.save(), self._state)
+        return SimulatedState(self._robot.save(), self._state)
 
     def truth(self) -> Truth:
         """What no picture of the present tells. The trial's own world is not touched."""
@@ -154,11 +128,6 @@ class Privileged(Protocol):
     def attach(self, simulation: Simulation) -> None:
         """Take the trial's simulation; called once, before the first look."""
         ...
-
-
-@runtime_checkable
-class PrivilegedPlanner(TaskPlanner, Privileged, Protocol):
-    """A task planner that may look into the simulation."""
 
 
 @contextmanager

@@ -52,9 +52,8 @@ class TerminalProgress:
                     f"{len(context.report.graspable_ids)} graspable {_time(event.seconds)}"
                 )
             case Decided():
-                choice = (
-                    "no choice" if event.decision.object_id is None else self._name(event.decision.object_id)
-                )
+                chosen = event.decision.object_id
+                choice = "no choice" if chosen is None else self._name(chosen)
                 self._line(f"  decide   {choice}: {escape(event.decision.reason)} {_time(event.seconds)}")
             case Planned():
                 self._planned(event)
@@ -66,12 +65,9 @@ class TerminalProgress:
                     f"  result   [{color}]{event.outcome.result.value}[/]{detail}{dropped} {_time(event.seconds)}"
                 )
             case Ended():
-                r = event.result
-                verdict = (
-                    "[bold green]retrieved[/]"
-                    if r.retrieved
-                    else f"[bold red]not retrieved[/] ({r.end.value})"
-                )
+                r, verdict = event.result, "[bold green]retrieved[/]"
+                if not r.retrieved:
+                    verdict = f"[bold red]not retrieved[/] ({r.end.value})"
                 self._line(f"\n{verdict} after {r.picks} picks, {len(r.dropped)} dropped")
 
     def _planned(self, event: Planned) -> None:

@@ -5,14 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torc.episode.log_lines import (
-    DecidedLine,
-    ExecutedLine,
-    LookedLine,
-    PlannedLine,
-    ResultFile,
-    StartedLine,
-)
+from torc.episode.log_lines import DecidedLine, ExecutedLine, LookedLine, PlannedLine, ResultFile, StartedLine
 from torc.episode.pick_view import PickView, load_view
 from torc.episode.trial_files import read_events, read_result, read_spec
 from torc.errors import InputError
@@ -40,10 +33,7 @@ class RecordedTrial:
     """A trial as its directory tells it.
 
     Attributes:
-        directory: where it is.
-        spec: what was run.
         started: who tried what; None if it broke before.
-        picks: by number.
         result: how it ended; None while it is played.
     """
 
@@ -100,7 +90,7 @@ def picks_of(events: list[Any]) -> tuple[RecordedPick, ...]:
     """The picks in order, up to the first that was not looked at."""
     parts: dict[int, dict[str, Any]] = {}
     for event in events:
-        if isinstance(event, LookedLine | DecidedLine | PlannedLine | ExecutedLine):
+        if event.event not in ("started", "ended"):
             parts.setdefault(event.pick, {})[event.event] = event
     picks: list[RecordedPick] = []
     while "looked" in parts.get(len(picks), {}):
@@ -110,19 +100,13 @@ def picks_of(events: list[Any]) -> tuple[RecordedPick, ...]:
 
 def check_directory(root: Path, maker: str = "torc run") -> None:
     """Raises InputError where there is no such directory, and names the command that makes one."""
-    if os.path.isdir(root):  # unlike Path.is_dir, False for names that no directory can have
-        return
-    wrong = (
-        f"'{root}' is a file, not a directory" if os.path.exists(root) else f"There is no directory '{root}'"
-    )
-    raise InputError(f"{wrong}. `{maker} --out DIR` makes one with trials in it.")
+    if not os.path.isdir(root):  # unlike Path.is_dir, False for names that no directory can have
+        raise InputError(f"There is no directory '{root}'. `{maker} --out DIR` makes one with trials in it.")
 
 
 def find_trials(root: Path) -> list[Path]:
-    """The directories of the trials below a directory, or itself if it is one; unfinished ones are among them.
-
-    Raises:
-        InputError: there are more than MAX_TRIALS.
+    """The directories of the trials below a directory, or itself if it is one; unfinished ones are among them. Raises
+    InputError if there are more than MAX_TRIALS.
     """
     found: list[Path] = []
     for path, below, files in os.walk(root):

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from torc.episode.recorded import LOG
 from torc.episode.viewer_links import PARTIAL
 from torc.errors import InputError
 from torc.perception.marking import mark_image
-from torc.records import GraspReport, SegmentedScene
+from torc.records import SegmentedScene
 from torc.records.directories import check_place, claim
 from torc.records.files import write_json, write_png
 from torc.records.serialization import save_record
@@ -27,13 +28,8 @@ from torc.task_planning.drawing import draw_decision
 class TrialRecorder:
     """Writes events, pictures and the result of one trial while it happens.
 
-    Until `complete` the files stand in `<out>.partial`: after a crash or Ctrl-C that directory is readable.
-
-    Args:
-        out: the trial's directory; its parent is made where needed.
-        spec: what was run, written to spec.json at once.
-        overwrite: replace an existing directory.
-        records: also save each snapshot as a record (about 1 MB a pick).
+    Until `complete` the files stand in `<out>.partial`: after a crash or Ctrl-C that directory is readable. spec.json
+    is written at once. With `records`, each snapshot is also saved as a record (about 1 MB a pick).
 
     Raises:
         InputError: the directory exists (and not overwrite), is no trial, cannot be written, or another process is
@@ -66,19 +62,17 @@ class TrialRecorder:
         self._log.flush()
         match event:
             case Looked():
-                scene, report = event.look.context.scene, event.look.context.report
+                scene = event.look.context.scene
                 self._crop = self._crop or crop_around_objects(scene.label_image)
                 self._picture(event.pick, "seen", mark_image(scene))
                 save_record(view_of(event.look.context), self._pick_path(event.pick, "view.npz"))
                 if self.records:
                     save_record(event.look.observation, self._pick_path(event.pick, "observation.npz"))
-                self._last = (scene, report)
             case Decided():
-                scene, report = self._last
-                self._decision_pictures(event, scene, report)
+                self._decision_pictures(event, event.look.context.scene)
             case Executed():
                 if self.frames and self.frames[-1].pick == event.pick:
-                    self.frames[-1] = self.frames[-1].with_outcome(event.outcome)
+                    self.frames[-1] = replace(self.frames[-1], outcome=event.outcome)
             case _:
                 pass
 
@@ -90,7 +84,7 @@ class TrialRecorder:
             shutil.rmtree(backup, ignore_errors=True)
             os.replace(self.out, backup)
         os.replace(self.partial, self.out)
-        self._log.close()
+        self._log.close()  # which ends the claim to the directory
         shutil.rmtree(backup, ignore_errors=True)
 
     def discard(self) -> None:
@@ -111,11 +105,11 @@ class TrialRecorder:
             write_png(self.partial / "strip.png", picture_strip(self.frames))
         write_json(self.partial / "result.json", result)
 
-    def _decision_pictures(self, event: Decided, scene: SegmentedScene, report: GraspReport) -> None:
+    def _decision_pictures(self, event: Decided, scene: SegmentedScene) -> None:
         # What the planner names may not be there; the choice is judged later.
         chosen = event.decision.object_id if event.decision.object_id in scene.ids else None
         marked = mark_image(scene, highlight=chosen)
-        cropped = self._crop.of(marked) if self._crop else marked
+        cropped = marked[self._crop] if self._crop else marked
         self.frames.append(Frame(event.pick, cropped, chosen, event.decision.reason))
         graph = draw_decision(event.decision)
         if graph is not None:

@@ -13,16 +13,9 @@ from torc.sim.world import build_world
 def simulated_robot(
     system: System, problem: Problem, *, color: bool = True, observer: Observer | None = None
 ) -> SimulatedRobot:
-    """The system's robot in the problem's world, as it was built. Close it, or use it in a `with`.
-
-    Args:
-        system: robot, workspace and conditions.
-        problem: what stands on the table.
-        color: False spares the colour pictures, for parts that read depth and labels alone.
-        observer: called with the world about 25 times per simulated second.
-
-    Raises:
-        InputError: the problem cannot be built, or the camera cannot be made.
+    """The system's robot in the problem's world, as it was built. Close it, or use it in a `with`. Without colour it
+    spares those pictures, for parts that read depth and labels alone. The observer is called with the world about 25
+    times per simulated second. Raises InputError if the problem cannot be built, or the camera cannot be made.
     """
     config = configured(system.conditions, "simulation", SimulatedRobotConfig())
     world = build_world(problem, system.robot, system.workspace)

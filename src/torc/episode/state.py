@@ -25,8 +25,6 @@ class EpisodeState:
 
     Attributes:
         volume: the occlusion volume as the latest look left it.
-        failed: grasps that failed and are remembered.
-        outcomes: one per pick so far.
         scene: what perception made of the latest snapshot; None before the first.
     """
 

@@ -1,11 +1,8 @@
-"""The two halves of a pick, looking and trying, as functions of the episode's state.
-
-The loop and whoever looks ahead go through here, so that what is foreseen is what happens.
-"""
+"""The two halves of a pick, looking and trying, as functions of the episode's state."""
 
 from dataclasses import dataclass
 
-from torc.episode.events import Event, Executed, Listener, Looked, Planned
+from torc.episode.events import Executed, Listener, Looked, Planned
 from torc.episode.state import EpisodeState
 from torc.motion.asking import ask_motion_planner
 from torc.motion.protocol import MotionPlanner, PickRequest
@@ -23,10 +20,7 @@ from torc.task_planning.protocol import TaskPlanner
 
 @dataclass(frozen=True)
 class EpisodeConfig:
-    """Attributes:
-    max_picks: attempts, failed ones included (paper: 15).
-    seed: decides all random draws.
-    """
+    """Attempts, failed ones included (paper: 15), and what decides all random draws."""
 
     max_picks: int = 15
     seed: int = 0
@@ -60,12 +54,11 @@ class Steps:
         parts: PickParts,
         target_description: str,
         config: EpisodeConfig,
-        listener: Listener | None = None,
+        listener: Listener = lambda event: None,
     ) -> None:
         """listener: told of every look, plan and execution."""
         self.parts, self.config, self.target_description = parts, config, target_description
-        self.clock = StageClock()
-        self._listener = listener
+        self.clock, self._tell = StageClock(), listener
 
     def look(self, state: EpisodeState) -> Look:
         """What the robot sees now, and what follows from it."""
@@ -86,48 +79,30 @@ class Steps:
         return look
 
     def attempt(self, state: EpisodeState, look: Look, decision: Decision) -> EpisodeState:
-        """Plan and execute; a lost pick where there is nothing to execute.
-
-        Args:
-            state: before the pick.
-            look: the look at it.
-            decision: what to pick.
-
-        Returns:
-            The state after the pick.
-        """
+        """The state after planning and executing a decision; a lost pick where there is nothing to execute."""
         choice, seconds = checked_choice(look, decision), 0.0
         failed = state.failed
         if isinstance(choice, PickOutcome):
             outcome = choice
         else:
-            plan = self.plan(state, look, choice)
-            outcome, seconds = self._execute(plan, choice)
+            plan = self._plan(state, look, choice)
+            if isinstance(plan, PlanFailure):
+                outcome = PickOutcome(PickResult.NO_PLAN, choice, detail=f"{plan.stage}: {plan.reason}")
+            else:
+                with self.clock.stage("execute") as lap:
+                    outcome = self.parts.robot.execute(plan)
+                seconds = lap.seconds
             failed = remembered(failed, look, plan, outcome.as_felt, self.parts.robot.description)
         self._tell(Executed(state.pick, outcome, seconds))
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), look.context.scene)
 
-    def plan(self, state: EpisodeState, look: Look, object_id: int) -> PickPlan | PlanFailure:
-        """Motions for the pick of an object."""
+    def _plan(self, state: EpisodeState, look: Look, object_id: int) -> PickPlan | PlanFailure:
         request = pick_request(look, object_id)
         with self.clock.stage("plan motions") as lap:
             rng = stage_rng(self.config.seed, state.pick, "motion")
             plan = ask_motion_planner(self.parts.motion_planner, request, rng)
         self._tell(Planned(state.pick, look, plan, lap.seconds))
         return plan
-
-    def _execute(self, plan: PickPlan | PlanFailure, object_id: int) -> tuple[PickOutcome, float]:
-        """What came of it, and the seconds that the robot took."""
-        if isinstance(plan, PlanFailure):
-            detail = f"{plan.stage}: {plan.reason}"
-            return PickOutcome(PickResult.NO_PLAN, object_id, detail=detail), 0.0
-        with self.clock.stage("execute") as lap:
-            outcome = self.parts.robot.execute(plan)
-        return outcome, lap.seconds
-
-    def _tell(self, event: Event) -> None:
-        if self._listener is not None:
-            self._listener(event)
 
 
 def pick_request(look: Look, object_id: int) -> PickRequest:
@@ -156,7 +131,8 @@ def remembered(
     A motion of the robot may have made ways free, so that only the executed failures stay after one. A grasp that
     the robot was stopped on its way to was not tried: the next plan draws another way to it. `outcome` is as felt.
     """
-    if isinstance(plan, PickPlan):
+    executed = isinstance(plan, PickPlan)
+    if executed:
         failed = tuple(f for f in failed if f.executed)
     if outcome.delivered or outcome.result is PickResult.NOT_REACHED:
         return failed
@@ -167,7 +143,6 @@ def remembered(
     else:
         valid = grasps.of(outcome.object_id)
         tried = valid[report.status[valid] == GraspStatus.VALID][: plan.grasps_tried].tolist()
-    executed = isinstance(plan, PickPlan)
     touched = touched_points(outcome.touch, robot, look.context.volume)
     return failed + tuple(
         FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed, touched) for g in tried

@@ -1,19 +1,19 @@
 """What the arm did and what its camera saw, 25 times a simulated second: for imitation learning."""
 
-import zipfile
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from jaxtyping import Float32, Float64, Int16
 
-from torc.episode.events import Event, Looked, Started
+from torc.episode.array_files import load_checked
+from torc.episode.events import Event, Looked
 from torc.episode.mp4 import Mp4Writer
 from torc.errors import InputError
-from torc.records.serialization import load_record, save_record
+from torc.records.serialization import save_record
 from torc.robots.description import RobotDescription
+from torc.sim.closing import Closing
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import World
 from torc.workspace.description import CameraMount
@@ -30,17 +30,13 @@ _ENCODER = {"crf": "20", "g": "5"}
 
 @dataclass(frozen=True)
 class RecordedMotion:
-    """A trial as its robot went through it, a row per frame of the camera's video.
+    """A trial as its robot went through it, a row per frame of the camera's video; angles in radians.
 
     Attributes:
-        robot: name of the robot.
         joint_names: of the arm, from base to flange.
-        fps: frames per second.
         pick: number of the pick, from 0.
         times_s: simulated time.
-        qpos: joint positions, radians.
-        commanded_qpos: what the joints' servos were told, radians.
-        width_m: opening of the gripper.
+        commanded_qpos: what the joints' servos were told.
         commanded_width_m: what the gripper was told; 0 to close.
     """
 
@@ -58,7 +54,7 @@ class RecordedMotion:
         return len(self.pick)
 
 
-class TrajectoryRecorder:
+class TrajectoryRecorder(Closing):
     """Writes trajectory.npz and camera.mp4 into a trial's directory. Use it in a `with`.
 
     It is an observer of the simulation and a listener of the episode, and changes nothing in either. The frames begin
@@ -73,25 +69,22 @@ class TrajectoryRecorder:
         self._pick: int | None = None
         self._rows: list[tuple[int, float, np.ndarray, np.ndarray, float, float]] = []
 
-    def __enter__(self) -> "TrajectoryRecorder":
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def close(self) -> None:
+        """Writes the files."""
         self._video.close()
         if self._renderer is not None:
             self._renderer.close()
         if self._robot is not None and self._rows:
-            save_record(self._motion(self._robot), self._directory / TRAJECTORY)
+            pick, times_s, *rows = (np.array(column) for column in zip(*self._rows))
+            names = self._robot.arm.joint_names
+            rows = [column.astype(np.float32) for column in rows]
+            motion = RecordedMotion(self._robot.name, names, FPS, pick.astype(np.int16), times_s, *rows)
+            save_record(motion, self._directory / TRAJECTORY)
 
     def __call__(self, event: Event) -> None:
         """Follows which pick it is."""
-        match event:
-            case Started():
-                self._pick = None
-            case Looked():
-                self._pick = event.pick
-            case _:
-                pass
+        if isinstance(event, Looked):
+            self._pick = event.pick
 
     def observe(self, world: World) -> None:
         """Called by the simulation FPS times a simulated second."""
@@ -102,21 +95,7 @@ class TrajectoryRecorder:
             mount = CameraMount(camera.T_world_camera, WIDTH, HEIGHT, camera.vertical_fov_rad)
             self._renderer, self._robot = CameraRenderer(world, mount), world.robot
         self._video.write(self._renderer.render_color())
-        self._rows.append((self._pick, world.time_s, *_arm(world, world.robot), *_grip(world, world.robot)))
-
-    def _motion(self, robot: RobotDescription) -> RecordedMotion:
-        pick, times_s, qpos, commanded, width_m, commanded_width_m = zip(*self._rows)
-        return RecordedMotion(
-            robot=robot.name,
-            joint_names=robot.arm.joint_names,
-            fps=FPS,
-            pick=np.array(pick, np.int16),
-            times_s=np.array(times_s),
-            qpos=np.array(qpos, np.float32),
-            commanded_qpos=np.array(commanded, np.float32),
-            width_m=np.array(width_m, np.float32),
-            commanded_width_m=np.array(commanded_width_m, np.float32),
-        )
+        self._rows.append((self._pick, world.time_s, *_sampled(world, world.robot)))
 
 
 def load_motion(path: Path) -> RecordedMotion:
@@ -125,45 +104,22 @@ def load_motion(path: Path) -> RecordedMotion:
     Raises:
         InputError: missing, damaged, too large, or with arrays that do not fit each other.
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(member.file_size for member in archive.infolist())
-    except (OSError, zipfile.BadZipFile) as error:
-        raise InputError(f"'{path}' is not a readable trajectory: {error}") from error
-    if size > _MAX_UNPACKED_BYTES:
-        raise InputError(f"'{path}' is larger than {_MAX_UNPACKED_BYTES // 2**20} MB unpacked.")
-    found = load_record(path, RecordedMotion)
-    n, dof = len(found.pick), len(found.joint_names)
-    rows = (found.times_s, found.qpos, found.commanded_qpos, found.width_m, found.commanded_width_m)
-    shapes = [(n,), (n, dof), (n, dof), (n,), (n,)]
-    fits = all(isinstance(a, np.ndarray) and a.dtype.kind == "f" for a in rows)
-    if not (
-        fits
-        and [a.shape for a in rows] == shapes
-        and all(bool(np.isfinite(a).all()) for a in rows)
-        and 0 < n <= MAX_FRAMES
-        and found.fps == FPS
-    ):
-        raise InputError(f"'{path}' holds no trajectory of a trial: its arrays are not as torc writes them.")
+    found = load_checked(path, RecordedMotion, _MAX_UNPACKED_BYTES, "trajectory of a trial")
+    fits = found.qpos.shape[1] == len(found.joint_names) and 0 < len(found) <= MAX_FRAMES
+    if not fits or found.fps != FPS:
+        raise InputError(f"'{path}' holds no trajectory of a trial: its numbers are not as torc writes them.")
     return found
 
 
-def _arm(world: World, robot: RobotDescription) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and commands of the arm's joints."""
-    qpos = [world.data.joint(name).qpos[0] for name in robot.arm.joint_names]
-    ctrl = [world.data.actuator(name).ctrl[0] for name in robot.arm_actuator_names]
-    return np.array(qpos), np.array(ctrl)
-
-
-def _grip(world: World, robot: RobotDescription) -> tuple[float, float]:
-    """Opening of the gripper, and the one that it was told; both by the gripper's table."""
-    gripper = robot.gripper
-    position = float(world.data.joint(gripper.joint_names[0]).qpos[0])
-    ctrl = float(world.data.actuator(robot.gripper_actuator_name).ctrl[0])
-    return (
-        _width(position, gripper.joint_qpos[:, 0], gripper.widths_m),
-        _width(ctrl, gripper.actuator_ctrl, gripper.widths_m),
-    )
+def _sampled(world: World, robot: RobotDescription) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Positions and commands of the arm's joints, and of the gripper's opening by its tables."""
+    data, gripper = world.data, robot.gripper
+    qpos = [data.joint(name).qpos[0] for name in robot.arm.joint_names]
+    ctrl = [data.actuator(name).ctrl[0] for name in robot.arm_actuator_names]
+    position = float(data.joint(gripper.joint_names[0]).qpos[0])
+    command = float(data.actuator(robot.gripper_actuator_name).ctrl[0])
+    width = _width(position, gripper.joint_qpos[:, 0], gripper.widths_m)
+    return np.array(qpos), np.array(ctrl), width, _width(command, gripper.actuator_ctrl, gripper.widths_m)
 
 
 def _width(value: float, table: np.ndarray, widths_m: np.ndarray) -> float:

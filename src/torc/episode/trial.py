@@ -2,13 +2,13 @@
 
 import traceback
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
-from torc.episode.bound import Bounding
-from torc.episode.events import Ended, Event, Listener, Started
+from torc.episode.bound import Bound
+from torc.episode.events import Listener, Started
 from torc.episode.log_writing import result_facts
 from torc.episode.loop import rehearse, run_episode
 from torc.episode.pick_view import view_of
@@ -16,16 +16,17 @@ from torc.episode.planners import make_spec_planner
 from torc.episode.privileged import Privileged, Simulation, open_sandbox
 from torc.episode.recorder import TrialRecorder
 from torc.episode.simulated import pick_parts, simulated_robot
+from torc.episode.situations import Situations
 from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.episode.trajectory import TrajectoryRecorder
 from torc.episode.versions import versions
 from torc.episode.video import VideoRecorder
-from torc.episode.witness import Witness
 from torc.errors import InputError, TorcError
 from torc.pipeline.building import System, build_system, sources
 from torc.pipeline.warm_up import announced_compilation
 from torc.problems.made_for import robot_hint
-from torc.problems.problem import Problem, load_problem
+from torc.problems.problem import load_problem
+from torc.sim.robot import SimulatedRobot
 from torc.sim.stepping import Observer
 from torc.sim.world import World
 from torc.specs.files import to_plain
@@ -45,18 +46,6 @@ class Trial:
     result: dict[str, Any]
 
 
-class Film(AbstractContextManager["Film"], Protocol):
-    """Watches a trial's events and its simulation; used in a `with`."""
-
-    def __call__(self, event: Event) -> None:
-        """As a listener."""
-        ...
-
-    def observe(self, world: World) -> None:
-        """As an observer."""
-        ...
-
-
 def run_trial(
     spec: TrialSpec,
     out: Path,
@@ -74,8 +63,7 @@ def run_trial(
     """Play one trial and write its directory.
 
     Args:
-        spec: what is played.
-        out: the directory.
+        spec, out: what is played, and the directory.
         planner: who decides, if it is not to be made from spec.planner: a person at a browser, say.
         listeners: called with every event, in order.
         observers: called with the world 25 times a simulated second, e.g. to watch the robot.
@@ -94,10 +82,10 @@ def run_trial(
     """
     problem = load_problem(spec.problem)
     asked, system = spec.planner.vlm, build_system(spec.conditions)
-    witness = Witness() if asked is not None and asked.simulated else None
-    truth = None if witness is None else witness.situation
+    situations = Situations() if asked is not None and asked.simulated else None
+    truth = None if situations is None else situations.situation
     planner = planner or make_spec_planner(spec.planner, vlm_cache, truth)
-    privileged = [part for part in (planner, witness) if isinstance(part, Privileged)]
+    privileged = [part for part in (planner, situations) if isinstance(part, Privileged)]
     about: dict[str, Any] = {
         "vlm": None if asked is None else asked.text,
         # Who knows the simulator's truth, or sees more than planners do, plays, but does not compete.
@@ -109,15 +97,22 @@ def run_trial(
     recorder = TrialRecorder(out, recorded, overwrite=overwrite, records=save_records)
     facts: dict[str, Any] = {"status": "errored"}
     try:
-        films: list[Callable[[], Film]] = []
-        if video:
-            films.append(lambda: VideoRecorder(recorder.partial / "video.mp4"))
-        if trajectory:
-            films.append(lambda: TrajectoryRecorder(recorder.partial))
-        told: list[Listener] = [recorder, *listeners]
-        if witness is not None:
-            told.append(witness)
-        facts = _play(spec, problem, system, planner, privileged, told, observers, films, say)
+        with ExitStack() as stack:
+            films: list[VideoRecorder | TrajectoryRecorder] = []
+            if video:
+                films.append(stack.enter_context(VideoRecorder(recorder.partial / "video.mp4")))
+            if trajectory:
+                films.append(stack.enter_context(TrajectoryRecorder(recorder.partial)))
+            told = [recorder, *listeners, *([] if situations is None else [situations]), *films]
+            watching = [*observers, *(film.observe for film in films)]
+
+            def observe(world: World) -> None:
+                for each in watching:
+                    each(world)
+
+            simulated = stack.enter_context(simulated_robot(system, problem, observer=observe))
+            played = _play(spec, system, simulated, planner, privileged, told, observe, say)
+        facts = played
     except KeyboardInterrupt:
         result = _result({"status": "interrupted", **about})
         recorder.write_result(result)
@@ -136,71 +131,39 @@ def run_trial(
 
 def _play(
     spec: TrialSpec,
-    problem: Problem,
     system: System,
+    simulated: SimulatedRobot,
     planner: TaskPlanner,
     privileged: Sequence[Privileged],
-    listeners: list[Listener],
-    observers: Sequence[Observer],
-    films: Sequence[Callable[[], "Film"]],
+    listeners: Sequence[Listener],
+    observe: Observer,
     say: Callable[[str], None],
 ) -> dict[str, Any]:
+    problem, max_picks = simulated.world.problem, spec.conditions.max_picks
     if hint := robot_hint(problem, system.robot.name, system.robot.source):
         say(hint)
-    last = _Last()
+    absent = simulated.take_over()
+    observe(simulated.world)
+    parts = EpisodeParts(pick_parts(system, simulated), planner)
+    with announced_compilation(say):
+        view_of(rehearse(parts).context)  # what the recorder makes of every look
+    names = tuple(placement.name for placement in problem.ordered())
+    vlm = "" if spec.planner.vlm is None else spec.planner.vlm.text
+    target = problem.description
+    started = Started(problem.name, planner.name, spec.seed, target, max_picks, names, absent, vlm)
+    config = EpisodeConfig(max_picks, spec.seed)
     with ExitStack() as stack:
-        for open_film in films:
-            film = stack.enter_context(open_film())
-            observers, listeners = [*observers, film.observe], [*listeners, film]
-        simulated = stack.enter_context(simulated_robot(system, problem, observer=_together(observers)))
-        absent = simulated.take_over()
-        for observe in observers:
-            observe(simulated.world)
-        parts = EpisodeParts(pick_parts(system, simulated), planner)
-        with announced_compilation(say):
-            view_of(rehearse(parts).context)  # what the recorder makes of every look
-        names = tuple(placement.name for placement in problem.ordered())
-        started = Started(
-            problem.name,
-            planner.name,
-            spec.seed,
-            problem.description,
-            spec.conditions.max_picks,
-            names,
-            absent,
-            "" if spec.planner.vlm is None else spec.planner.vlm.text,
-        )
-        config = EpisodeConfig(spec.conditions.max_picks, spec.seed)
         if privileged:
             sandbox = stack.enter_context(open_sandbox(problem, system, config))
             simulation = Simulation(simulated, sandbox, config, say)
             for part in privileged:
                 part.attach(simulation)
             listeners = [*listeners, simulation]
-        run_episode(parts, started, config, [*listeners, last])
-    bound = {"bound": planner.bound.value} if isinstance(planner, Bounding) else {}
-    return {"status": "completed", **last.facts, **bound}
-
-
-def _together(observers: Sequence[Observer]) -> Observer | None:
-    """One observer that calls all of them."""
-
-    def observe(world: World) -> None:
-        for each in observers:
-            each(world)
-
-    return observe if observers else None
-
-
-class _Last:
-    """Keeps the result that the episode ended with."""
-
-    def __init__(self) -> None:
-        self.facts: dict[str, Any] = {}
-
-    def __call__(self, event: Event) -> None:
-        if isinstance(event, Ended):
-            self.facts = result_facts(event.result)
+        result = run_episode(parts, started, config, listeners)
+    # A planner may know how sure it is that its costs are the least.
+    bound = getattr(planner, "bound", None)
+    facts = {"status": "completed", **result_facts(result)}
+    return facts | {"bound": bound.value} if isinstance(bound, Bound) else facts
 
 
 def _result(facts: dict[str, Any]) -> dict[str, Any]:

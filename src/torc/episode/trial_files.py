@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +20,8 @@ _HALF_PAIR = re.compile(
 
 
 def read_events(path: Path) -> list[Any]:
-    """The lines of a log, as far as it is complete: a trial that is being played may be writing the last one.
-
-    Raises:
-        InputError: missing, too large, or a line that is no event; names the line.
+    """The lines of a log, as far as it is complete: a trial that is being played may be writing the last one. Raises
+    InputError if it is missing, too large, or a line is no event; names the line.
     """
     text = read_bytes(path, MAX_LOG_BYTES, "the log of a trial").decode("utf-8", "replace")
     whole, _, _ = text.rpartition("\n")
@@ -37,21 +36,18 @@ def read_events(path: Path) -> list[Any]:
 
 def read_result(path: Path) -> ResultFile:
     """result.json. Raises InputError as `read_events`."""
-    try:
-        return ResultFile.model_validate(_json(path))
-    except ValidationError as error:
-        raise InputError(f"{path}: {_said(error)}. It was not written by torc.") from None
+    return _read(path, ResultFile.model_validate)
 
 
 def read_spec(path: Path) -> RecordedSpec:
     """spec.json. Raises InputError as `read_events`."""
-    return from_plain(_json(path), str(path))
+    return from_plain(_read(path), str(path))
 
 
-def _json(path: Path) -> Any:
+def _read(path: Path, check: Callable[[Any], Any] = lambda plain: plain) -> Any:
     raw = read_bytes(path, MAX_FACTS_BYTES, "facts of a trial").decode("utf-8", "replace")
     try:
-        return _parsed(raw)
+        return check(_parsed(raw))
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: {_said(error)}. It was not written by torc.") from None
 

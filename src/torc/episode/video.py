@@ -2,7 +2,6 @@
 
 from fractions import Fraction
 from pathlib import Path
-from types import TracebackType
 
 import cv2
 import numpy as np
@@ -13,6 +12,7 @@ from torc.episode.mp4 import Mp4Writer
 from torc.episode.pictures import Crop, crop_around_objects
 from torc.geometry.transforms import look_at
 from torc.perception.marking import mark_image
+from torc.sim.closing import Closing
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import World
 from torc.workspace.description import CameraMount
@@ -25,14 +25,8 @@ INSET_WIDTH = 300
 MOUNT = CameraMount(look_at((1.95, -1.75, 2.05), (0.42, -0.36, 1.12)), WIDTH, HEIGHT, float(np.deg2rad(45)))
 
 
-class VideoRecorder:
-    """Grabs a frame every other 1/25 s of simulated time; still frames show each decision.
-
-    Use as a context manager: the file is complete when it is closed. H.264, plays in browsers.
-
-    Args:
-        path: file to write (.mp4).
-    """
+class VideoRecorder(Closing):
+    """Grabs a frame every other 1/25 s of simulated time; still frames show each decision. H.264, plays in browsers."""
 
     def __init__(self, path: Path) -> None:
         self._renderer: CameraRenderer | None = None
@@ -42,10 +36,8 @@ class VideoRecorder:
         self._inset: np.ndarray | None = None
         self._caption = ""
 
-    def __enter__(self) -> "VideoRecorder":
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def close(self) -> None:
+        """Completes the file."""
         self._video.close()
         if self._renderer is not None:
             self._renderer.close()
@@ -68,7 +60,7 @@ class VideoRecorder:
                 scene = event.look.context.scene
                 self._crop = self._crop or crop_around_objects(scene.label_image)
                 chosen = event.decision.object_id if event.decision.object_id in scene.ids else None
-                self._inset = self._crop.of(mark_image(scene, highlight=chosen))
+                self._inset = mark_image(scene, highlight=chosen)[self._crop]
                 self._caption = f"{event.pick + 1}. {event.decision.reason}"
                 self._write(SECOND)
             case Executed():

@@ -13,20 +13,12 @@ PARTIAL = ".partial"
 
 
 def trial_key(relative: str) -> str:
-    """Short name of a trial in addresses; the same while it is played and afterwards.
-
-    Args:
-        relative: its directory, relative to the one that the viewer is given, with "/".
+    """Short name of a trial in addresses, by its directory relative to the one that the viewer is given, with "/"; the
+    same while it is played and afterwards.
     """
     return hashlib.sha256(relative.removesuffix(PARTIAL).encode("utf-8", "surrogateescape")).hexdigest()[:12]
 
 
 def trial_link(root: Path, directory: Path, pick: int = 0) -> str:
-    """The address of a pick of a trial, in a viewer of `root` on this machine.
-
-    Args:
-        root: what the viewer is given.
-        directory: of the trial, below it.
-        pick: counted from 0.
-    """
+    """The address of a pick (counted from 0) of a trial below `root`, in a viewer of `root` on this machine."""
     return f"{VIEWER}#{trial_key(directory.relative_to(root).as_posix())}/{pick}"

@@ -31,26 +31,19 @@ def answer_text(trial: RecordedTrial, number: int) -> str:
     It begins with the object chosen then. Of the later picks, it names those that brought out an object which this
     picture shows (or the target): only what has a number in the picture can be named.
     """
-    looked = trial.pick(number).looked
-    order = _order(trial, number)
-    plan = [{"action": "pick" if k == TARGET_ID else "remove", "input": k} for k in order]
-    answer = {"thoughts": thoughts(looked, order[0]), "plan": plan}
-    return f"```json\n{json.dumps(answer)}\n```"
-
-
-def _order(trial: RecordedTrial, number: int) -> list[int]:
-    chosen = chosen_object(trial, number)
+    looked, chosen = trial.pick(number).looked, chosen_object(trial, number)
     if chosen is None:
         raise ValueError(f"Pick {number} of {trial.directory} names no object in the picture.")
-    order = [chosen]
-    nameable = {o.id for o in trial.pick(number).looked.objects} | {TARGET_ID}
+    order, nameable = [chosen], {o.id for o in looked.objects} | {TARGET_ID}
     for later in trial.picks[number + 1 :]:
         if order[-1] == TARGET_ID:
             break
         brought = later.executed.object_id if later.executed is not None and succeeded(later) else None
         if brought in nameable - {*order}:
             order.append(brought)
-    return order
+    plan = [{"action": "pick" if k == TARGET_ID else "remove", "input": k} for k in order]
+    answer = {"thoughts": thoughts(looked, chosen), "plan": plan}
+    return f"```json\n{json.dumps(answer)}\n```"
 
 
 def thoughts(looked: LookedLine, chosen: int) -> str:
@@ -67,14 +60,10 @@ def thoughts(looked: LookedLine, chosen: int) -> str:
     elif TARGET_ID in looked.graspable:
         state = f"The target, {target}, is in sight and could be grasped."
     elif blockers:
-        state = f"The target, {target}, is in sight, but {_listed(blockers)} in the way of the robot's hand."
+        *some, last = map(str, blockers)
+        who = f"objects {', '.join(some)} and {last} are" if some else f"object {last} is"
+        state = f"The target, {target}, is in sight, but {who} in the way of the robot's hand."
     else:
         state = f"The target, {target}, is in sight, but cannot be grasped as it lies."
     can = "can be grasped now" if chosen in looked.graspable else "comes first"
     return f"{state} Object {chosen} {can}, so I remove it."
-
-
-def _listed(ids: list[int]) -> str:
-    if len(ids) == 1:
-        return f"object {ids[0]} is"
-    return f"objects {', '.join(map(str, ids[:-1]))} and {ids[-1]} are"

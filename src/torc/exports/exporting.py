@@ -1,17 +1,19 @@
 """From a directory of trials to a directory of data."""
 
+import os
+import shutil
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import torc
-from torc.errors import InputError
-from torc.exports.finetuning import finetuning_rows
-from torc.exports.folders import new_directory, write_rows
-from torc.exports.preferences import preference_rows
-from torc.exports.selection import Source, of_experts, of_planners, select_trials
+from torc.errors import InputError, UnknownNameError
+from torc.exports.examples import finetuning_rows, preference_rows, write_rows
+from torc.exports.selection import EXPERTS, Source, select_trials
+from torc.records.directories import check_place, claim
 from torc.records.files import write_json
 
 Format = Literal["sft", "pairs", "lerobot"]
@@ -45,48 +47,61 @@ class ExportSpec:
 
 
 def export_trials(root: Path, out: Path, spec: ExportSpec, overwrite: bool = False) -> dict[str, Any]:
-    """Write the trials below `root` to `out` as data.
+    """Write the trials below `root` to `out` as data; what was done, as it stands in export.json.
 
-    Returns:
-        What was done, as it stands in export.json: the spec, the number of examples per split, and of trials per
-        planner.
-
-    Raises:
-        InputError: nothing is there to be exported, a trial cannot be read, or `out` cannot be written.
+    Raises InputError: nothing is there to be exported, a trial cannot be read, or `out` cannot be written.
     """
-    with new_directory(out, overwrite, FACTS) as directory:
+    with _new_directory(out, overwrite) as directory:
         # A rejected choice mostly stands in a trial that failed, so pairs look at all of them.
-        sources = _whose(select_trials(root, spec.every or spec.format == "pairs"), spec)
+        sources = _chosen(list(select_trials(root, spec.every or spec.format == "pairs")), spec)
         counts = _write(directory, sources, spec)
         if not sum(counts.values()):
             raise InputError(f"Nothing in '{root}' can be exported. {_NOTHING[spec.format]}")
-        facts = {"torc": torc.__version__, **asdict(spec), "examples": counts, "trials": _by_planner(sources)}
+        trials = dict(sorted(Counter(source.planner for source in sources).items()))
+        facts = {"torc": torc.__version__, **asdict(spec), "examples": counts, "trials": trials}
         write_json(directory / FACTS, facts)
     return facts
 
 
-def _whose(sources: Iterable[Source], spec: ExportSpec) -> list[Source]:
-    if spec.planners:
-        return of_planners(sources, spec.planners)
-    return of_experts(sources) if spec.format == "sft" and not spec.every else list(sources)
+@contextmanager
+def _new_directory(out: Path, overwrite: bool) -> Iterator[Path]:
+    """A directory to fill; it gets the name `out` when the block ends well, and is removed when it does not."""
+    check_place(out, overwrite, FACTS, "export")
+    aside = out.with_name(f".{out.name}.partial")
+    with claim(aside, "lock", "unfinished export"):
+        try:
+            partial = aside / out.name
+            partial.mkdir()
+            yield partial
+            if out.exists():
+                os.replace(out, aside / "replaced")
+            os.replace(partial, out)
+        finally:
+            shutil.rmtree(aside, ignore_errors=True)
 
 
-def _by_planner(sources: Iterable[Source]) -> dict[str, int]:
-    return dict(sorted(Counter(source.planner for source in sources).items()))
+def _chosen(sources: list[Source], spec: ExportSpec) -> list[Source]:
+    """The trials of the planners that are named, else of experts; all where no expert played."""
+    if not spec.planners and (spec.format != "sft" or spec.every):
+        return sources
+    known = {source.planner for source in sources}
+    for name in spec.planners:
+        if name not in known:
+            raise UnknownNameError("planner of the trials to export", name, sorted(known))
+    chosen = [source for source in sources if source.planner in (spec.planners or EXPERTS)]
+    return chosen or sources
 
 
 def _write(directory: Path, sources: Iterable[Source], spec: ExportSpec) -> dict[str, int]:
     """Examples per split."""
-    match spec.format:
-        case "sft":
-            return write_rows(directory, finetuning_rows(sources, spec.every, spec.test_share))
-        case "pairs":
-            return write_rows(directory, preference_rows(sources, spec.test_share))
-        case "lerobot":
-            # Its library is an extra's.
-            from torc.exports.lerobot import write_lerobot
+    if spec.format == "sft":
+        return write_rows(directory, finetuning_rows(sources, spec.every, spec.test_share))
+    if spec.format == "pairs":
+        return write_rows(directory, preference_rows(sources, spec.test_share))
+    # Its library is an extra's.
+    from torc.exports.lerobot import write_lerobot
 
-            return write_lerobot(directory, sources, spec.test_share)
+    return write_lerobot(directory, sources, spec.test_share)
 
 
 _NOTHING = {

@@ -6,7 +6,7 @@ episode: the videos are the trials' own, not encoded anew.
 
 import json
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -40,30 +40,20 @@ _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 
 @dataclass(frozen=True)
 class _Episode:
-    """One trial as an episode."""
+    """One trial as an episode; `task` says what the robot was to do, `size` is height and width of the video."""
 
     source: Source
     split: str
+    task: str
     motion: RecordedMotion
     video: Path
     size: tuple[int, int]
 
-    @property
-    def task(self) -> str:
-        """What the robot was to do, in words."""
-        started = self.source.trial.started
-        target = started.target_description if started is not None else ""
-        return f"Retrieve {target or 'the target'} from the clutter."
-
 
 def write_lerobot(directory: Path, sources: Iterable[Source], test_share: float) -> dict[str, int]:
-    """Writes the dataset of those trials that have a trajectory, the episodes of the train split first.
+    """Writes the dataset of those trials that have a trajectory, the train split first; episodes per split.
 
-    Returns:
-        Episodes per split.
-
-    Raises:
-        InputError: a trajectory or video is damaged, or the trials are of different robots.
+    Raises InputError: a trajectory or video is damaged, or the trials are of different robots.
     """
     found = [e for source in sources if (e := _episode(source, test_share)) is not None]
     episodes = sorted(found, key=lambda e: SPLITS.index(e.split))
@@ -100,34 +90,27 @@ def _episode(source: Source, test_share: float) -> _Episode | None:
     motion = load_motion(path)
     if not video.is_file() or video.is_symlink():
         raise InputError(f"'{directory}' has a trajectory but no {CAMERA}. Play the trial again.")
-    frames, size = _video_facts(video)
+    try:
+        with av.open(str(video)) as container:
+            stream = container.streams.video[0]
+            frames, size = stream.frames, (stream.height, stream.width)
+    except (av.FFmpegError, IndexError) as error:
+        raise InputError(f"'{video}' is no readable video: {error}") from error
     if frames != len(motion):
         raise InputError(
             f"'{video}' has {frames} frames, its trajectory {len(motion)}. Play the trial again."
         )
-    return _Episode(source, split_of(source.problem, test_share), motion, video, size)
-
-
-def _video_facts(path: Path) -> tuple[int, tuple[int, int]]:
-    """How many frames, and height and width."""
-    try:
-        with av.open(str(path)) as container:
-            stream = container.streams.video[0]
-            return stream.frames, (stream.height, stream.width)
-    except (av.FFmpegError, IndexError) as error:
-        raise InputError(f"'{path}' is no readable video: {error}") from error
-
-
-def _place(index: int) -> dict[str, int]:
-    return {"chunk_index": index // _CHUNK, "file_index": index % _CHUNK}
+    target = source.trial.started.target_description if source.trial.started is not None else ""
+    task = f"Retrieve {target or 'the target'} from the clutter."
+    return _Episode(source, split_of(source.problem, test_share), task, motion, video, size)
 
 
 def _write_episode(
     directory: Path, episode: _Episode, index: int, first: int, tasks: Sequence[str]
 ) -> dict[str, Any]:
     """Its data and video; returns its line of meta/episodes."""
-    motion, place = episode.motion, _place(index)
-    n = len(motion)
+    motion, n = episode.motion, len(episode.motion)
+    place = {"chunk_index": index // _CHUNK, "file_index": index % _CHUNK}
     data = directory / _DATA.format(**place)
     data.parent.mkdir(parents=True, exist_ok=True)
     columns = {
@@ -207,7 +190,7 @@ def _features(motion: RecordedMotion, size: tuple[int, int]) -> dict[str, Any]:
     names = [*motion.joint_names, GRIPPER]
     vector = {"dtype": "float32", "shape": [len(names)], "names": names}
     number = {"dtype": "int64", "shape": [1], "names": None}
-    video = {
+    info = {
         "video.height": size[0],
         "video.width": size[1],
         "video.codec": "h264",
@@ -217,15 +200,11 @@ def _features(motion: RecordedMotion, size: tuple[int, int]) -> dict[str, Any]:
         "video.channels": 3,
         "has_audio": False,
     }
+    names = ["height", "width", "channels"]
     return {
         "observation.state": vector,
         "action": vector,
-        CAMERA_KEY: {
-            "dtype": "video",
-            "shape": [*size, 3],
-            "names": ["height", "width", "channels"],
-            "info": video,
-        },
+        CAMERA_KEY: {"dtype": "video", "shape": [*size, 3], "names": names, "info": info},
         "pick": number,
         "timestamp": {"dtype": "float32", "shape": [1], "names": None},
         **dict.fromkeys(("frame_index", "episode_index", "index", "task_index"), number),
@@ -250,18 +229,18 @@ def _task_table(tasks: Sequence[str]) -> pa.Table:
 
 def _statistics(episodes: Sequence[_Episode]) -> dict[str, Any]:
     """What policies normalise by: of all frames for vectors, of some frames of each episode for pictures."""
-    motions = [e.motion for e in episodes]
-    pictures = np.concatenate([_pixels(e.video) for e in episodes])
-    return {
-        "observation.state": _summary(np.concatenate([state_of(m) for m in motions])),
-        "action": _summary(np.concatenate([action_of(m) for m in motions])),
-        "pick": _summary(np.concatenate([m.pick for m in motions])[:, None]),
-        "timestamp": _summary(np.concatenate([_timestamps(m) for m in motions])[:, None]),
-        CAMERA_KEY: {
-            name: value if name == "count" else np.reshape(value, (3, 1, 1)).tolist()
-            for name, value in _summary(pictures).items()
-        },
+    columns: dict[str, Callable[[RecordedMotion], np.ndarray]] = {
+        "observation.state": state_of,
+        "action": action_of,
+        "pick": lambda motion: motion.pick[:, None],
+        "timestamp": lambda motion: _timestamps(motion)[:, None],
     }
+    found = {name: _summary(np.concatenate([of(e.motion) for e in episodes])) for name, of in columns.items()}
+    pictures = _summary(np.concatenate([_pixels(e.video) for e in episodes]))
+    shaped = {
+        name: np.reshape(value, (3, 1, 1)).tolist() for name, value in pictures.items() if name != "count"
+    }
+    return {**found, CAMERA_KEY: {**shaped, "count": pictures["count"]}}
 
 
 def _summary(rows: np.ndarray) -> dict[str, Any]:
@@ -272,7 +251,7 @@ def _summary(rows: np.ndarray) -> dict[str, Any]:
 
 
 def _pixels(path: Path) -> Float64[np.ndarray, "p 3"]:
-    """Colours, 0 to 1, of every 16th pixel each way of some frames."""
+    """Colors, 0 to 1, of every 16th pixel each way of some frames."""
     with av.open(str(path)) as container:
         every = max(1, container.streams.video[0].frames // _STATISTICS_FRAMES)
         frames = [

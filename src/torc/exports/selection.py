@@ -1,12 +1,12 @@
 """Which recorded trials and picks are exported, and to which split each problem belongs."""
 
 import hashlib
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from torc.episode.recorded import RecordedPick, RecordedTrial, check_directory, find_trials, read_trial
-from torc.errors import InputError, UnknownNameError
+from torc.errors import InputError
 from torc.records import PickResult
 
 SPLITS = ("train", "test")
@@ -18,12 +18,7 @@ TAKEN_AWAY = (PickResult.REMOVED, PickResult.RETRIEVED)
 
 @dataclass(frozen=True)
 class Source:
-    """A recorded trial that is exported.
-
-    Attributes:
-        trial: what stands in its directory.
-        key: short name, different for each trial below one directory.
-    """
+    """A recorded trial that is exported; `key` is a short name, different for each trial below one directory."""
 
     trial: RecordedTrial
     key: str
@@ -48,8 +43,7 @@ class Source:
 def select_trials(root: Path, every: bool) -> Iterator[Source]:
     """The completed trials below a directory, by rising path; only those that retrieved the target, if not `every`.
 
-    Raises:
-        InputError: there is no recorded trial, or one cannot be read.
+    Raises InputError: there is no recorded trial, or one cannot be read.
     """
     check_directory(root)
     directories = sorted(find_trials(root))
@@ -63,22 +57,6 @@ def select_trials(root: Path, every: bool) -> Iterator[Source]:
         source = Source(trial, hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:8])
         if every or source.retrieved:
             yield source
-
-
-def of_planners(sources: Iterable[Source], planners: Collection[str]) -> list[Source]:
-    """The trials of these planners. Raises InputError where one of them has none."""
-    found = list(sources)
-    known = {source.planner for source in found}
-    for name in planners:
-        if name not in known:
-            raise UnknownNameError("planner of the trials to export", name, sorted(known))
-    return [source for source in found if source.planner in planners]
-
-
-def of_experts(sources: Iterable[Source]) -> list[Source]:
-    """The experts' trials; all of them where no expert played."""
-    found = list(sources)
-    return [source for source in found if source.planner in EXPERTS] or found
 
 
 def split_of(problem: str, test_share: float) -> str:

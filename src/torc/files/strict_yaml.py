@@ -27,16 +27,12 @@ class _PlainLoader(yaml.SafeLoader):
     one), and without repeated keys (one would be lost)."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            mark = self.peek_event().start_mark
-            raise yaml.YAMLError(
-                f"line {mark.line + 1}: aliases (*name) are not supported; write the value out"
-            )
-        if getattr(self.peek_event(), "tag", None) is not None:
-            mark = self.peek_event().start_mark
-            raise yaml.YAMLError(
-                f"line {mark.line + 1}: tags (!name) are not supported; write the plain value"
-            )
+        event = self.peek_event()
+        line = f"line {event.start_mark.line + 1}"
+        if isinstance(event, yaml.AliasEvent):
+            raise yaml.YAMLError(f"{line}: aliases (*name) are not supported; write the value out")
+        if getattr(event, "tag", None) is not None:
+            raise yaml.YAMLError(f"{line}: tags (!name) are not supported; write the plain value")
         return super().compose_node(parent, index)
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
@@ -53,14 +49,11 @@ def parse_plain_yaml(text: str, source: str, what: str, max_bytes: int, remedy: 
     """The mapping that a YAML text holds.
 
     Args:
-        text: the file's content.
         source: names the file in errors.
         what: what the file should be, e.g. "problem".
-        max_bytes: longer texts are refused.
         remedy: ends the message about unreadable YAML.
 
-    Raises:
-        InputError: too long, not YAML, aliases, tags, repeated keys, nested too deeply, or no mapping.
+    Raises InputError: too long, not YAML, aliases, tags, repeated keys, nested too deeply, or no mapping.
     """
     if len(text.encode()) > max_bytes:
         raise InputError(f"{source} is larger than {max_bytes} bytes: that is not a {what} file.")

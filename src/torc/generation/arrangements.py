@@ -1,4 +1,5 @@
-"""Structured scenes to start a problem from: objects that stand tightly packed.
+"""Scenes to start a problem from: objects that stand tightly packed, or that hang above the table, to be let fall
+between walls.
 
 The poses are not settled: the simulator lets them come to rest. World frame, metres.
 """
@@ -26,6 +27,14 @@ from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]
+DROP_CENTER, DROP_SIZE = (0.65, -0.115), (0.42, 0.46)
+"""Of the rectangle over which objects hang that will be dropped."""
+DROP_FROM_Z_M = 1.05 + 0.02
+"""Height of the lowest point of what hangs lowest."""
+DROP_GAP_M = 0.005
+"""Free distance between the bounding spheres of hanging objects."""
+_DROP_CANDIDATES = 24
+"""Positions tried per hanging object; the lowest free one is taken."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +78,7 @@ def structured_arrangement(
 ) -> list[ObjectPlacement]:
     """Objects in natural poses, tightly packed, in the order of `names`.
 
-    Raises InputError if they do not fit into the region UnknownNameError for an unknown
-    model.
+    Raises InputError if they do not fit into the region, UnknownNameError for an unknown model.
     """
     config = config or StructuredConfig()
     models = [load_object(name) for name in names]
@@ -197,3 +205,54 @@ class _Packing:
         others = np.array([self._prints[i].extents for i in self._on_table])
         positions = np.array([self._positions[i][:2] for i in self._on_table])
         return gaps(shape.extents, xy, others, positions).min(axis=1)
+
+
+def drop_arrangement(names: Sequence[str], rng: np.random.Generator) -> list[ObjectPlacement]:
+    """Objects in random orientations, hanging above the table at staggered heights, in the order of `names`.
+
+    No two overlap (bounding spheres), so the simulator can let all of them fall at once between walls around the
+    rectangle. Raises UnknownNameError for an unknown model.
+    """
+    models = [load_object(name) for name in names]
+    radii = np.array([bounding_radius(m) for m in models])
+    positions = np.zeros((len(models), 3))
+    placed: list[int] = []
+    for i in rng.permutation(len(models)):
+        positions[i] = _lowest_free(float(radii[i]), positions[placed], radii[placed], rng)
+        placed.append(int(i))
+    placements = []
+    for name, model, position in zip(placement_names(names), models, positions):
+        x, y, z = (float(v) for v in position)
+        placements.append(ObjectPlacement(name, model.name, (x, y, z), _random_wxyz(rng)))
+    return placements
+
+
+def bounding_radius(model: ObjectModel) -> float:
+    """Radius of a sphere about the model's origin that holds all its pieces."""
+    corners = np.array(np.meshgrid(*[(0, 1)] * 3)).reshape(3, -1).T
+    return max(
+        float(np.linalg.norm(piece.bounds[corners, np.arange(3)], axis=1).max()) for piece in model.pieces
+    )
+
+
+def _lowest_free(
+    radius: float, centers: np.ndarray, radii: np.ndarray, rng: np.random.Generator
+) -> np.ndarray:
+    """The lowest of some random positions at which a sphere touches none of the others."""
+    half = np.maximum(np.array(DROP_SIZE) / 2 - radius, 0.0)
+    xy = np.array(DROP_CENTER) + rng.uniform(-1, 1, (_DROP_CANDIDATES, 2)) * half
+    z = np.full(len(xy), DROP_FROM_Z_M + radius)
+    if len(centers):
+        reach = radius + radii + DROP_GAP_M
+        over2 = reach**2 - ((xy[:, None] - centers[None, :, :2]) ** 2).sum(axis=2)
+        above = np.where(over2 > 0, centers[None, :, 2] + np.sqrt(np.maximum(over2, 0)), -np.inf)
+        z = np.maximum(z, above.max(axis=1))
+    k = int(np.argmin(z))
+    return np.array([xy[k, 0], xy[k, 1], z[k]])
+
+
+def _random_wxyz(rng: np.random.Generator) -> tuple[float, float, float, float]:
+    """A uniformly random orientation."""
+    q = rng.normal(size=4)
+    w, x, y, z = (float(v) for v in q / np.linalg.norm(q))
+    return w, x, y, z

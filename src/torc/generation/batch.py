@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 from torc.generation.config import GenerationConfig
 from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem
@@ -13,6 +13,7 @@ from torc.processes import open_pool
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
 
+Made = GeneratedProblem | NotGenerated
 Progress = Callable[["Job", int, Reason], None]
 """Told which job, the number of a rejected attempt, and why it was rejected."""
 
@@ -30,7 +31,7 @@ def generate_batch(
     conditions: Conditions,
     workers: int = 1,
     progress: Progress | None = None,
-) -> Iterator[tuple[Job, GeneratedProblem | NotGenerated]]:
+) -> Iterator[tuple[Job, Made]]:
     """The problems of some jobs, each as soon as it and those before it are done.
 
     Args:
@@ -44,8 +45,7 @@ def generate_batch(
     """
     if workers <= 1:
         for job in jobs:
-            told = None if progress is None else _for_job(progress, job)
-            yield job, generate_problem(job.config, job.seed, _inspector(conditions), progress=told)
+            yield job, _generate(job, conditions, progress)
         return
     with open_pool(workers) as pool:
         yield from zip(jobs, pool.map(_generate, jobs, [conditions] * len(jobs)))
@@ -57,13 +57,8 @@ def inspector_for(robot: str = DEFAULT_ROBOT, workspace: str = DEFAULT_WORKSPACE
     return Inspector(build_system(Conditions(robot=robot, workspace=workspace)))
 
 
-def _inspector(conditions: Conditions) -> Inspector:
-    return inspector_for(conditions.robot, conditions.workspace)
-
-
-def _generate(job: Job, conditions: Conditions) -> GeneratedProblem | NotGenerated:
-    return generate_problem(job.config, job.seed, _inspector(conditions))
-
-
-def _for_job(progress: Progress, job: Job) -> Callable[[int, Reason], None]:
-    return lambda attempt, reason: progress(job, attempt, reason)
+def _generate(job: Job, conditions: Conditions, progress: Progress | None = None) -> Made:
+    told = None if progress is None else partial(progress, job)
+    return generate_problem(
+        job.config, job.seed, inspector_for(conditions.robot, conditions.workspace), progress=told
+    )

@@ -21,9 +21,8 @@ from torc.sim.rendering import View
 
 Color = tuple[int, int, int]
 VIEW_SIZE = (476, 357)
-"""Of each of the four views, pixels."""
 GAP, MARGIN, HEADER = 8, 20, 116
-"""Between the views, around the card, above the views."""
+"""Between the four views, around the card, above the views; pixels."""
 VIEWS_SIZE = (2 * VIEW_SIZE[0] + GAP, 2 * VIEW_SIZE[1] + GAP)
 CARD_WIDTH = VIEWS_SIZE[0] + 2 * MARGIN
 VIEW_TITLES: dict[ViewName, str] = {
@@ -45,17 +44,13 @@ _DISC = 22
 _ROW = 34
 """Height of a row of the oracle's order, pixels."""
 _QUALITIES = range(88, 39, -4)
+_BOLD = 0.02
+"""Width of the stroke of bold letters, of their size."""
 
 
 @dataclass(frozen=True)
 class Card:
-    """What a card says.
-
-    Attributes:
-        problem: whose card it is.
-        difficulty: how hard it is.
-        order: the oracle's, where it is known.
-    """
+    """What a card says of a problem; with the oracle's order, where it is known."""
 
     problem: Problem
     difficulty: Difficulty
@@ -111,8 +106,7 @@ def jpeg_bytes(image: Image.Image, wanted_bytes: int) -> bytes:
 
 
 def _draw_header(draw: ImageDraw.ImageDraw, card: Card) -> None:
-    problem, difficulty = card.problem, card.difficulty
-    right = float(CARD_WIDTH - MARGIN)
+    problem, difficulty, right = card.problem, card.difficulty, float(CARD_WIDTH - MARGIN)
     for text, color in (
         (HIDDENNESS_WORDS[difficulty.hiddenness], (176, 82, 0)),
         (problem.category, (30, 90, 150)),
@@ -126,7 +120,7 @@ def _draw_header(draw: ImageDraw.ImageDraw, card: Card) -> None:
 
 
 def facts(difficulty: Difficulty) -> tuple[str, ...]:
-    """The difficulty in a few words each."""
+    """The difficulty in a few words per fact."""
     return (
         f"{difficulty.objects} objects",
         f"{100 * difficulty.visible_fraction:.0f} % of the target in sight",
@@ -146,7 +140,7 @@ def _picture(view: View, title: str, numbers: Mapping[int, int]) -> Image.Image:
     places = place_labels(labels, sizes)
     for i, place in places.items():
         if place.leader:
-            draw.line([_middle(place), place.anchor[::-1]], _ink_of(i == TARGET_ID), 2)
+            draw.line([_middle(place), place.anchor[::-1]], _RED if i == TARGET_ID else _INK, 2)
     for i, place in places.items():
         _disc(picture, _middle(place), numbers[i], i == TARGET_ID)
     tag = Image.new("RGBA", (int(_width(title, 15)) + 18, 25), (20, 22, 26, 165))
@@ -187,17 +181,12 @@ def _disc(image: Image.Image, middle: tuple[float, float], number: int, is_targe
     mask = Image.new("L", (large, large))
     ImageDraw.Draw(mask).ellipse((0, 0, large - 1, large - 1), 255)
     disc = Image.new("RGB", (large, large), (255, 255, 255))
-    ImageDraw.Draw(disc).ellipse((5, 5, large - 6, large - 6), _ink_of(is_target))
+    ImageDraw.Draw(disc).ellipse((5, 5, large - 6, large - 6), _RED if is_target else _INK)
     corner = (round(middle[0] - _DISC / 2), round(middle[1] - _DISC / 2))
-    size = (_DISC, _DISC)
-    image.paste(disc.resize(size, Image.Resampling.BOX), corner, mask.resize(size, Image.Resampling.BOX))
+    image.paste(disc.reduce(4), corner, mask.reduce(4))
     font = ImageFont.load_default(14 if number < 10 else 12)
     centre = (corner[0] + _DISC / 2, corner[1] + _DISC / 2)
     ImageDraw.Draw(image).text(centre, str(number), (255, 255, 255), font, anchor="mm", stroke_width=0.4)
-
-
-def _ink_of(is_target: bool) -> Color:
-    return _RED if is_target else _INK
 
 
 def _middle(place: LabelPlace) -> tuple[float, float]:
@@ -220,18 +209,13 @@ def _write(
     while _width(text, small, bold) > room and len(text) > 1:
         text = text.rstrip("…")[:-1] + "…"
     x, y = at
-    draw.text(
-        (x, y + size - small), text, color, ImageFont.load_default(small), stroke_width=_stroke(bold, small)
-    )
+    font = ImageFont.load_default(small)
+    draw.text((x, y + size - small), text, color, font, stroke_width=_BOLD * small * bold)
     return _width(text, small, bold)
 
 
 def _width(text: str, size: int, bold: bool = False) -> float:
-    return ImageFont.load_default(size).getlength(_drawable(text)) + 2 * _stroke(bold, size)
-
-
-def _stroke(bold: bool, size: int) -> float:
-    return 0.02 * size if bold else 0.0
+    return ImageFont.load_default(size).getlength(_drawable(text)) + 2 * _BOLD * size * bold
 
 
 def _drawable(text: str) -> str:

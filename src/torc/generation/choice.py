@@ -3,7 +3,6 @@
 from torc.errors import InputError, UnknownNameError
 from torc.generation.config import GenerationConfig
 from torc.objects.library import (
-    ObjectFacts,
     builtin_object_names,
     has_object,
     kind_names,
@@ -26,7 +25,8 @@ def allowed_models(config: GenerationConfig) -> tuple[str, ...]:
             raise UnknownNameError("object model", name, list(object_names()))
     if config.own and not stored_objects():
         raise InputError(
-            f"There are no objects of your own to use (--own): none in {_searched()}. Import some with `torc objects "
+            f"There are no objects of your own to use (--own): none in {' or '.join(map(str, store_directories()))}. "
+            "Import some with `torc objects "
             "import`, or correct TORC_OBJECTS."
         )
     _check_kinds(config)
@@ -37,7 +37,11 @@ def allowed_models(config: GenerationConfig) -> tuple[str, ...]:
             f"No object model is left: none of the models {', '.join(config.models)} is of the kinds "
             f"{', '.join(config.kinds)}. Give --kinds or --models alone, or choose what fits together."
         )
-    names = tuple(f.name for f in facts if _is_allowed(f, config))
+    names = tuple(
+        f.name
+        for f in facts
+        if config.held_out in (None, f.held_out) and (not config.kinds or f.kind in config.kinds)
+    )
     if len(names) < config.objects[1]:
         raise InputError(
             f"{config.objects[1]} objects are wanted, but there are only {len(names)} object models to choose from. "
@@ -68,12 +72,3 @@ def _own_kinds() -> dict[str, list[str]]:
         except InputError:  # a damaged one is told of where it is to be used
             continue
     return kinds
-
-
-def _searched() -> str:
-    return " or ".join(str(directory) for directory in store_directories())
-
-
-def _is_allowed(facts: ObjectFacts, config: GenerationConfig) -> bool:
-    held_out = config.held_out is None or facts.held_out == config.held_out
-    return held_out and (not config.kinds or facts.kind in config.kinds)

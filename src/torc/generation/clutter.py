@@ -5,9 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from torc.errors import InputError, PhysicsError
-from torc.generation.arrangements import StructuredConfig, structured_arrangement
+from torc.generation.arrangements import StructuredConfig, drop_arrangement, structured_arrangement
 from torc.generation.config import MANY
-from torc.generation.drops import drop_arrangement
 from torc.generation.rejections import Reason
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
@@ -117,8 +116,6 @@ def make_clutter(
     config = config or ClutterConfig()
     try:
         scene = _arrange(models, category, workspace, rng, config)
-        if isinstance(scene, Problem):
-            scene = _tidied(scene, wanted, workspace, config)
         return scene if isinstance(scene, Reason) else _calmed(scene, wanted, workspace, config)
     except PhysicsError:
         return Reason.PHYSICS
@@ -137,8 +134,7 @@ def again_at_rest(
         return Reason.TOO_FEW_LEFT
     try:
         scene = settle_problem(without(scene, gone), workspace, config.rough, COARSE)[0]
-        tidied = _tidied(scene, wanted, workspace, config)
-        return tidied if isinstance(tidied, Reason) else _calmed(tidied, wanted, workspace, config)
+        return _calmed(scene, wanted, workspace, config)
     except PhysicsError:
         return Reason.PHYSICS
 
@@ -196,7 +192,7 @@ def _tidied(
 def _calmed(
     scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig
 ) -> Problem | Reason:
-    """Moved on until it hardly moves any more, each time watched from rest, as a problem file starts.
+    """Tidied, and moved on until it hardly moves any more, each time watched from rest, as a problem file starts.
 
     What moves most is taken away as long as there are objects to spare: a pile in which one thing slowly slips or rolls
     does so for minutes, and contacts in a simulation give way a little for ever. What lay on it then falls, so that the
@@ -204,13 +200,19 @@ def _calmed(
     """
     idle = 0
     for _ in range(config.calm_rounds):
+        tidied = _tidied(scene, wanted, workspace, config)
+        if isinstance(tidied, Reason):
+            return tidied
+        scene = tidied
         world = build_world(scene, None, workspace, COARSE)
         to_spare, overlap = len(scene.objects) > wanted.fewest, deepest_overlap(world)
         gone = tuple[str, ...]()
         if overlap.depth_m > MAX_OVERLAP_M:
             if not to_spare:
                 return Reason.WEDGED
-            gone = (_highest(world, overlap.object_ids),)
+            # The least lies on the highest.
+            highest = max(overlap.object_ids, key=lambda k: float(world.positions[k, 2]))
+            gone = (world.problem.ordered()[highest].name,)
         else:
             report = watch_stillness(world, config.calm)
             if report.still and len(scene.objects) <= wanted.most:
@@ -224,16 +226,8 @@ def _calmed(
             else:
                 idle += 1
         scene = settle_problem(without(with_poses_of(world), gone), workspace, config.rough, COARSE)[0]
-        tidied = _tidied(scene, wanted, workspace, config)
-        if isinstance(tidied, Reason):
-            return tidied
-        scene = tidied
-    return Reason.NOT_AT_REST
-
-
-def _highest(world: World, object_ids: tuple[int, ...]) -> str:
-    """The one of these objects that lies highest: the least lies on it."""
-    return world.problem.ordered()[max(object_ids, key=lambda k: float(world.positions[k, 2]))].name
+    tidied = _tidied(scene, wanted, workspace, config)
+    return tidied if isinstance(tidied, Reason) else Reason.NOT_AT_REST
 
 
 def without(scene: Problem, names: tuple[str, ...]) -> Problem:

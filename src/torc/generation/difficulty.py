@@ -39,11 +39,9 @@ class Difficulty:
 
     def words(self) -> str:
         """One line."""
-        seen = f"{100 * self.visible_fraction:.0f} % in sight ({self.hiddenness.value})"
-        return (
-            f"{self.objects} objects, target {seen}, {self.in_front} in front, {self.beside} beside, "
-            f"{self.taller} taller"
-        )
+        seen = f"target {100 * self.visible_fraction:.0f} % in sight ({self.hiddenness.value})"
+        around = f"{self.in_front} in front, {self.beside} beside, {self.taller} taller"
+        return f"{self.objects} objects, {seen}, {around}"
 
 
 def measure_difficulty(
@@ -65,9 +63,8 @@ def difficulty_of(problem: Problem, inspector: Inspector) -> Difficulty:
     stated = stated_difficulty(problem)
     if stated is not None:
         return stated
-    return measure_difficulty(
-        inspector, inspector.view(problem), problem.target, inspector.around(problem, problem.target)
-    )
+    around = inspector.around(problem, problem.target)
+    return measure_difficulty(inspector, inspector.view(problem), problem.target, around)
 
 
 def stated_difficulty(problem: Problem) -> Difficulty | None:

@@ -1,5 +1,6 @@
 """A gallery of problems: their cards as pictures in a folder, and the pages that show them."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -37,18 +38,25 @@ def make_gallery(
     Raises:
         InputError: two problems of one name, or `out` cannot be written.
     """
-    _refuse_clashes(problems)
-    _write(out / CARDS, None)
+    twice = [name for name, count in Counter(problem.name for problem in problems).items() if count > 1]
+    if twice:
+        raise InputError(
+            f"Several problems have the same name: {', '.join(twice)}. Choose others, or rename them in their files."
+        )
     shown = []
-    for problem in problems:
-        progress(problem)
-        order = orders.get(problem.name) or stated_order(problem)
-        card = Card(problem, difficulty_of(problem, inspector), order)
-        image, file = draw_card(card), f"{CARDS}/{problem.name}.jpg"
-        _write(out / file, jpeg_bytes(image, MAX_CARD_BYTES))
-        shown.append(Shown(card, file, image.height))
-    _write(out / MARKDOWN, markdown_page(title, shown).encode())
-    _write(out / HTML, html_page(title, shown).encode())
+    try:
+        (out / CARDS).mkdir(parents=True, exist_ok=True)
+        for problem in problems:
+            progress(problem)
+            order = orders.get(problem.name) or stated_order(problem)
+            card = Card(problem, difficulty_of(problem, inspector), order)
+            image, file = draw_card(card), f"{CARDS}/{problem.name}.jpg"
+            (out / file).write_bytes(jpeg_bytes(image, MAX_CARD_BYTES))
+            shown.append(Shown(card, file, image.height))
+        (out / MARKDOWN).write_text(markdown_page(title, shown), encoding="utf-8")
+        (out / HTML).write_text(html_page(title, shown), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"'{out}' cannot be written ({error.strerror}). Choose another --out.") from error
     return [s.card for s in shown]
 
 
@@ -56,23 +64,3 @@ def left_over(problems: Iterable[Problem], out: Path) -> tuple[str, ...]:
     """Names of the cards in a gallery's folder that belong to none of the problems."""
     names = {problem.name for problem in problems}
     return tuple(sorted(p.name for p in (out / CARDS).glob("*.jpg") if p.stem not in names))
-
-
-def _refuse_clashes(problems: Sequence[Problem]) -> None:
-    names = [problem.name for problem in problems]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise InputError(
-            f"Several problems have the same name: {', '.join(twice)}. Choose others, or rename them in their files."
-        )
-
-
-def _write(path: Path, content: bytes | None) -> None:
-    """A file, or a directory if there is no content."""
-    try:
-        if content is None:
-            path.mkdir(parents=True, exist_ok=True)
-        else:
-            path.write_bytes(content)
-    except OSError as error:
-        raise InputError(f"'{path}' cannot be written ({error.strerror}). Choose another --out.") from error

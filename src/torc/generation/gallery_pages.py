@@ -29,13 +29,7 @@ _NUMBERS = "Numbers are the picks of the best order that ORACLE found."
 
 @dataclass(frozen=True)
 class Shown:
-    """A card that has been drawn.
-
-    Attributes:
-        card: what it says.
-        file: the picture, from the pages' folder.
-        height: of the picture, pixels; its width is CARD_WIDTH.
-    """
+    """A card that has been drawn: what it says, its picture (from the pages' folder), and that one's height, pixels."""
 
     card: Card
     file: str
@@ -60,9 +54,8 @@ def html_page(title: str, shown: Sequence[Shown]) -> str:
     """A page that filters its cards by category and by how much of the target is in sight."""
     width, height = VIEWS_SIZE
     categories = [(s.card.problem.category, s.card.problem.category) for s in shown]
-    groups = [
-        (group.value, words) for group, words in HIDDENNESS_WORDS.items() if group in _hiddenness(shown)
-    ]
+    seen = {s.card.difficulty.hiddenness for s in shown}
+    groups = [(group.value, words) for group, words in HIDDENNESS_WORDS.items() if group in seen]
     return Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(
         title=escape(title),
         intro=escape(_intro(shown)),
@@ -88,10 +81,6 @@ def _intro(shown: Sequence[Shown]) -> str:
 
 def _any_order(shown: Iterable[Shown]) -> bool:
     return any(s.card.order for s in shown)
-
-
-def _hiddenness(shown: Iterable[Shown]) -> set[str]:
-    return {s.card.difficulty.hiddenness for s in shown}
 
 
 def _cells(card: Card) -> list[str]:

@@ -5,15 +5,14 @@ IK-feasible" (Simulated Dataset, step 4). Ours come from the same grasp planner 
 cloud of the object's whole surface, with everything else taken away.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from torc.collision.world import build_collision_world
-from torc.errors import InputError
 from torc.generation.surfaces import placed, surface_cloud
-from torc.geometry.transforms import Pose, make_pose, rotation_about
+from torc.geometry.transforms import Pose
 from torc.grasping.config import CloudConfig, GraspConfig, SelectionConfig
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps
@@ -37,23 +36,6 @@ _CONFIG = GraspConfig(clouds=CloudConfig(voxel_m=0.001), selection=SelectionConf
 
 
 @dataclass(frozen=True)
-class Graspability:
-    """What the grasp planner finds for an object that stands alone.
-
-    Attributes:
-        candidates: grasps that it proposes.
-        reachable: of them, with an inverse-kinematics solution.
-        valid: of those, free of collisions with table, bin, robot and the object itself.
-        best_score: probability of the best valid one that it delivers; 0 without any.
-    """
-
-    candidates: int
-    reachable: int
-    valid: int
-    best_score: float
-
-
-@dataclass(frozen=True)
 class ModelGrasping:
     """Grasps on full models.
 
@@ -65,45 +47,22 @@ class ModelGrasping:
     """
 
     robot: RobotDescription
-    workspace: Workspace = field(default_factory=Workspace)
+    workspace: Workspace
     min_score: float = 0.25
 
     def graspable(self, model: str, T_world_object: Pose) -> bool:
-        """Whether the robot has a promising grasp of a model at a pose, with nothing else on the table."""
-        return self.graspability(model, T_world_object).best_score >= self.min_score
-
-    def graspability(self, model: str, T_world_object: Pose) -> Graspability:
-        """All that is known of the grasps of a model at a pose; always the same. Raises UnknownNameError."""
+        """Whether the robot has a promising grasp of a model at a pose, with nothing else on the table; always the same
+        answer. Raises UnknownNameError."""
         points, normals = placed(*surface_cloud(load_object(model)), T_world_object)
         scene, volume = _alone(points, normals, self.workspace)
         grasps = self._planner.plan(scene, volume, np.random.default_rng(0))
-        world = build_collision_world(volume, self.workspace)
-        report = evaluate_grasps(grasps, scene, world, self.robot)
-        valid = report.status == GraspStatus.VALID
-        return Graspability(
-            candidates=len(grasps),
-            reachable=int(np.count_nonzero(report.status != GraspStatus.UNREACHABLE)),
-            valid=int(np.count_nonzero(valid)),
-            best_score=float(grasps.scores[valid].max(initial=0.0)),
-        )
+        report = evaluate_grasps(grasps, scene, build_collision_world(volume, self.workspace), self.robot)
+        scores = grasps.scores[report.status == GraspStatus.VALID]
+        return bool(scores.max(initial=0.0) >= self.min_score)
 
     @cached_property
     def _planner(self) -> GeometricGraspPlanner:
         return GeometricGraspPlanner(self.robot.gripper, self.workspace.support_z_m, _CONFIG)
-
-
-def graspable_alone(
-    model: str, grasping: ModelGrasping, xy: tuple[float, float] = (0.65, -0.12), yaws: int = 2
-) -> bool:
-    """Whether the robot can pick a model that stands alone in its natural pose in the middle of the clutter.
-
-    Asked for `yaws` orientations over half a turn; one is enough. Raises UnknownNameError.
-    """
-    if yaws < 1:
-        raise InputError(f"graspable_alone needs at least one orientation, not {yaws}.")
-    z = grasping.workspace.support_z_m + 0.5 * load_object(model).size_m[2]
-    poses = (make_pose(rotation_about((0, 0, 1), k * np.pi / yaws), (*xy, z)) for k in range(yaws))
-    return any(grasping.graspable(model, pose) for pose in poses)
 
 
 def _alone(

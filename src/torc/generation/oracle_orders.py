@@ -9,6 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from torc.episode.oracle.answer import PASS_NAME, OracleAnswer
 from torc.errors import InputError
 from torc.files.reading import read_bytes
+from torc.files.strict_yaml import explain_faults
 from torc.problems.problem import Problem
 
 ORDER_KEY = "oracle_order"
@@ -30,11 +31,6 @@ class OracleOrder:
     verdict: str
 
 
-def join_order(names: Iterable[str]) -> str:
-    """As an order is written into a problem's origin."""
-    return ", ".join(names)
-
-
 def stated_order(problem: Problem) -> OracleOrder | None:
     """The order that a problem's origin states; None if it states none, or one to another target."""
     names = tuple(name for name in str(problem.origin.get(ORDER_KEY, "")).split(", ") if name)
@@ -44,11 +40,8 @@ def stated_order(problem: Problem) -> OracleOrder | None:
 
 
 def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleOrder]:
-    """The orders in a directory of answer files, by the problem's name; of several seeds the first.
-
-    Args:
-        answers: its *.json files are answers; those to other problems are passed over.
-        problems: whose orders are wanted.
+    """The orders in a directory of answer files (*.json), by the problem's name; of several seeds the first. Answers to
+    other problems are passed over.
 
     Raises:
         InputError: no such directory, a file that is no answer, an answer to a problem that had other objects or
@@ -59,18 +52,19 @@ def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleO
     wanted = {problem.name: problem for problem in problems}
     found: dict[str, OracleAnswer] = {}
     for path in sorted(answers.glob("*.json")):
-        answer = _read(path)
+        try:
+            answer = TypeAdapter(OracleAnswer).validate_json(read_bytes(path, _MAX_BYTES, "an answer"))
+        except ValidationError as error:
+            raise InputError(
+                f"{path} is not an answer of the oracle; {_WRITERS}:\n{explain_faults(error)}"
+            ) from None
         problem = wanted.get(answer.problem)
         if problem is None:
             continue
-        if not _is_of(problem, answer.order):
+        if not _is_of(problem, answer.order) or (answer.solved and answer.order[-1] != problem.target):
             raise InputError(
-                f"{path} names objects that '{problem.name}' does not have: it was changed since. Solve it again."
-            )
-        if answer.solved and answer.order[-1] != problem.target:
-            raise InputError(
-                f"{path} ends with '{answer.order[-1]}', but the target of '{problem.name}' is '{problem.target}': it "
-                "was changed since. Solve it again."
+                f"{path} names objects that '{problem.name}' does not have, or ends with another target: it was "
+                "changed since. Solve it again."
             )
         if answer.problem not in found or answer.seed < found[answer.problem].seed:
             found[answer.problem] = answer
@@ -81,15 +75,3 @@ def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleO
 
 def _is_of(problem: Problem, names: Iterable[str]) -> bool:
     return set(names) <= {placement.name for placement in problem.objects} | {PASS_NAME}
-
-
-def _read(path: Path) -> OracleAnswer:
-    content = read_bytes(path, _MAX_BYTES, "an answer of the oracle")
-    try:
-        return TypeAdapter(OracleAnswer).validate_json(content)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        where = ".".join(map(str, fault["loc"]))
-        raise InputError(
-            f"{path} is not an answer of the oracle ({where + ': ' if where else ''}{fault['msg']}); {_WRITERS}."
-        ) from None

@@ -38,13 +38,11 @@ def sample_models(
     names: list[str] = []
     while len(names) < count:
         round_ = [pools[i] for i in rng.permutation(len(pools))]
-        names += [_any_variant(pool, names, rng) for pool in round_[: count - len(names)]]
+        taken = set(names)
+        for pool in round_[: count - len(names)]:
+            free = [name for name in pool if name not in taken] or pool
+            names.append(free[int(rng.integers(len(free)))])
     return names
-
-
-def _any_variant(pool: list[str], taken: list[str], rng: np.random.Generator) -> str:
-    free = [name for name in pool if name not in taken] or pool
-    return free[int(rng.integers(len(free)))]
 
 
 def placement_names(models: Sequence[str]) -> list[str]:

@@ -1,15 +1,16 @@
 """Checking a problem, whoever made it: does it stay as it is, is it no trivial one, can it be solved."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from torc.episode.oracle.found import DEFAULT_BUDGET, check_budget
+from torc.episode.oracle.solve import solve_problem
 from torc.errors import InputError, PhysicsError
 from torc.generation.clutter import MAX_OVERLAP_M
 from torc.generation.difficulty import Difficulty, measure_difficulty
-from torc.generation.inspection import Inspector, SceneView
-from torc.generation.surroundings import Surroundings
+from torc.generation.inspection import Inspector
 from torc.problems.problem import Problem
 from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import UNSEEN
@@ -18,6 +19,10 @@ from torc.sim.world import World, build_world
 
 _SAME_FRACTION = 0.02
 _NOTHING_M, _NOTHING_RAD = 5e-5, 1e-3
+FEWEST_PICKS = 2
+_AT_ONCE = "The target can be grasped at once, with everything in place: no task to plan."
+_ALONE = "With nothing in the way the robot can grasp the target."
+_NEVER = "Even with nothing else on the table the robot finds no grasp of the target."
 
 
 @dataclass(frozen=True)
@@ -25,8 +30,8 @@ class Check:
     """One thing that was checked.
 
     Attributes:
-        name: one word: "contact", "rest", "sight", "first look", "target", "surroundings", or of a re-solving step;
-            "objects" where they cannot be simulated.
+        name: "contact", "rest", "sight", "first look", "target", "surroundings" or "solution"; "objects" where they
+            cannot be simulated.
         passed: whether a valid problem looks like that.
         text: what was found, in words.
     """
@@ -56,19 +61,6 @@ class ValidationReport:
         return all(check.passed for check in self.checks)
 
 
-@dataclass(frozen=True)
-class ValidationConfig:
-    """How a problem is checked.
-
-    Attributes:
-        stillness: how far what may move, for how long.
-        first_looks: how many times grasps are planned from the first look, each with other random candidates.
-    """
-
-    stillness: StillnessConfig = field(default_factory=StillnessConfig)
-    first_looks: int = 3
-
-
 Resolve = Callable[[Problem], Check]
 """Solves a problem again and says how that went."""
 
@@ -76,66 +68,97 @@ Resolve = Callable[[Problem], Check]
 def validate_problem(
     problem: Problem,
     inspector: Inspector,
-    config: ValidationConfig | None = None,
     resolve: Resolve | None = None,
-    progress: Callable[[Check], None] | None = None,
+    progress: Callable[[Check], None] = lambda check: None,
+    stillness: StillnessConfig | None = None,
+    first_looks: int = 3,
 ) -> ValidationReport:
     """Checks a problem: contact, rest, sight, first look, target, surroundings, and if wanted solves it again.
 
     Args:
         problem: as its file has it; nothing is moved before the checks.
         inspector: the robot that has to solve it.
-        config: how strictly.
         resolve: solves the problem again; without it that is not checked.
         progress: told each check as it is made.
+        stillness: how far what may move, for how long.
+        first_looks: how many times grasps are planned from the first look, each with other random candidates.
     """
-    config = config or ValidationConfig()
     checks: list[Check] = []
+    difficulty = None
 
-    def note(check: Check) -> None:
-        checks.append(check)
-        if progress is not None:
-            progress(check)
-
-    def ended(check: Check) -> ValidationReport:
-        note(check)
-        return ValidationReport(problem.name, tuple(checks), None)
+    def note(name: str, passed: bool, text: str) -> None:
+        checks.append(Check(name, passed, text))
+        progress(checks[-1])
 
     try:
         world = build_world(problem, None, inspector.workspace, UNSEEN)
+        note("contact", *_contact(world))
+        note("rest", *_rest(world, stillness or StillnessConfig()))
+        view = inspector.view(problem)  # the first world had no surfaces
     except InputError as error:
-        return ended(_unusable(error))
-    note(_contact(world))
-    try:
-        note(_rest(world, config.stillness))
+        note("objects", False, f"They cannot be simulated: {' '.join(str(error).split())}")
     except PhysicsError as error:
-        return ended(Check("rest", False, f"The simulation breaks: {error}"))
-    try:
-        view = inspector.view(problem)
-    except InputError as error:  # the first world had no surfaces
-        return ended(_unusable(error))
-    around = inspector.around(problem, problem.target)
-    difficulty = measure_difficulty(inspector, view, problem.target, around)
-    for check in _looks(problem, view, around, difficulty, inspector, config):
-        note(check)
-    if resolve is not None:
-        note(resolve(problem))
+        note("rest", False, f"The simulation breaks: {error}")
+    else:
+        around = inspector.around(problem, problem.target)
+        difficulty = measure_difficulty(inspector, view, problem.target, around)
+        note("sight", *_sight(problem, difficulty))
+        trivial = inspector.graspable_at_first(view, problem.target, first_looks)
+        note("first look", not trivial, _AT_ONCE if trivial else "The target cannot be grasped at once.")
+        alone = inspector.graspable_at_all(problem, problem.target)
+        note("target", alone, _ALONE if alone else _NEVER)
+        note("surroundings", *_surroundings(problem, inspector, around.all))
+        if resolve is not None:
+            check = resolve(problem)
+            note(check.name, check.passed, check.text)
     return ValidationReport(problem.name, tuple(checks), difficulty)
 
 
-def _unusable(error: InputError) -> Check:
-    return Check("objects", False, f"They cannot be simulated: {' '.join(str(error).split())}")
+def oracle_check(
+    inspector: Inspector,
+    seed: int = 0,
+    budget: float = DEFAULT_BUDGET,
+    say: Callable[[str], None] = lambda text: None,
+) -> Resolve:
+    """A check that the oracle finds an order of picks, of at least two, that retrieves the target: the stand-in for the
+    paper's people who tried each problem.
+
+    "The scene was adjusted [...] until it admitted a solution with a task sequence of at least two steps." (Simulated
+    Dataset, step 5)
+
+    Args:
+        inspector: the robot and its workspace.
+        seed: of the trial.
+        budget: how much the oracle may try, in simulated picks.
+        say: told about progress.
+
+    Raises:
+        InputError: the budget is no positive number.
+    """
+    check_budget(budget)
+
+    def resolve(problem: Problem) -> Check:
+        try:
+            answer = solve_problem(problem, inspector.system, seed, budget, say=say)
+        except (InputError, PhysicsError) as error:
+            return Check("solution", False, f"It cannot be played: {error}")
+        text = answer.verdict()
+        if answer.solved:
+            text = f"{text} The order: {', '.join(answer.order)}."
+        return Check("solution", answer.solved and answer.picks >= FEWEST_PICKS, text)
+
+    return resolve
 
 
-def _contact(world: World) -> Check:
+def _contact(world: World) -> tuple[bool, str]:
     overlap = deepest_overlap(world)
     depth = f"{1000 * overlap.depth_m:.1f} mm"
     if overlap.depth_m > MAX_OVERLAP_M:
-        return Check("contact", False, f"{' and '.join(overlap.between)} are {depth} inside each other.")
-    return Check("contact", True, f"Nothing is inside anything else (at most {depth}).")
+        return False, f"{' and '.join(overlap.between)} are {depth} inside each other."
+    return True, f"Nothing is inside anything else (at most {depth})."
 
 
-def _rest(world: World, config: StillnessConfig) -> Check:
+def _rest(world: World, config: StillnessConfig) -> tuple[bool, str]:
     report = watch_stillness(world, config)
     names = [o.name for o in world.problem.ordered()]
     far, turned = int(np.argmax(report.distances_m)), int(np.argmax(report.angles_rad))
@@ -143,59 +166,32 @@ def _rest(world: World, config: StillnessConfig) -> Check:
         f"{1000 * report.distance_m:.1f} mm ({names[far]}) and "
         f"{np.rad2deg(report.angle_rad):.1f} degrees ({names[turned]})"
     )
-    allowed = f"{1000 * config.distance_m:g} mm and {np.rad2deg(config.angle_rad):g} degrees"
     if report.left:
         gone = ", ".join(names[i] for i in report.left)
-        return Check("rest", False, f"After {report.watched_s:g} s this is off the table: {gone}.")
+        return False, f"After {report.watched_s:g} s this is off the table: {gone}."
     if not report.still:
-        return Check(
-            "rest", False, f"Within {report.watched_s:g} s things move by {most}; allowed are {allowed}."
-        )
+        allowed = f"{1000 * config.distance_m:g} mm and {np.rad2deg(config.angle_rad):g} degrees"
+        return False, f"Within {report.watched_s:g} s things move by {most}; allowed are {allowed}."
     still = report.distance_m < _NOTHING_M and report.angle_rad < _NOTHING_RAD
-    return Check(
-        "rest", True, f"In {report.watched_s:g} s nothing moves{'' if still else f' by more than {most}'}."
-    )
+    return True, f"In {report.watched_s:g} s nothing moves{'' if still else f' by more than {most}'}."
 
 
-def _looks(
-    problem: Problem,
-    view: SceneView,
-    around: Surroundings,
-    difficulty: Difficulty,
-    inspector: Inspector,
-    config: ValidationConfig,
-) -> Iterator[Check]:
-    yield _sight(problem, difficulty)
-    trivial = inspector.graspable_at_first(view, problem.target, config.first_looks)
-    yield Check(
-        "first look",
-        not trivial,
-        "The target can be grasped at once, with everything in place: no task to plan."
-        if trivial
-        else "The target cannot be grasped at once.",
-    )
-    alone = inspector.graspable_at_all(problem, problem.target)
-    yield Check(
-        "target",
-        alone,
-        "With nothing in the way the robot can grasp the target."
-        if alone
-        else "Even with nothing else on the table the robot finds no grasp of the target.",
-    )
-    stuck = [name for name in around.all if not inspector.graspable_at_all(problem, name)]
-    yield Check(
-        "surroundings",
-        not stuck,
-        f"Of the {len(around.all)} objects around the target these cannot be grasped at all: {', '.join(stuck)}."
-        if stuck
-        else f"Each of the {len(around.all)} objects in front of the target, beside it or taller can be grasped.",
-    )
-
-
-def _sight(problem: Problem, difficulty: Difficulty) -> Check:
+def _sight(problem: Problem, difficulty: Difficulty) -> tuple[bool, str]:
     share = f"{100 * difficulty.visible_fraction:.0f} % of the target is in sight at first"
     stated = problem.origin.get("visible_fraction")
     if isinstance(stated, int | float) and abs(stated - difficulty.visible_fraction) > _SAME_FRACTION:
-        text = f"{share}, but the file says {100 * stated:.0f} %: it was changed since."
-        return Check("sight", False, text)
-    return Check("sight", True, f"{share} ({difficulty.hiddenness.value}).")
+        return False, f"{share}, but the file says {100 * stated:.0f} %: it was changed since."
+    return True, f"{share} ({difficulty.hiddenness.value})."
+
+
+def _surroundings(problem: Problem, inspector: Inspector, around: Sequence[str]) -> tuple[bool, str]:
+    stuck = ", ".join(name for name in around if not inspector.graspable_at_all(problem, name))
+    if stuck:
+        return (
+            False,
+            f"Of the {len(around)} objects around the target these cannot be grasped at all: {stuck}.",
+        )
+    return (
+        True,
+        f"Each of the {len(around)} objects in front of the target, beside it or taller can be grasped.",
+    )

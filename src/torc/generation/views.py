@@ -16,12 +16,15 @@ from torc.sim.rendering import CameraRenderer, View
 from torc.sim.state import restore_state, save_state
 from torc.sim.world import Presence, World, build_world
 from torc.workspace.description import CameraMount, Workspace
+from torc.workspace.files import load_workspace
 
 ViewName = Literal["robot", "front", "side", "top"]
 VIEW_NAMES: tuple[ViewName, ...] = get_args(ViewName)
 _WHITE = (255, 255, 255)
 _FILL = 0.84
 """Share of the picture, from its middle to its rim, that the clutter may take."""
+_SIDE_FROM = (-0.15, -1.0, 0.45)
+"""Direction from the clutter to the eye of the side view, world."""
 _DASH = 3.5
 """Length of a dash against the outline's thickness."""
 
@@ -33,14 +36,12 @@ class ViewConfig:
     Attributes:
         width, height: pixels.
         vertical_fov_rad: field of view of all but the robot's camera, which has its own.
-        side_from: direction from the clutter to the eye of the side view, world.
         outline_px: thickness of the outline; 0 for none.
     """
 
     width: int = 480
     height: int = 360
     vertical_fov_rad: float = 0.7
-    side_from: tuple[float, float, float] = (-0.15, -1.0, 0.45)
     outline_px: int = 2
 
 
@@ -52,7 +53,7 @@ def problem_views(
 
     The whole target is outlined in the colour images: solid where it is in sight, dashed where something hides it.
     """
-    workspace, config = workspace or Workspace(), config or ViewConfig()
+    workspace, config = workspace or load_workspace(), config or ViewConfig()
     world = build_world(problem, None, workspace)
     near = _near_poses(world, workspace, config)
     own = replace(workspace.camera, width=config.width, height=config.height)
@@ -96,7 +97,7 @@ def _near_poses(world: World, workspace: Workspace, config: ViewConfig) -> dict[
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     return {
         "front": _fitting(points, eye - middle, config),
-        "side": _fitting(points, np.array(config.side_from), config),
+        "side": _fitting(points, np.array(_SIDE_FROM), config),
         # A hair off the vertical, so that the top view has the robot below.
         "top": _fitting(points, np.array([-1e-3, 0.0, 1.0]), config),
     }

@@ -68,18 +68,6 @@ def wxyz_from_rotation(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "4"]:
     return -q if q[0] < 0 else q
 
 
-def rotation_from_rpy(rpy: np.ndarray | tuple | list) -> Float[np.ndarray, "3 3"]:
-    """Rotation of URDF's roll, pitch, yaw (fixed axes x, y, z), radians."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
 def rotation_about(axis: np.ndarray | tuple | list, angle: float) -> Float[np.ndarray, "3 3"]:
     """Rotation by an angle about an axis (Rodrigues)."""
     u = np.asarray(axis, dtype=float)

@@ -64,35 +64,15 @@ def grasp_frames(
     Returns closing axes, approaches, and how many belong to the first approach.
     """
     centered = points - points.mean(axis=0)
-    most = len(approaches) * (len(clusters) + 4)
-    closings, turned = np.zeros((most, 3)), np.zeros((most, 3))
-    n, first = _grasp_frames(
-        approaches,
-        centered.T @ centered,
-        clusters,
-        view,
-        forward,
-        float(np.cos(config.closing_merge_rad)),
-        float(np.cos(config.max_yaw_rad)),
-        closings,
-        turned,
-    )
-    return closings[:n], turned[:n], first
+    cosines = float(np.cos(config.closing_merge_rad)), float(np.cos(config.max_yaw_rad))
+    return _grasp_frames(approaches, centered.T @ centered, clusters, view, forward, *cosines)
 
 
 @njit(cache=True)
-def _grasp_frames(
-    approaches: np.ndarray,
-    covariance: np.ndarray,
-    clusters: np.ndarray,
-    view: np.ndarray,
-    forward: np.ndarray,
-    merged_cos: float,
-    yaw_cos: float,
-    closings: np.ndarray,
-    turned: np.ndarray,
-) -> tuple[int, int]:
+def _grasp_frames(approaches, covariance, clusters, view, forward, merged_cos, yaw_cos):
     k = len(clusters)
+    most = len(approaches) * (k + 4)
+    closings, turned = np.zeros((most, 3)), np.zeros((most, 3))
     wanted = np.empty((k + 4, 3))
     wanted[:k] = clusters
     n = first = 0
@@ -119,11 +99,11 @@ def _grasp_frames(
                 n += 1
         if i == 0:
             first = n
-    return n, first
+    return closings[:n], turned[:n], first
 
 
 @njit(cache=True)
-def in_cone(approach: np.ndarray, forward: np.ndarray, yaw_cos: float) -> bool:
+def in_cone(approach, forward, yaw_cos):
     """Whether an approach does not rise (by more than 6 degrees) and leads forward, within a yaw.
 
     The yaw of one within 20 degrees of straight down does not matter.
@@ -135,7 +115,7 @@ def in_cone(approach: np.ndarray, forward: np.ndarray, yaw_cos: float) -> bool:
 
 
 @njit(cache=True)
-def _axes_of_shadow(a: np.ndarray, covariance: np.ndarray, view: np.ndarray, out: np.ndarray) -> None:
+def _axes_of_shadow(a, covariance, view, out):
     """Principal axes of a cloud as seen along `a`, then the horizontal across `a` and its perpendicular."""
     level, upright = out[2], out[3]
     flat = np.sqrt(a[0] ** 2 + a[1] ** 2)

@@ -1,6 +1,6 @@
 """Points grouped in cubic cells, so that kernels visit only those near a gripper."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int64
@@ -9,9 +9,8 @@ from numba import njit
 from torc.geometry.arrays import kernel_array
 
 
-@dataclass(frozen=True)
-class PointCells:
-    """Points sorted by cell.
+class PointCells(NamedTuple):
+    """Points sorted by cell, also for kernels.
 
     Attributes:
         points: world frame.
@@ -61,7 +60,7 @@ def cell_runs(points: Float[np.ndarray, "n 3"], cell_m: float) -> tuple[np.ndarr
 
 
 @njit(cache=True)
-def _keys(points: np.ndarray, cell_m: float) -> np.ndarray:
+def _keys(points, cell_m):
     """One integer per cell."""
     index = np.empty((len(points), 3), dtype=np.int64)
     lower, upper = np.full(3, 1 << 60), np.full(3, -(1 << 60))
@@ -77,7 +76,7 @@ def _keys(points: np.ndarray, cell_m: float) -> np.ndarray:
 
 
 @njit(cache=True)
-def _spheres(points: np.ndarray, order: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _spheres(points, order, starts):
     """Mean and largest distance from it, per cell."""
     n = len(starts) - 1
     centers, radii = np.zeros((n, 3)), np.zeros(n)
@@ -95,9 +94,7 @@ def _spheres(points: np.ndarray, order: np.ndarray, starts: np.ndarray) -> tuple
 
 
 @njit(cache=True)
-def _means(
-    points: np.ndarray, normals: np.ndarray, order: np.ndarray, starts: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _means(points, normals, order, starts):
     n = len(starts) - 1
     mean, normal = np.zeros((n, 3)), np.zeros((n, 3))
     for c in range(n):
@@ -116,7 +113,7 @@ def _means(
 
 
 @njit(cache=True)
-def box_reached(R: np.ndarray, tip: np.ndarray, center: np.ndarray, radius: float, box: np.ndarray) -> bool:
+def box_reached(R, tip, center, radius, box):
     """Whether a sphere (world frame) comes near a box given in the frame (R, tip): lower and upper corner."""
     px, py, pz = center[0] - tip[0], center[1] - tip[1], center[2] - tip[2]
     for a in range(3):
@@ -127,17 +124,7 @@ def box_reached(R: np.ndarray, tip: np.ndarray, center: np.ndarray, radius: floa
 
 
 @njit(cache=True)
-def gather(
-    R: np.ndarray,
-    tip: np.ndarray,
-    box: np.ndarray,
-    points: np.ndarray,
-    starts: np.ndarray,
-    centers: np.ndarray,
-    radii: np.ndarray,
-    local: np.ndarray,
-    index: np.ndarray,
-) -> int:
+def gather(R, tip, box, cells, local, index):
     """Coordinates in the frame (R, tip), and indices, of the points in a box of that frame; returns how many."""
     # Scalars: the compiler cannot know that the outputs do not overlap R and box, and would load those again.
     r00, r10, r20 = R[0, 0], R[1, 0], R[2, 0]
@@ -146,11 +133,11 @@ def gather(
     t0, t1, t2 = tip[0], tip[1], tip[2]
     x0, y0, z0, x1, y1, z1 = box[0, 0], box[0, 1], box[0, 2], box[1, 0], box[1, 1], box[1, 2]
     n = 0
-    for c in range(len(radii)):
-        if not box_reached(R, tip, centers[c], radii[c], box):
+    for c in range(len(cells.radii)):
+        if not box_reached(R, tip, cells.centers[c], cells.radii[c], box):
             continue
-        for i in range(starts[c], starts[c + 1]):
-            px, py, pz = points[i, 0] - t0, points[i, 1] - t1, points[i, 2] - t2
+        for i in range(cells.starts[c], cells.starts[c + 1]):
+            px, py, pz = cells.points[i, 0] - t0, cells.points[i, 1] - t1, cells.points[i, 2] - t2
             y = r01 * px + r11 * py + r21 * pz
             if y < y0 or y > y1:
                 continue

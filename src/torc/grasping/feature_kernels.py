@@ -1,10 +1,13 @@
 """Compiled features of candidates. Column numbers are those of the first entries of `features.FEATURE_NAMES`."""
 
+from typing import NamedTuple
+
 import numpy as np
+from jaxtyping import Bool, Float, UInt64
 from numba import njit
 
 from torc.grasping.cells import gather
-from torc.grasping.hand import FINGER_X, FINGER_Y, FINGER_Z, OPEN, PAD_Y, PAD_Z, reach_at
+from torc.grasping.hand import reach_at
 from torc.grasping.hand_volume import between_pads
 
 CONTACT_M = 0.008
@@ -15,61 +18,40 @@ _LATTICE_M = 0.010
 _PALM_LATTICE_M = 0.020
 
 
+class UnseenSpace(NamedTuple):
+    """What was never seen, and what hides it, as in OcclusionVolume; the bit of the object itself."""
+
+    seen: Bool[np.ndarray, "nx ny nz"]
+    hidden_by: UInt64[np.ndarray, "nx ny nz"]
+    own_bit: np.uint64
+    origin: Float[np.ndarray, "3"]
+    voxel_m: float
+
+
 @njit(cache=True)
-def candidate_features(
-    Rs: np.ndarray,
-    tips: np.ndarray,
-    widths: np.ndarray,
-    points: np.ndarray,
-    normals: np.ndarray,
-    seen_point: np.ndarray,
-    starts: np.ndarray,
-    centers: np.ndarray,
-    radii: np.ndarray,
-    hull: np.ndarray,
-    own_id: int,
-    center_view: np.ndarray,
-    sizes: np.ndarray,
-    palm: np.ndarray,
-    reach_m: np.ndarray,
-    seen: np.ndarray,
-    hidden_by: np.ndarray,
-    origin: np.ndarray,
-    voxel_m: float,
-    support_z_m: float,
-    out: np.ndarray,
-) -> None:
+def candidate_features(Rs, tips, widths, cells, normals, hull, center_view, hand, space, support_z_m, out):
     """Fill the candidates' columns of `out`, row by row."""
-    local, index = np.empty((len(points), 4)), np.empty(len(points), dtype=np.int64)
-    own_bit = np.uint64(1) << np.uint64(own_id)
+    local, index = np.empty((len(cells.points), 4)), np.empty(len(cells.points), dtype=np.int64)
     # The strip that the fingers close on, from far behind the fingertips to far beyond them.
     strip = np.empty((2, 3))
-    strip[1, 0] = 0.5 * sizes[OPEN]
-    strip[1, 1], strip[1, 2] = max(sizes[PAD_Y], sizes[FINGER_Y]), _FAR_M
+    strip[1, 0] = 0.5 * hand.max_width_m
+    strip[1, 1], strip[1, 2] = max(hand.pad_y, hand.finger_y), _FAR_M
     strip[0] = -strip[1]
     for n in range(len(widths)):
         R, tip, width, row = Rs[n], tips[n], widths[n], out[n]
-        count = gather(R, tip, strip, points, starts, centers, radii, local, index)
+        count = gather(R, tip, strip, cells, local, index)
         for k in range(count):
             i = index[k]
             local[k, 3] = R[0, 0] * normals[i, 0] + R[1, 0] * normals[i, 1] + R[2, 0] * normals[i, 2]
-        _contacts(local[:count], seen_point, index, width, sizes, row)
-        _shape(local[:count], seen_point, index, width, sizes, row)
+        _contacts(local[:count], cells.tags, index, width, hand, row)
+        _shape(local[:count], cells.tags, index, width, hand, row)
         _extents(R, tip, hull, row)
-        _pose(R, tip, width, center_view, sizes, support_z_m, row)
-        shift_z = -reach_at(reach_m, width)
-        _unknown(R, tip, width, shift_z, own_bit, sizes, palm, seen, hidden_by, origin, voxel_m, row)
+        _pose(R, tip, width, center_view, hand, support_z_m, row)
+        _unknown(R, tip, width, hand, space, row)
 
 
 @njit(cache=True)
-def _contacts(
-    local: np.ndarray,
-    seen_point: np.ndarray,
-    index: np.ndarray,
-    width: float,
-    sizes: np.ndarray,
-    row: np.ndarray,
-) -> None:
+def _contacts(local, seen_point, index, width, hand, row):
     """Columns 0-17 and 28: contacts on either side and points between the pads."""
     half = 0.5 * width + SLACK_M
     low, high = 1e9, -1e9
@@ -78,7 +60,7 @@ def _contacts(
     seen_between, all_between = 0, 0
     for i in range(len(local)):
         x, y, z = local[i, 0], local[i, 1], local[i, 2]
-        if not between_pads(x, y, z, half, sizes):
+        if not between_pads(x, y, z, half, hand):
             continue
         all_between += 1
         low, high = min(low, x), max(high, x)
@@ -92,7 +74,7 @@ def _contacts(
     box[:, 0], box[:, 1], box[:, 2], box[:, 3] = 1e9, -1e9, 1e9, -1e9
     for i in range(len(local)):
         x, y, z = local[i, 0], local[i, 1], local[i, 2]
-        if not between_pads(x, y, z, half, sizes):
+        if not between_pads(x, y, z, half, hand):
             continue
         for side in range(2):
             gap = x - low if side == 0 else high - x
@@ -136,20 +118,13 @@ def _contacts(
 
 
 @njit(cache=True)
-def _shape(
-    local: np.ndarray,
-    seen_point: np.ndarray,
-    index: np.ndarray,
-    width: float,
-    sizes: np.ndarray,
-    row: np.ndarray,
-) -> None:
+def _shape(local, seen_point, index, width, hand, row):
     """Columns 18-20: how deep the grasp reaches, and what lies beyond it."""
     first, last = 1e9, -1e9
     beyond_low, beyond_high = 1e9, -1e9
     for i in range(len(local)):
         x, y, z = local[i, 0], local[i, 1], local[i, 2]
-        if abs(y) > sizes[FINGER_Y]:
+        if abs(y) > hand.finger_y:
             continue
         if seen_point[index[i]] == 1:
             first = min(first, z)
@@ -162,7 +137,7 @@ def _shape(
 
 
 @njit(cache=True)
-def _extents(R: np.ndarray, tip: np.ndarray, hull: np.ndarray, row: np.ndarray) -> None:
+def _extents(R, tip, hull, row):
     """Columns 21-25: extents of the whole object in the grasp frame, and the grasp's place on it."""
     for a in range(3):
         low, high = 1e9, -1e9
@@ -179,21 +154,13 @@ def _extents(R: np.ndarray, tip: np.ndarray, hull: np.ndarray, row: np.ndarray) 
 
 
 @njit(cache=True)
-def _pose(
-    R: np.ndarray,
-    tip: np.ndarray,
-    width: float,
-    center_view: np.ndarray,
-    sizes: np.ndarray,
-    support_z_m: float,
-    row: np.ndarray,
-) -> None:
+def _pose(R, tip, width, center_view, hand, support_z_m, row):
     """Columns 26, 27 and 29-40: width, lever, directions, heights."""
-    row[26], row[27] = width, sizes[OPEN] - width
+    row[26], row[27] = width, hand.max_width_m - width
     middle = np.empty(3)
     along = 0.0
     for k in range(3):
-        middle[k] = center_view[k] - (tip[k] - 0.5 * sizes[PAD_Z] * R[k, 2])
+        middle[k] = center_view[k] - (tip[k] - 0.5 * hand.pad_z * R[k, 2])
         along += middle[k] * R[k, 0]
     distance = middle[0] ** 2 + middle[1] ** 2 + middle[2] ** 2
     row[29] = np.sqrt(max(0.0, distance - along**2))
@@ -203,27 +170,17 @@ def _pose(
     row[35] = R[0, 2] * center_view[3] + R[1, 2] * center_view[4]
     row[36] = abs(R[0, 0] * center_view[3] + R[1, 0] * center_view[4])
     row[37] = tip[2] - support_z_m
-    row[38] = row[37] - abs(R[2, 0]) * (0.5 * sizes[OPEN] + sizes[FINGER_X]) - abs(R[2, 1]) * sizes[FINGER_Y]
+    row[38] = row[37] - abs(R[2, 0]) * (0.5 * hand.max_width_m + hand.finger_x) - abs(R[2, 1]) * hand.finger_y
     row[39], row[40] = tip[2] - center_view[6], center_view[7] - tip[2]
 
 
 @njit(cache=True)
-def _unknown_share(
-    R: np.ndarray,
-    tip: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    own_bit: np.uint64,
-    seen: np.ndarray,
-    hidden_by: np.ndarray,
-    origin: np.ndarray,
-    voxel_m: float,
-    lattice_m: float,
-) -> tuple[float, float]:
+def _unknown_share(R, tip, low, high, space, lattice_m):
     """Share of a box (grasp frame) that was never seen, and that is unseen and not hidden by the own object.
 
     On a lattice of about `lattice_m`. What lies outside the grid counts as seen.
     """
+    seen, hidden_by, own_bit, origin, voxel_m = space
     steps = np.empty(3, dtype=np.int64)
     for a in range(3):
         steps[a] = max(1, int(np.ceil((high[a] - low[a]) / lattice_m)))
@@ -248,33 +205,17 @@ def _unknown_share(
 
 
 @njit(cache=True)
-def _unknown(
-    R: np.ndarray,
-    tip: np.ndarray,
-    width: float,
-    shift_z: float,
-    own_bit: np.uint64,
-    sizes: np.ndarray,
-    palm: np.ndarray,
-    seen: np.ndarray,
-    hidden_by: np.ndarray,
-    origin: np.ndarray,
-    voxel_m: float,
-    row: np.ndarray,
-) -> None:
+def _unknown(R, tip, width, hand, space, row):
     """Columns 41-45: unseen share of fingers (closed to open), palm and the space between the pads."""
     low, high = np.empty(3), np.empty(3)
-    outer = 0.5 * sizes[OPEN] + sizes[FINGER_X]
-    low[1], high[1], low[2], high[2] = -sizes[FINGER_Y], sizes[FINGER_Y], -sizes[FINGER_Z], 0.0
+    outer = 0.5 * hand.max_width_m + hand.finger_x
+    low[1], high[1], low[2], high[2] = -hand.finger_y, hand.finger_y, -hand.finger_z, 0.0
     low[0], high[0] = -outer, -0.5 * width
-    left, left_other = _unknown_share(
-        R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _LATTICE_M
-    )
+    left, left_other = _unknown_share(R, tip, low, high, space, _LATTICE_M)
     low[0], high[0] = 0.5 * width, outer
-    right, right_other = _unknown_share(
-        R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _LATTICE_M
-    )
+    right, right_other = _unknown_share(R, tip, low, high, space, _LATTICE_M)
     row[41], row[42], row[43] = max(left, right), 0.5 * (left + right), 0.5 * (left_other + right_other)
+    palm, shift_z = hand.palm, -reach_at(hand.reach_m, width)
     total, volume = 0.0, 1e-12
     for k in range(len(palm)):
         for a in range(3):
@@ -282,12 +223,10 @@ def _unknown(
         low[2] += shift_z
         high[2] += shift_z
         size = palm[k, 3] * palm[k, 4] * palm[k, 5]
-        share, _ = _unknown_share(
-            R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _PALM_LATTICE_M
-        )
+        share, _ = _unknown_share(R, tip, low, high, space, _PALM_LATTICE_M)
         total += size * share
         volume += size
     row[44] = total / volume
-    low[0], high[0], low[1], high[1] = -0.5 * width, 0.5 * width, -sizes[PAD_Y], sizes[PAD_Y]
-    low[2], high[2] = -sizes[PAD_Z], 0.0
-    row[45], _ = _unknown_share(R, tip, low, high, own_bit, seen, hidden_by, origin, voxel_m, _LATTICE_M)
+    low[0], high[0], low[1], high[1] = -0.5 * width, 0.5 * width, -hand.pad_y, hand.pad_y
+    low[2], high[2] = -hand.pad_z, 0.0
+    row[45], _ = _unknown_share(R, tip, low, high, space, _LATTICE_M)

@@ -10,14 +10,14 @@ from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Float, Float32, Int32
+from numba import njit
 
 from torc.geometry.arrays import kernel_array
 from torc.grasping.cells import PointCells
 from torc.grasping.clouds import ObjectCloud
-from torc.grasping.feature_kernels import candidate_features
+from torc.grasping.feature_kernels import UnseenSpace, candidate_features
 from torc.grasping.generators.common import RawCandidates
 from torc.grasping.hand import HandGeometry
-from torc.grasping.object_features import OBJECT_FEATURES, object_features
 from torc.records import OcclusionVolume
 
 _CANDIDATE_FEATURES = {
@@ -73,10 +73,26 @@ _CANDIDATE_FEATURES = {
     "foreign_near": "points of other objects within 12 mm of the fingers' sweep",
     "foreign_corridor": "points of other objects in what the gripper passes on its last 10 cm",
 }
-FEATURE_DOCS = MappingProxyType({**_CANDIDATE_FEATURES, **OBJECT_FEATURES})
+_OBJECT_FEATURES = {
+    "depth": "estimated extent along the viewing direction",
+    "breadth": "extent across the viewing direction",
+    "height": "extent along the vertical",
+    "seen_depth_share": "share of the estimated depth that was seen",
+    "bottom_height": "height of the object's lowest point above the support",
+    "log_points": "log(1 + seen points)",
+    "log_pixels": "log(1 + pixels of the mask)",
+    "log_foreign_above": "log(1 + points of other objects above it)",
+    "log_foreign_touching": "log(1 + points of other objects within 8 mm of its seen points)",
+    "flatness": "least over middle principal extent of its seen points",
+    "roundness": "spread of its seen normals: 0 one plane .. 1 all directions alike",
+    "camera_distance": "from the camera to its centre",
+}
+FEATURE_DOCS = MappingProxyType({**_CANDIDATE_FEATURES, **_OBJECT_FEATURES})
 """What each feature is, by name, in the order of the columns."""
 FEATURE_NAMES: tuple[str, ...] = tuple(FEATURE_DOCS)
 """Names of the columns."""
+_COLUMN_M = 0.01
+_TOUCH_M = 0.008
 
 
 def feature_column(name: str) -> int:
@@ -94,37 +110,77 @@ def compute_features(
     support_z_m: float,
     camera_position: Float[np.ndarray, "3"],
 ) -> Float32[np.ndarray, "n f"]:
-    """Features of the candidates of one object. `foreign`: see `check_result.CheckResult`."""
+    """Features of the candidates of one object. `foreign`: see `checks.CheckResult`."""
     out = np.zeros((len(candidates), len(FEATURE_NAMES)), dtype=np.float32)
     if len(candidates) == 0:
         return out
     completion = cloud.completion
     first = len(_CANDIDATE_FEATURES) - foreign.shape[1]
     out[:, first : first + foreign.shape[1]] = foreign
-    out[:, len(_CANDIDATE_FEATURES) :] = object_features(cloud, cells, support_z_m, camera_position)
-    candidate_features(
-        candidates.Rs,
-        candidates.tips,
-        candidates.widths_m,
-        cloud.cells.points,
-        cloud.normals[cloud.cells.order],
-        cloud.cells.tags,
-        cloud.cells.starts,
-        cloud.cells.centers,
-        cloud.cells.radii,
-        cloud.hull,
-        cloud.id,
-        np.concatenate(
-            [completion.center, completion.view, [cloud.points[:, 2].min(), cloud.seen[:, 2].max()]]
-        ),
-        hand.sizes,
-        hand.palm,
-        hand.reach_m,
+    out[:, len(_CANDIDATE_FEATURES) :] = _object_features(cloud, cells, support_z_m, camera_position)
+    place = [*completion.center, *completion.view, cloud.points[:, 2].min(), cloud.seen[:, 2].max()]
+    space = UnseenSpace(
         kernel_array(volume.seen, np.bool_),
         kernel_array(volume.hidden_by, np.uint64),
+        np.uint64(1) << np.uint64(cloud.id),
         kernel_array(volume.grid.origin),
         float(volume.grid.voxel_size_m),
-        support_z_m,
-        out,
     )
+    points = cloud.cells, cloud.normals[cloud.cells.order], cloud.hull, np.array(place)
+    grasps = candidates.Rs, candidates.tips, candidates.widths_m
+    candidate_features(*grasps, *points, hand, space, support_z_m, out)
     return out
+
+
+def _object_features(
+    cloud: ObjectCloud, cells: PointCells, support_z_m: float, camera_position: Float[np.ndarray, "3"]
+) -> Float[np.ndarray, "f"]:
+    """Values in the order of _OBJECT_FEATURES."""
+    seen, normals = cloud.points[: cloud.visible], cloud.normals[: cloud.visible]
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    near = (cells.tags != cloud.id) & np.all(
+        (cells.points > low - _TOUCH_M) & (cells.points < high + np.array([_TOUCH_M, _TOUCH_M, 1.0])),
+        axis=1,
+    )
+    above, touching = _neighbours(seen, cells.points[near], low)
+    extents = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(seen.T)), 0.0)) if len(seen) > 2 else np.zeros(3)
+    spread = np.linalg.eigvalsh(normals.T @ normals / max(len(normals), 1))
+    done = cloud.completion
+    return np.array(
+        [
+            *done.size_m,
+            min(1.0, done.seen_depth_m / max(done.size_m[0], 1e-6)),
+            done.center[2] - done.size_m[2] / 2 - support_z_m,
+            np.log1p(cloud.visible),
+            np.log1p(cloud.pixel_count),
+            np.log1p(above),
+            np.log1p(touching),
+            extents[0] / max(extents[1], 1e-6),
+            1.5 * (1.0 - spread[2] / max(spread.sum(), 1e-9)),
+            np.linalg.norm(done.center - camera_position),
+        ]
+    )
+
+
+@njit(cache=True)
+def _neighbours(own, others, low):
+    """Others' points above the own ones (in 1 cm columns), and others' points that come close to an own one."""
+    nx = int((own[:, 0].max() - low[0]) / _COLUMN_M) + 1
+    ny = int((own[:, 1].max() - low[1]) / _COLUMN_M) + 1
+    top = np.full((nx, ny), 1e9)
+    for p in own:
+        i, j = int((p[0] - low[0]) / _COLUMN_M), int((p[1] - low[1]) / _COLUMN_M)
+        if top[i, j] > 1e8 or p[2] > top[i, j]:
+            top[i, j] = p[2]
+    above, touching = 0, 0
+    for q in others:
+        if q[0] >= low[0] and q[1] >= low[1]:
+            i, j = int((q[0] - low[0]) / _COLUMN_M), int((q[1] - low[1]) / _COLUMN_M)
+            if i < nx and j < ny and q[2] > top[i, j]:
+                above += 1
+        for p in own:
+            dx, dy, dz = p[0] - q[0], p[1] - q[1], p[2] - q[2]
+            if dx * dx + dy * dy + dz * dz < _TOUCH_M * _TOUCH_M:
+                touching += 1
+                break
+    return above, touching

@@ -4,8 +4,8 @@ All lengths refer to the grasp frame of a grasp of width w: x closing, z approac
 Fingertips may travel on an arc: opened, they are drawn back by `reach(w)` (0 for a gripper with straight travel).
 """
 
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -17,32 +17,30 @@ from torc.robots.description import GripperDescription
 REACH_STEP_M = 0.001
 _SLENDER = 1.5
 _LINK_PARTS = 3
-OPEN, PAD_Y, PAD_Z, FINGER_Y, FINGER_X, FINGER_Z = range(6)
-"""Columns of `HandGeometry.sizes`: opening, half width and height of a pad, and half width, thickness and length
-of a finger."""
 
 
-@dataclass(frozen=True)
-class HandGeometry:
-    """A gripper for the kernels.
+class HandGeometry(NamedTuple):
+    """A gripper, also for kernels. Metres.
 
     Attributes:
-        sizes: see OPEN .. FINGER_Z above, metres.
+        max_width_m: largest opening.
+        pad_y, pad_z: half width and height of a pad.
+        finger_y, finger_x, finger_z: half width, thickness and length of a finger.
         palm: centre and half size of the boxes that are no fingers, relative to the TCP of the *open* gripper.
         palm_ranges: the same boxes for tests of points: least and greatest |x|, greatest |y|, least and greatest z.
             The gripper is taken to be symmetric about both planes (else: to be as large as its larger half).
         reach_m: per millimetre of width, how far the fingertips lie ahead of those of the open gripper.
     """
 
-    sizes: Float[np.ndarray, "6"]
+    max_width_m: float
+    pad_y: float
+    pad_z: float
+    finger_y: float
+    finger_x: float
+    finger_z: float
     palm: Float[np.ndarray, "k 6"]
     palm_ranges: Float[np.ndarray, "r 5"]
     reach_m: Float[np.ndarray, "m"]
-
-    @property
-    def max_width_m(self) -> float:
-        """Largest opening."""
-        return float(self.sizes[OPEN])
 
 
 def hand_geometry(gripper: GripperDescription) -> HandGeometry:
@@ -57,19 +55,26 @@ def hand_geometry(gripper: GripperDescription) -> HandGeometry:
         )
     thickness = max(upper[0], -lower[0]) - width / 2
     half_y = max(upper[1], -lower[1])
-    sizes = np.array(
-        [width, gripper.pad_width_m / 2, gripper.pad_height_m, half_y, max(thickness, 1e-4), -lower[2]]
-    )
     pieces = [part for b in gripper.palm_boxes(width) for part in _slender_parts(b.center, b.half_size)]
     palm = np.array(pieces).reshape(-1, 6)
     grid = np.arange(0.0, width + REACH_STEP_M, REACH_STEP_M)
     open_z = gripper.T_tool0_tcp(width)[2, 3]
     reach = gripper.Ts_tool0_tcp_at(np.minimum(grid, width))[:, 2, 3] - open_z
-    return HandGeometry(sizes, palm, _ranges(palm), reach)
+    return HandGeometry(
+        max_width_m=float(width),
+        pad_y=float(gripper.pad_width_m / 2),
+        pad_z=float(gripper.pad_height_m),
+        finger_y=float(half_y),
+        finger_x=float(max(thickness, 1e-4)),
+        finger_z=float(-lower[2]),
+        palm=palm,
+        palm_ranges=_ranges(palm),
+        reach_m=reach,
+    )
 
 
 def _ranges(palm: Float[np.ndarray, "k 6"]) -> Float[np.ndarray, "r 5"]:
-    """Palm boxes as ranges of |x|, |y| and z, twins dropped."""
+    """Palm boxes as ranges of |x|, |y| and z, each only once."""
     center, half = np.abs(palm[:, :2]), palm[:, 3:5]
     low, high = np.maximum(center - half, 0.0), center + half
     z = np.stack([palm[:, 2] - palm[:, 5], palm[:, 2] + palm[:, 5]], axis=1)
@@ -98,7 +103,7 @@ def _slender_parts(center: np.ndarray, half: np.ndarray) -> list[np.ndarray]:
 
 
 @njit(cache=True)
-def reach_at(reach_m: np.ndarray, width_m: float) -> float:
+def reach_at(reach_m, width_m):
     """Linear interpolation of `HandGeometry.reach_m`, held constant outside."""
     s = width_m / 0.001
     if s <= 0.0:
@@ -110,12 +115,10 @@ def reach_at(reach_m: np.ndarray, width_m: float) -> float:
 
 
 @njit(cache=True)
-def sweep_end_z(
-    distance: float, width_m: float, shift_z: float, sizes: np.ndarray, reach_m: np.ndarray
-) -> float:
+def sweep_end_z(distance, width_m, shift_z, hand):
     """How far forward a closing finger comes at a distance |x| from the grasp's centre (grasp frame z).
 
     A finger covers |x| while half the opening lies in [|x| - thickness, |x|]; the smallest such opening, but
     not below the grasp's width, comes furthest. `shift_z` = -reach_at(width).
     """
-    return reach_at(reach_m, max(width_m, 2.0 * (distance - sizes[FINGER_X]))) + shift_z
+    return reach_at(hand.reach_m, max(width_m, 2.0 * (distance - hand.finger_x))) + shift_z

@@ -1,7 +1,9 @@
 """What the gripper alone touches, voxel by voxel."""
 
+from typing import NamedTuple
+
 import numpy as np
-from jaxtyping import Bool, Float, Int64, UInt64
+from jaxtyping import Bool, Float, Int64, UInt8, UInt64
 from numba import njit
 
 from torc.collision.world import FREE, SURFACE, CollisionWorld
@@ -26,9 +28,8 @@ def hand_contacts(
     """
     config = world.config
     paddings = (config.gripper_padding_m, config.gripper_static_padding_m)
-    return _found(
-        Ts_world_tcp, widths_m, own_ids, world.kind, world.bits, world.grid, world.boxes, paddings, hand
-    )
+    voxels = _voxels(world.kind, world.bits, world.grid)
+    return _found(Ts_world_tcp, widths_m, own_ids, voxels, world.boxes, paddings, hand)
 
 
 def voxel_blockers(
@@ -43,64 +44,49 @@ def voxel_blockers(
     kind = np.where(volume.seen & ~owned, np.uint8(FREE), np.uint8(SURFACE))
     bit = np.uint64(1) << np.maximum(volume.surface_label, 0).astype(np.uint64)
     owners = np.where(owned, bit, volume.hidden_by)
-    none = np.zeros((0, 6))
-    return _found(Ts_world_tcp, widths_m, own_ids, kind, owners, volume.grid, none, (0.0, 0.0), hand)[0]
+    voxels = _voxels(kind, owners, volume.grid)
+    return _found(Ts_world_tcp, widths_m, own_ids, voxels, np.zeros((0, 6)), (0.0, 0.0), hand)[0]
+
+
+class _Voxels(NamedTuple):
+    """Kind and owners of every voxel, and where the grid lies."""
+
+    kind: UInt8[np.ndarray, "nx ny nz"]
+    owners: UInt64[np.ndarray, "nx ny nz"]
+    origin: Float[np.ndarray, "3"]
+    size_m: float
+
+
+def _voxels(kind: np.ndarray, owners: np.ndarray, grid: VoxelGrid) -> _Voxels:
+    origin, size_m = kernel_array(grid.origin), float(grid.voxel_size_m)
+    return _Voxels(kernel_array(kind, np.uint8), kernel_array(owners, np.uint64), origin, size_m)
 
 
 def _found(
     Ts_world_tcp: np.ndarray,
     widths_m: np.ndarray,
     own_ids: np.ndarray,
-    kind: np.ndarray,
-    owners: np.ndarray,
-    grid: VoxelGrid,
+    voxels: _Voxels,
     fixed: np.ndarray,
     paddings: tuple[float, float],
     hand: HandGeometry,
 ) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
-    bits, static = np.zeros(len(widths_m), np.uint64), np.zeros(len(widths_m), np.bool_)
-    _contacts(
-        kernel_array(Ts_world_tcp),
-        kernel_array(widths_m),
-        kernel_array(own_ids, np.int64),
-        open_boxes(hand),
-        hand.reach_m,
-        kernel_array(kind, np.uint8),
-        kernel_array(owners, np.uint64),
-        kernel_array(grid.origin),
-        float(grid.voxel_size_m),
-        kernel_array(fixed).reshape(-1, 6),
-        np.array(paddings),
-        bits,
-        static,
-    )
-    return bits, static
+    grasps = kernel_array(Ts_world_tcp), kernel_array(widths_m), kernel_array(own_ids, np.int64)
+    fixed = kernel_array(fixed).reshape(-1, 6)
+    return _contacts(*grasps, open_boxes(hand), hand.reach_m, voxels, fixed, np.array(paddings))
 
 
 def open_boxes(hand: HandGeometry) -> Float[np.ndarray, "b 6"]:
     """Centre and half size of all boxes of the open gripper, in the frame of its own TCP: fingers, then the rest."""
-    opening, _, _, half_y, thickness, length = hand.sizes
+    opening, _, _, half_y, thickness, length = hand[:6]
     x = opening / 2 + thickness / 2
     fingers = [[s * x, 0.0, -length / 2, thickness / 2, half_y, length / 2] for s in (-1, 1)]
     return np.concatenate([np.array(fingers), hand.palm])
 
 
 @njit(cache=True)
-def _contacts(
-    Ts: np.ndarray,
-    widths: np.ndarray,
-    own_ids: np.ndarray,
-    parts: np.ndarray,
-    reach_m: np.ndarray,
-    kind: np.ndarray,
-    owners: np.ndarray,
-    origin: np.ndarray,
-    voxel_m: float,
-    fixed: np.ndarray,
-    paddings: np.ndarray,
-    bits: np.ndarray,
-    static: np.ndarray,
-) -> None:
+def _contacts(Ts, widths, own_ids, parts, reach_m, voxels, fixed, paddings):
+    bits, static = np.zeros(len(widths), np.uint64), np.zeros(len(widths), np.bool_)
     center = np.empty(3)
     for n in range(len(widths)):
         R = Ts[n, :3, :3]
@@ -114,25 +100,16 @@ def _contacts(
                     + R[k, 1] * parts[b, 1]
                     + R[k, 2] * (parts[b, 2] + shift_z)
                 )
-            found, hit = _voxels_in_box(
-                R, center, parts[b, 3:] + paddings[0], own, kind, owners, origin, voxel_m
-            )
+            found, hit = _voxels_in_box(R, center, parts[b, 3:] + paddings[0], own, voxels)
             bits[n] |= found
             static[n] |= hit or _in_fixed(R, center, parts[b, 3:], fixed, paddings[1])
+    return bits, static
 
 
 @njit(cache=True)
-def _voxels_in_box(
-    R: np.ndarray,
-    center: np.ndarray,
-    half: np.ndarray,
-    own: np.uint64,
-    kind: np.ndarray,
-    owners: np.ndarray,
-    origin: np.ndarray,
-    voxel_m: float,
-) -> tuple[np.uint64, bool]:
+def _voxels_in_box(R, center, half, own, voxels):
     """Owners of occupied voxels, and whether some have none, whose centres lie in a box grown by half a voxel."""
+    kind, owners, origin, voxel_m = voxels
     bits, ownerless = np.uint64(0), False
     lower, upper = np.empty(3, np.int64), np.empty(3, np.int64)
     grown = half + 0.5 * voxel_m
@@ -160,9 +137,7 @@ def _voxels_in_box(
 
 
 @njit(cache=True)
-def _in_fixed(
-    R: np.ndarray, center: np.ndarray, half: np.ndarray, fixed: np.ndarray, padding_m: float
-) -> bool:
+def _in_fixed(R, center, half, fixed, padding_m):
     """Whether some point of a box's 1 cm lattice (corners included) lies in a fixed box, grown."""
     steps = np.empty(3, np.int64)
     for a in range(3):

@@ -3,11 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float32, UInt8, UInt64
+from jaxtyping import Bool, Float32, UInt64
 
 from torc.errors import InputError
-from torc.grasping.check_result import Fault
-from torc.grasping.checks import check_candidates
+from torc.grasping.checks import Fault, check_candidates
 from torc.grasping.clouds import ObjectCloud, SceneClouds, build_clouds
 from torc.grasping.config import GraspConfig
 from torc.grasping.features import FEATURE_NAMES, compute_features
@@ -21,16 +20,26 @@ from torc.records import MAX_OBJECTS, GraspSet, OcclusionVolume, SegmentedScene
 from torc.robots.description import GripperDescription
 
 GENERATOR_NAMES = tuple(GENERATORS)
+NO_GRASPS = GraspSet(
+    Ts_world_tcp=np.zeros((0, 4, 4)),
+    widths_m=np.zeros(0),
+    scores=np.zeros(0),
+    object_ids=np.zeros(0, dtype=np.int16),
+    contacts=np.zeros((0, 2, 3)),
+    generators=np.zeros(0, dtype=np.uint8),
+    generator_names=GENERATOR_NAMES,
+)
+_COLUMNS = ("Ts_world_tcp", "widths_m", "scores", "object_ids", "contacts", "generators")
 _DEPTH_PER_OPENING = 0.88
 """An object this deep, in openings of the hand, still fits between the fingers: 75 mm for a 2F-85."""
 
 
 @dataclass(frozen=True)
 class CandidateSet:
-    """All candidates that are graspable as far as their own object and the table go, before selection.
+    """Candidates that are graspable as far as their own object and the table go, before selection.
 
     Attributes:
-        grasps: in the order of proposal; scores by the hand-written score.
+        grasps: in the order of proposal.
         features: one row per grasp, columns FEATURE_NAMES.
         blocked: the gripper touches other objects or has them between its pads.
         blockers: which objects those are, bit k for object id k.
@@ -38,17 +47,6 @@ class CandidateSet:
     """
 
     grasps: GraspSet
-    features: Float32[np.ndarray, "n f"]
-    blocked: Bool[np.ndarray, "n"]
-    blockers: UInt64[np.ndarray, "n"]
-    proposed: int
-
-
-@dataclass(frozen=True)
-class _ObjectCandidates:
-    raw: RawCandidates
-    object_id: int
-    generators: UInt8[np.ndarray, "n"]
     features: Float32[np.ndarray, "n f"]
     blocked: Bool[np.ndarray, "n"]
     blockers: UInt64[np.ndarray, "n"]
@@ -81,29 +79,30 @@ class GeometricGraspPlanner:
 
     def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
         """Grasps of all visible objects that are large enough, the best of each object first."""
-        parts, config = self._propose(scene, volume, rng), self.config.selection
-        scores = [self.scorer.score(p.features) for p in parts]
-        kept = [thinned(s, p.blocked, p.raw.Rs, p.raw.tips, config) for p, s in zip(parts, scores)]
+        parts, config = self._propose(scene, volume, rng, self.scorer), self.config.selection
+        kept = [thinned(p.grasps.scores, p.blocked, p.grasps.Ts_world_tcp, config) for p in parts]
         free = [k[~p.blocked[k]] for p, k in zip(parts, kept)]
-        spread = concatenated([_records(p, s, self.hand, k) for p, s, k in zip(parts, scores, free)])
+        spread = _concatenated([_rows(p.grasps, k) for p, k in zip(parts, free)])
         ids = spread.object_ids.astype(np.int64)
         in_the_way = voxel_blockers(spread.Ts_world_tcp, spread.widths_m, ids, volume, self.hand) != 0
         out, start = [], 0
-        for part, s, k, f in zip(parts, scores, kept, free):
+        for part, k, f in zip(parts, kept, free):
             blocked = part.blocked.copy()
             blocked[f] = in_the_way[start : start + len(f)]
             start += len(f)
-            out.append(_records(part, s, self.hand, chosen(k, s, blocked, config)))
-        return concatenated(out)
+            out.append(_rows(part.grasps, chosen(k, part.grasps.scores, blocked, config)))
+        return _concatenated(out)
 
     def candidates(
         self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
     ) -> CandidateSet:
-        """What `plan` scores, before selection: the same candidates for the same generator state."""
-        parts, hand_score = self._propose(scene, volume, rng), HandScore()
-        grasps = concatenated([_records(p, hand_score.score(p.features), self.hand) for p in parts])
+        """What `plan` scores, before selection, with the hand-written score; for training.
+
+        The same candidates for the same generator state.
+        """
+        parts = self._propose(scene, volume, rng, HandScore())
         return CandidateSet(
-            grasps,
+            _concatenated([p.grasps for p in parts]),
             np.concatenate([p.features for p in parts] or [np.zeros((0, len(FEATURE_NAMES)), np.float32)]),
             np.concatenate([p.blocked for p in parts] or [np.zeros(0, dtype=bool)]),
             np.concatenate([p.blockers for p in parts] or [np.zeros(0, dtype=np.uint64)]),
@@ -111,70 +110,55 @@ class GeometricGraspPlanner:
         )
 
     def _propose(
-        self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
-    ) -> list[_ObjectCandidates]:
+        self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator, scorer: GraspScorer
+    ) -> list[CandidateSet]:
+        """The candidates of each object."""
         clouds = build_clouds(scene, volume, self.support_z_m, self.config.clouds)
         # A seed per id: what is drawn for one object does not depend on which others are seen.
         seeds = rng.integers(1 << 62, size=MAX_OBJECTS)
         return [
-            self._propose_for(cloud, clouds, volume, np.random.default_rng(seeds[cloud.id]))
+            self._propose_for(cloud, clouds, volume, np.random.default_rng(seeds[cloud.id]), scorer)
             for cloud in clouds.objects
         ]
 
     def _propose_for(
-        self, cloud: ObjectCloud, clouds: SceneClouds, volume: OcclusionVolume, rng: np.random.Generator
-    ) -> _ObjectCandidates:
-        checks = self.config.checks
-        given = GeneratorInput(
-            cloud,
-            self.hand,
-            clouds.forward,
-            self.support_z_m,
-            checks.tip_margin_m,
-            checks.min_points_between,
-            self.config.candidates.for_object(cloud.id),
-        )
+        self,
+        cloud: ObjectCloud,
+        clouds: SceneClouds,
+        volume: OcclusionVolume,
+        rng: np.random.Generator,
+        scorer: GraspScorer,
+    ) -> CandidateSet:
+        checks, hand, z = self.config.checks, self.hand, self.support_z_m
+        config = self.config.candidates.for_object(cloud.id)
+        limits = checks.tip_margin_m, checks.min_points_between
+        given = GeneratorInput(cloud, hand, clouds.forward, z, *limits, config)
         proposals = [propose(given, rng) for propose in GENERATORS.values()]
-        generator = np.repeat(np.arange(len(proposals), dtype=np.uint8), [len(p) for p in proposals])
+        generators = np.repeat(np.arange(len(proposals), dtype=np.uint8), [len(p) for p in proposals])
         raw = RawCandidates(
             np.concatenate([p.Rs for p in proposals]),
             np.concatenate([p.tips for p in proposals]),
             np.concatenate([p.widths_m for p in proposals]),
         )
-        found = check_candidates(
-            raw.Rs,
-            raw.tips,
-            raw.widths_m,
-            cloud.cells,
-            cloud.id,
-            clouds.cells,
-            self.hand,
-            self.support_z_m,
-            checks,
+        found = check_candidates(raw, cloud, clouds.cells, hand, z, checks)
+        keep = _drawn_blocked(found.fault == Fault.NONE, found.blocked, config.max_blocked, rng)
+        kept, foreign, camera = raw[keep], found.foreign[keep], clouds.camera_position
+        features = compute_features(kept, foreign, cloud, clouds.cells, hand, volume, z, camera)
+        behind = features[:, FEATURE_NAMES.index("contact_behind_tip")].astype(float)
+        Ts = np.tile(np.eye(4), (len(kept), 1, 1))
+        Ts[:, :3, :3], Ts[:, :3, 3] = kept.Rs, kept.tips
+        middle = kept.tips - behind[:, None] * kept.Rs[:, :, 2]
+        half = 0.5 * kept.widths_m[:, None] * kept.Rs[:, :, 0]
+        grasps = GraspSet(
+            Ts_world_tcp=Ts,
+            widths_m=np.minimum(kept.widths_m, hand.max_width_m),
+            scores=np.asarray(scorer.score(features), dtype=float),
+            object_ids=np.full(len(kept), cloud.id, dtype=np.int16),
+            contacts=np.stack([middle - half, middle + half], axis=1),
+            generators=generators[keep],
+            generator_names=GENERATOR_NAMES,
         )
-        keep = _drawn_blocked(
-            found.fault == Fault.NONE, found.blocked(checks), self.config.candidates.max_blocked, rng
-        )
-        kept = RawCandidates(raw.Rs[keep], raw.tips[keep], raw.widths_m[keep])
-        features = compute_features(
-            kept,
-            found.foreign[keep],
-            cloud,
-            clouds.cells,
-            self.hand,
-            volume,
-            self.support_z_m,
-            clouds.camera_position,
-        )
-        return _ObjectCandidates(
-            kept,
-            cloud.id,
-            generator[keep],
-            features,
-            found.blocked(checks)[keep],
-            found.blockers[keep],
-            len(raw),
-        )
+        return CandidateSet(grasps, features, found.blocked[keep], found.blockers[keep], len(raw))
 
 
 def _for_hand(config: GraspConfig, hand: HandGeometry) -> GraspConfig:
@@ -194,62 +178,12 @@ def _drawn_blocked(
     return keep
 
 
-def candidates_with_features(
-    scene: SegmentedScene,
-    volume: OcclusionVolume,
-    gripper: GripperDescription,
-    support_z_m: float,
-    rng: np.random.Generator,
-    config: GraspConfig | None = None,
-) -> CandidateSet:
-    """The mix of candidates that a planner with these settings scores, with features; for training."""
-    return GeometricGraspPlanner(gripper, support_z_m, config, HandScore()).candidates(scene, volume, rng)
+def _rows(grasps: GraspSet, index: np.ndarray) -> GraspSet:
+    """The grasps of an index, in its order."""
+    return replace(grasps, **{name: getattr(grasps, name)[index] for name in _COLUMNS})
 
 
-def _records(
-    part: _ObjectCandidates, scores: np.ndarray, hand: HandGeometry, keep: np.ndarray | None = None
-) -> GraspSet:
-    """Grasps of one object, all or those of an index."""
-    keep = np.arange(len(part.raw)) if keep is None else keep
-    Rs, tips, widths = part.raw.Rs[keep], part.raw.tips[keep], part.raw.widths_m[keep]
-    Ts = np.tile(np.eye(4), (len(keep), 1, 1))
-    Ts[:, :3, :3], Ts[:, :3, 3] = Rs, tips
-    behind = part.features[keep, FEATURE_NAMES.index("contact_behind_tip")].astype(float)
-    middle = tips - behind[:, None] * Rs[:, :, 2]
-    half = 0.5 * widths[:, None] * Rs[:, :, 0]
-    return GraspSet(
-        Ts_world_tcp=Ts,
-        widths_m=np.minimum(widths, hand.max_width_m),
-        scores=np.asarray(scores, dtype=float)[keep],
-        object_ids=np.full(len(keep), part.object_id, dtype=np.int16),
-        contacts=np.stack([middle - half, middle + half], axis=1),
-        generators=part.generators[keep],
-        generator_names=GENERATOR_NAMES,
-    )
-
-
-def concatenated(parts: list[GraspSet]) -> GraspSet:
+def _concatenated(parts: list[GraspSet]) -> GraspSet:
     """All grasps of several sets, in order."""
-    parts = parts or [empty_grasps()]
-    return GraspSet(
-        np.concatenate([p.Ts_world_tcp for p in parts]),
-        np.concatenate([p.widths_m for p in parts]),
-        np.concatenate([p.scores for p in parts]),
-        np.concatenate([p.object_ids for p in parts]),
-        np.concatenate([p.contacts for p in parts]),
-        np.concatenate([p.generators for p in parts]),
-        GENERATOR_NAMES,
-    )
-
-
-def empty_grasps() -> GraspSet:
-    """No grasps."""
-    return GraspSet(
-        Ts_world_tcp=np.zeros((0, 4, 4)),
-        widths_m=np.zeros(0),
-        scores=np.zeros(0),
-        object_ids=np.zeros(0, dtype=np.int16),
-        contacts=np.zeros((0, 2, 3)),
-        generators=np.zeros(0, dtype=np.uint8),
-        generator_names=GENERATOR_NAMES,
-    )
+    parts = parts or [NO_GRASPS]
+    return replace(NO_GRASPS, **{n: np.concatenate([getattr(p, n) for p in parts]) for n in _COLUMNS})

@@ -53,28 +53,12 @@ class HandScore:
         return 1.0 / (1.0 + np.exp(-(_BIAS + x @ self._weight)))
 
 
-class TreeScore:
-    """Gradient-boosted trees trained on simulated trials, calibrated."""
-
-    def __init__(self, model: TreeModel) -> None:
-        self.model = model
-
-    @classmethod
-    def load(cls, path: Path = MODEL_PATH) -> "TreeScore":
-        """Read a model. Raises InputError if it is damaged or was trained on other features."""
-        return cls(load_trees(path, FEATURE_NAMES))
-
-    def score(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
-        """Calibrated probability per row."""
-        return self.model.probability(features)
-
-
 def default_scorer() -> GraspScorer:
     """The shipped model if there is one, else the hand-written score."""
     return _loaded(MODEL_PATH) if MODEL_PATH.is_file() else HandScore()
 
 
 @cache
-def _loaded(path: Path) -> TreeScore:
-    """A model, read and prepared once per process."""
-    return TreeScore.load(path)
+def _loaded(path: Path) -> TreeModel:
+    """A model, read once per process."""
+    return load_trees(path, FEATURE_NAMES)

@@ -10,8 +10,7 @@ from torc.grasping.config import SelectionConfig
 def thinned(
     scores: Float[np.ndarray, "n"],
     blocked: Bool[np.ndarray, "n"],
-    Rs: Float[np.ndarray, "n 3 3"],
-    tips: Float[np.ndarray, "n 3"],
+    Ts_world_tcp: Float[np.ndarray, "n 4 4"],
     config: SelectionConfig,
 ) -> np.ndarray:
     """Indices of grasps that are not too alike: by falling score, free ones and blocked ones apart.
@@ -20,9 +19,9 @@ def thinned(
     """
     order = np.argsort(-scores, kind="stable")
     is_blocked = blocked[order]
-    limit = config.spare * config.max_per_object
-    parts = [_suppressed(order[part], Rs, tips, limit, config) for part in (~is_blocked, is_blocked)]
-    return np.concatenate(parts)
+    limits = config.position_m**2, float(np.cos(config.angle_rad)), config.spare * config.max_per_object
+    parts = (order[~is_blocked], order[is_blocked])
+    return np.concatenate([part[_suppress(part, Ts_world_tcp, *limits)] for part in parts])
 
 
 def chosen(
@@ -40,18 +39,9 @@ def chosen(
     return best[np.lexsort((best, -scores[best]))]
 
 
-def _suppressed(
-    order: np.ndarray, Rs: np.ndarray, tips: np.ndarray, limit: int, config: SelectionConfig
-) -> np.ndarray:
-    """Greedy non-maximum suppression over indices in the order of merit."""
-    keep = _suppress(order, Rs, tips, config.position_m**2, float(np.cos(config.angle_rad)), limit)
-    return order[keep]
-
-
 @njit(cache=True)
-def _suppress(
-    order: np.ndarray, Rs: np.ndarray, tips: np.ndarray, distance2: float, cosine: float, limit: int
-) -> np.ndarray:
+def _suppress(order, Ts, distance2, cosine, limit):
+    """Which of the indices to keep, in the order of merit: greedy non-maximum suppression."""
     keep = np.zeros(len(order), dtype=np.bool_)
     chosen = np.empty(limit, dtype=np.int64)
     n = 0
@@ -63,16 +53,16 @@ def _suppress(
         for m in range(n):
             j = chosen[m]
             gap = (
-                (tips[i, 0] - tips[j, 0]) ** 2
-                + (tips[i, 1] - tips[j, 1]) ** 2
-                + (tips[i, 2] - tips[j, 2]) ** 2
+                (Ts[i, 0, 3] - Ts[j, 0, 3]) ** 2
+                + (Ts[i, 1, 3] - Ts[j, 1, 3]) ** 2
+                + (Ts[i, 2, 3] - Ts[j, 2, 3]) ** 2
             )
             if gap > distance2:
                 continue
             closing, approach = 0.0, 0.0
             for a in range(3):
-                closing += Rs[i, a, 0] * Rs[j, a, 0]
-                approach += Rs[i, a, 2] * Rs[j, a, 2]
+                closing += Ts[i, a, 0] * Ts[j, a, 0]
+                approach += Ts[i, a, 2] * Ts[j, a, 2]
             if abs(closing) > cosine and approach > cosine:
                 duplicate = True
                 break

@@ -4,16 +4,15 @@ The file is an `.npz` without pickled objects, so that a model from anyone can b
 """
 
 from dataclasses import dataclass, field, fields
-from functools import cached_property
 from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int32
+from numba import njit
 
 from torc.errors import InputError
 from torc.geometry.arrays import kernel_array
-from torc.grasping.tree_kernels import SortedTests, evaluate_sorted, evaluate_trees, sorted_tests
 
 MODEL_VERSION = 1
 _LEAF = -1
@@ -59,29 +58,28 @@ class TreeModel:
         if problem:
             raise InputError(f"Unusable grasp model: {problem}. Train it again.")
 
-    def probability(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
+    def score(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
         """Calibrated probability per row."""
+        tests = self.feature, self.threshold, self.missing_left
+        children = self.left, self.right, self.value
         x = kernel_array(features, np.float32)
-        if self.sorted_tests is not None and not np.isnan(x).any():
-            raw = evaluate_sorted(x, *self.sorted_tests, self.baseline)
-        else:
-            raw = evaluate_trees(
-                x,
-                self.feature,
-                self.threshold,
-                self.left,
-                self.right,
-                self.value,
-                self.missing_left,
-                self.roots,
-                self.baseline,
-            )
+        raw = _log_odds(x, *tests, *children, self.roots, self.baseline)
         return np.interp(1.0 / (1.0 + np.exp(-raw)), self.knots_p, self.knots_held)
 
-    @cached_property
-    def sorted_tests(self) -> SortedTests | None:
-        """The same trees for `evaluate_sorted`; None if one has more than 64 leaves."""
-        return sorted_tests(self.feature, self.threshold, self.left, self.right, self.value, self.roots)
+
+@njit(cache=True)
+def _log_odds(features, feature, threshold, missing_left, left, right, value, roots, baseline):
+    """Per row the baseline and the leaf values of all trees."""
+    out = np.full(len(features), baseline)
+    for t in range(len(roots)):
+        for i in range(len(features)):
+            node = roots[t]
+            while feature[node] >= 0:
+                x = features[i, feature[node]]
+                go_left = missing_left[node] if np.isnan(x) else x <= threshold[node]
+                node = left[node] if go_left else right[node]
+            out[i] += value[node]
+    return out
 
 
 def save_trees(path: Path, model: TreeModel) -> None:

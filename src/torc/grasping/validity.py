@@ -19,6 +19,11 @@ from torc.records import GraspReport, GraspSet, GraspStatus, SegmentedScene
 from torc.robots.description import GripperDescription, RobotDescription
 from torc.robots.ik import solve_ik
 
+_Found = tuple[
+    Float[np.ndarray, "n dof"], Bool[np.ndarray, "n"], UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]
+]
+"""Per grasp: a configuration, whether there is one, other objects touched there, and whether anything fixed is."""
+
 
 def evaluate_grasps(
     grasps: GraspSet,
@@ -37,8 +42,7 @@ def evaluate_grasps(
     """
     config = ValidityConfig() if config is None else config
     _check_ids(grasps, scene)
-    qpos, reachable, bits, fixed = _best_branches(grasps, world, robot, config)
-    return _report(grasps, scene, robot.gripper, qpos, reachable, bits, fixed, config)
+    return _report(grasps, scene, robot.gripper, _best_branches(grasps, world, robot, config), config)
 
 
 def evaluate_grasps_without_robot(
@@ -51,24 +55,16 @@ def evaluate_grasps_without_robot(
     """The same for the gripper alone: every grasp counts as reachable, and qpos has no columns."""
     config = ValidityConfig() if config is None else config
     _check_ids(grasps, scene)
-    bits, fixed = hand_contacts(
-        grasps.Ts_world_tcp,
-        grasps.widths_m,
-        grasps.object_ids.astype(np.int64),
-        world,
-        hand_geometry(gripper),
-    )
-    reachable = np.ones(len(grasps), dtype=bool)
-    return _report(grasps, scene, gripper, np.zeros((len(grasps), 0)), reachable, bits, fixed, config)
+    own, hand = grasps.object_ids.astype(np.int64), hand_geometry(gripper)
+    touched = hand_contacts(grasps.Ts_world_tcp, grasps.widths_m, own, world, hand)
+    found = np.zeros((len(grasps), 0)), np.ones(len(grasps), dtype=bool), *touched
+    return _report(grasps, scene, gripper, found, config)
 
 
 def tool0_targets(grasps: GraspSet, gripper: GripperDescription) -> Float[np.ndarray, "n 4 4"]:
     """Pose of the flange at each grasp: T_world_tcp with the pads at the grasp's width."""
-    tabulated, widths = gripper.Ts_tool0_tcp, np.clip(grasps.widths_m, 0.0, gripper.max_width_m)
-    upper = np.clip(np.searchsorted(gripper.widths_m, widths), 1, len(gripper.widths_m) - 1)
-    low, high = gripper.widths_m[upper - 1], gripper.widths_m[upper]
-    s = ((widths - low) / (high - low))[:, None, None]
-    return grasps.Ts_world_tcp @ invert((1.0 - s) * tabulated[upper - 1] + s * tabulated[upper])
+    widths_m = np.clip(grasps.widths_m, 0.0, gripper.max_width_m)
+    return grasps.Ts_world_tcp @ invert(gripper.Ts_tool0_tcp_at(widths_m))
 
 
 def _check_ids(grasps: GraspSet, scene: SegmentedScene) -> None:
@@ -79,17 +75,16 @@ def _check_ids(grasps: GraspSet, scene: SegmentedScene) -> None:
 
 def _best_branches(
     grasps: GraspSet, world: CollisionWorld, robot: RobotDescription, config: ValidityConfig
-) -> tuple[np.ndarray, Bool[np.ndarray, "n"], UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
-    """Configuration, whether there is one, other objects touched there, and whether anything fixed is."""
+) -> _Found:
+    """Where nothing is touched, or else the least; see `evaluate_grasps`."""
     n, dof = len(grasps), robot.arm.dof
     qpos, bits, fixed = np.full((n, dof), np.nan), np.zeros(n, np.uint64), np.zeros(n, dtype=bool)
     if n == 0:
         return qpos, np.zeros(0, dtype=bool), bits, fixed
     own = grasps.object_ids.astype(np.int64)
     # Where the gripper itself is in the way, no elbow position helps: such grasps get one try.
-    hand_bits, hand_fixed = hand_contacts(
-        grasps.Ts_world_tcp, grasps.widths_m, own, world, hand_geometry(robot.gripper)
-    )
+    hand = hand_geometry(robot.gripper)
+    hand_bits, hand_fixed = hand_contacts(grasps.Ts_world_tcp, grasps.widths_m, own, world, hand)
     hopeful = (hand_bits == 0) & ~hand_fixed
     solutions = solve_ik(robot.arm, tool0_targets(grasps, robot.gripper))
     arrays, width = robot_arrays(robot), robot.gripper.max_width_m
@@ -163,13 +158,11 @@ def _report(
     grasps: GraspSet,
     scene: SegmentedScene,
     gripper: GripperDescription,
-    qpos: np.ndarray,
-    reachable: Bool[np.ndarray, "n"],
-    bits: UInt64[np.ndarray, "n"],
-    fixed: Bool[np.ndarray, "n"],
+    found: _Found,
     config: ValidityConfig,
 ) -> GraspReport:
     """Status by the first failing check, and the counts between objects."""
+    qpos, reachable, bits, fixed = found
     alone, in_object = between_and_inside(grasps, scene, gripper, config)
     failed = [
         (GraspStatus.UNREACHABLE, ~reachable),

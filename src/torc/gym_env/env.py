@@ -8,9 +8,9 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import Bool, UInt8
 
+from torc.episode.loop import Episode
 from torc.episode.state import EndReason
 from torc.episode.steps import EpisodeConfig
-from torc.episode.stepwise import Episode
 from torc.errors import InputError, PhysicsError, UnknownNameError
 from torc.gym_env.features import action_mask, observed
 from torc.gym_env.playground import Playground, SimulatedPlayground
@@ -189,16 +189,13 @@ def _conditions(given: dict[str, Any]) -> Conditions:
 
 
 def _spaces(image: bool, mount: CameraMount) -> dict[str, spaces.Space[Any]]:
-    def share(*shape: int, low: float = 0.0) -> spaces.Box:
-        return spaces.Box(low, 1.0, shape, np.float32)
-
     n = MAX_OBJECTS
+    shares = ("best_score", "pixels", "hidden_volume", "blocked", "tried")
+    shapes: dict[str, tuple[int, ...]] = {**dict.fromkeys(shares, (n,)), "edges": (n, n), "picks_left": (1,)}
     found: dict[str, spaces.Space[Any]] = {
         **{key: spaces.MultiBinary(n) for key in ("visible", "graspable", "target")},
-        **{key: share(n) for key in ("best_score", "pixels", "hidden_volume", "blocked", "tried")},
-        "position": share(n, 3, low=-1.0),
-        "edges": share(n, n),
-        "picks_left": share(1),
+        **{key: spaces.Box(0.0, 1.0, shape, np.float32) for key, shape in shapes.items()},
+        "position": spaces.Box(-1.0, 1.0, (n, 3), np.float32),
     }
     if image:
         found["image"] = spaces.Box(0, 255, (mount.height, mount.width, 3), np.uint8)

@@ -13,14 +13,7 @@ from torc.records import MAX_OBJECTS, TARGET_ID, GraspStatus, PlanningContext, S
 from torc.task_planning.graph_building import build_dependency_graph
 
 PER_OBJECT = (
-    "visible",
-    "graspable",
-    "target",
-    "best_score",
-    "pixels",
-    "hidden_volume",
-    "blocked",
-    "tried",
+    *("visible", "graspable", "target", "best_score", "pixels", "hidden_volume", "blocked", "tried"),
     "position",
 )
 """The keys with a row per object id; "position" has three columns."""
@@ -29,19 +22,18 @@ PER_OBJECT = (
 def observed(context: PlanningContext, max_picks: int) -> dict[str, np.ndarray]:
     """The features of a look, by the keys of the environment's observation space; docs/gym.md has their meaning."""
     scene, report, grasps, ids = context.scene, context.report, context.grasps, list(context.scene.ids)
+    shares = ("best_score", "pixels", "hidden_volume", "blocked", "tried")
     rows: dict[str, np.ndarray] = {
         "visible": _ones(ids),
         "graspable": action_mask(context),
         "target": _ones([TARGET_ID]),
-        "best_score": _zeros(),
-        "pixels": _zeros(),
-        "hidden_volume": _zeros(),
-        "blocked": _zeros(),
-        "tried": _zeros(),
+        **{name: np.zeros(MAX_OBJECTS, np.float32) for name in shares},
         "position": np.zeros((MAX_OBJECTS, 3), np.float32),
-        "edges": _edges(context),
+        "edges": np.zeros((MAX_OBJECTS, MAX_OBJECTS), np.float32),
         "picks_left": np.array([context.picks_left / max_picks], np.float32),
     }
+    for edge in build_dependency_graph(context).edges:
+        rows["edges"][edge.source, edge.target] = edge.weight
     unseen = max(1, int(np.count_nonzero(~context.volume.seen)))
     voxel_m3 = context.volume.grid.voxel_size_m**3
     rows["hidden_volume"][ids] = hidden_volumes_m3(context.volume, ids) / (unseen * voxel_m3)
@@ -73,23 +65,12 @@ def stacked(observation: dict[str, np.ndarray]) -> Float32[np.ndarray, "64 f"]:
     return np.hstack([*columns, observation["edges"][TARGET_ID][:, None]]).astype(np.float32)
 
 
-def _edges(context: PlanningContext) -> Float32[np.ndarray, "64 64"]:
-    edges = np.zeros((MAX_OBJECTS, MAX_OBJECTS), np.float32)
-    for edge in build_dependency_graph(context).edges:
-        edges[edge.source, edge.target] = edge.weight
-    return edges
-
-
 def _position(o: SegmentedObject, grid: VoxelGrid) -> np.ndarray:
     """The middle of its visible points, -1 to 1 along each side of the workspace; 0 if it has no point."""
     if not len(o.points):
         return np.zeros(3)
     share = (o.points.mean(axis=0) - grid.origin) / (grid.upper - grid.origin)
     return np.clip(2.0 * share - 1.0, -1.0, 1.0)
-
-
-def _zeros() -> Float32[np.ndarray, "64"]:
-    return np.zeros(MAX_OBJECTS, np.float32)
 
 
 def _ones(ids: list[int]) -> Int8[np.ndarray, "64"]:

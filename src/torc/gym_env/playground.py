@@ -1,13 +1,11 @@
 """Where the episodes of an environment take place."""
 
 import sys
-from dataclasses import dataclass
 from typing import Protocol
 
-from torc.episode.loop import rehearse_picks
+from torc.episode.loop import Episode, rehearse_picks
 from torc.episode.simulated import needs_color, pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, Steps
-from torc.episode.stepwise import Episode
 from torc.pipeline.building import build_system
 from torc.pipeline.warm_up import announced_compilation
 from torc.problems.problem import load_problem
@@ -28,15 +26,6 @@ class Playground(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class _OpenWorld:
-    """A problem's world, and how it was when it was built."""
-
-    problem: str
-    robot: SimulatedRobot
-    built: RobotState
-
-
 class SimulatedPlayground(Closing):
     """The simulation, with the parts that `run_trial` puts together: the same problem, seed and picks go the same way.
 
@@ -44,22 +33,16 @@ class SimulatedPlayground(Closing):
     """
 
     def __init__(self, conditions: Conditions, *, color: bool) -> None:
-        """color: whether pictures are needed; without, each look is faster.
-
-        Raises:
-            InputError: a part cannot be made.
-        """
+        """Without `color`, where no pictures are needed, each look is faster. Raises InputError."""
         self._system = build_system(conditions)
         self._color = color or needs_color(self._system)
-        self._open: _OpenWorld | None = None
+        self._open: tuple[str, SimulatedRobot, RobotState] | None = None  # problem, robot, state as built
         self._rehearsed = False
 
     def begin(self, problem: str, config: EpisodeConfig) -> Episode:
-        """As Playground says. The first episode compiles kernels where they are not cached, and says so on stderr.
+        """The first episode compiles kernels where they are not cached, and says so on stderr.
 
-        Raises:
-            InputError: the problem cannot be used.
-            PhysicsError: the simulation broke before the first pick.
+        Raises InputError for a problem that cannot be used, and PhysicsError if it breaks before the first pick.
         """
         simulated = self._as_built(problem)
         simulated.take_over()
@@ -73,14 +56,15 @@ class SimulatedPlayground(Closing):
     def close(self) -> None:
         """Frees the world and its camera."""
         if self._open is not None:
-            self._open.robot.close()
+            self._open[1].close()
             self._open = None
 
     def _as_built(self, problem: str) -> SimulatedRobot:
         """The robot in the problem's world, as that was built."""
-        if self._open is None or self._open.problem != problem:
+        if self._open is None or self._open[0] != problem:
             self.close()
             simulated = simulated_robot(self._system, load_problem(problem), color=self._color)
-            self._open = _OpenWorld(problem, simulated, simulated.save())
-        self._open.robot.restore(self._open.built)
-        return self._open.robot
+            self._open = problem, simulated, simulated.save()
+        _, simulated, built = self._open
+        simulated.restore(built)
+        return simulated

@@ -32,14 +32,7 @@ class RewardConfig:
 
 
 def reward(config: RewardConfig, outcome: PickOutcome, end: EndReason | None, picks_left: int) -> float:
-    """Of one pick.
-
-    Args:
-        config: what counts how much.
-        outcome: what came of it.
-        end: whether and why the episode ended with it.
-        picks_left: attempts left after it.
-    """
+    """Of one pick; `end` tells whether and why the episode ended with it, with so many attempts left."""
     value = -config.pick_cost - config.drop_cost * len(outcome.dropped)
     if end is EndReason.RETRIEVED:
         return value + config.retrieval_bonus

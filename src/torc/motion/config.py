@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 
 @dataclass(frozen=True)
 class CartesianConfig:
@@ -97,8 +95,3 @@ class MotionConfig:
     def opening(self, max_width_m: float) -> float:
         """Opening of a gripper until it closes on the object."""
         return max_width_m if self.opening_m is None else min(self.opening_m, max_width_m)
-
-
-def even_yaws(n: int) -> np.ndarray:
-    """n angles evenly spread over a full turn, from 0."""
-    return 2 * np.pi * np.arange(n) / n

@@ -4,7 +4,7 @@ A grasp that passes the checks of validity may still have no straight approach o
 robot itself is in the way of every inverse-kinematics solution. That is known before anything is decided.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 
 import numpy as np
@@ -12,14 +12,13 @@ from jaxtyping import Bool, Float, Int
 from numba import njit
 
 from torc.collision.checks import blockers, robot_arrays, static_contacts
-from torc.collision.placement import RobotArrays, place_spheres, sphere_rows
+from torc.collision.placement import RobotArrays, place_spheres, scratch_for
 from torc.collision.world import CollisionWorld
 from torc.geometry.arrays import kernel_array
-from torc.geometry.transforms import invert
-from torc.motion.config import CartesianConfig, MotionConfig
-from torc.motion.extent import held_where_it_lies
+from torc.grasping.validity import tool0_targets
+from torc.motion.config import MotionConfig
 from torc.motion.following import follow_lines, waypoints_of
-from torc.motion.holding import Held
+from torc.motion.holding import Held, held_where_it_lies
 from torc.motion.line_context import line_context
 from torc.motion.lines import line_counts
 from torc.motion.straight_motions import StraightMotions
@@ -51,11 +50,15 @@ def without_lines(
     out = np.zeros(len(grasps), dtype=bool)
     valid = np.flatnonzero(report.status == GraspStatus.VALID)
     arrays, camera = robot_arrays(robot), scene.observation.T_world_camera[:3, 3].astype(float)
-    asked = _Scene(robot, arrays, world, config)
-    bounds = {
-        k: _bounding_sphere(scene.object(k).points) for k in np.unique(grasps.object_ids[valid]).tolist()
-    }
-    doubtful = valid[~_obvious(grasps, report.qpos, valid, bounds, asked)]
+    if len(valid) == 0:
+        return out
+    # Most can be carried out from their configuration in the report: all are asked at once.
+    own_ids = grasps.object_ids[valid].astype(np.int64)
+    around = robot, arrays, world, config
+    starts = _Starts(*around, report.qpos[valid], tool0_targets(grasps, robot.gripper)[valid], own_ids)
+    bounds = {k: _bounding_sphere(scene.object(k).points) for k in set(own_ids.tolist())}
+    good = starts.raisable(np.array([bounds[k] for k in own_ids.tolist()]))
+    good[good] = starts.among(good).approachable(-grasps.Ts_world_tcp[valid[good], :3, 2])
     straight = StraightMotions(robot.arm, config)
 
     @cache
@@ -64,11 +67,11 @@ def without_lines(
             scene.object(object_id), camera, volume, support_z_m, config.attached_spheres
         )
 
-    for grasp in doubtful.tolist():
+    for grasp in valid[~good].tolist():
         own_id = int(grasps.object_ids[grasp])
         T, width_m = grasps.Ts_world_tcp[grasp], float(grasps.widths_m[grasp])
         hold = partial(held, own_id)
-        context = line_context(robot, arrays, world, asked.opening_m, own_id, T, width_m, hold)
+        context = line_context(robot, arrays, world, starts.opening_m, own_id, T, width_m, hold)
         out[grasp] = not straight.exist(context, report.qpos[grasp])
     return out
 
@@ -77,120 +80,65 @@ _ROOM_M = 0.03
 
 
 @dataclass(frozen=True)
-class _Scene:
+class _Starts:
+    """Grasps to follow lines from: configuration, pose of the flange, own object; and what is around."""
+
     robot: RobotDescription
     arrays: RobotArrays
     world: CollisionWorld
     config: MotionConfig
+    qpos: Float[np.ndarray, "m dof"]
+    Ts_world_tool0: Float[np.ndarray, "m 4 4"]
+    own_ids: Int[np.ndarray, "m"]
+
+    def among(self, mask: Bool[np.ndarray, "m"]) -> "_Starts":
+        qpos, Ts, own_ids = self.qpos[mask], self.Ts_world_tool0[mask], self.own_ids[mask]
+        return replace(self, qpos=qpos, Ts_world_tool0=Ts, own_ids=own_ids)
 
     @property
     def opening_m(self) -> float:
         """Of the gripper before it closes."""
         return self.config.opening(self.robot.gripper.max_width_m)
 
+    def raisable(self, bounds: Float[np.ndarray, "m 4"]) -> Bool[np.ndarray, "m"]:
+        """Whether the shortest lift can be followed, off everything fixed, and with the object surely off the robot."""
+        config = self.config.cartesian
+        length_m, count = max(config.lifts_m), min(line_counts(config.lifts_m, config.step_m))
+        up = np.tile([0.0, 0.0, 1.0], (len(self.qpos), 1))
+        lines = self.qpos, self.Ts_world_tool0, up, length_m
+        path, reached = follow_lines(self.robot.arm, self.arrays, *lines, config, count)
+        path = np.concatenate([self.qpos[:, None], path], axis=1)[:, ::2]
+        good = (reached == count) & ~self._fixed(path).any(axis=1)
+        raised = length_m / waypoints_of(length_m, config.step_m) * 2 * np.arange(path.shape[1])
+        spheres = np.repeat(bounds[:, None], path.shape[1], axis=1)
+        spheres[:, :, 2] += raised
+        rows = np.repeat(good[:, None], path.shape[1], axis=1)
+        near = np.zeros(rows.shape, dtype=bool)
+        around = kernel_array(path[rows]), kernel_array(spheres[rows])
+        near[rows] = _near_robot(*around, self.arrays, self.world.config.self_padding_m)
+        return good & ~near.any(axis=1)
 
-def _obvious(
-    grasps: GraspSet,
-    qpos: Float[np.ndarray, "n dof"],
-    index: Int[np.ndarray, "m"],
-    bounds: dict[int, Float[np.ndarray, "4"]],
-    scene: _Scene,
-) -> Bool[np.ndarray, "m"]:
-    """Of the grasps in `index`, those that can be carried out from their configuration in `qpos`, all asked at once."""
-    if len(index) == 0:
-        return np.zeros(0, dtype=bool)
-    gripper, config = scene.robot.gripper, scene.config.cartesian
-    Ts_world_tcp, own_ids = (
-        grasps.Ts_world_tcp[index].astype(float),
-        grasps.object_ids[index].astype(np.int64),
-    )
-    widths_m = np.clip(grasps.widths_m[index].astype(float), 0.0, gripper.max_width_m)
-    starts = _Starts(qpos[index], Ts_world_tcp @ invert(gripper.Ts_tool0_tcp_at(widths_m)), own_ids)
-    spheres = np.array([bounds[k] for k in own_ids.tolist()])
-    good = _raisable(starts, spheres, scene, config)
-    good[good] = _approachable(starts.among(good), -Ts_world_tcp[good, :3, 2], scene, config)
-    return good
+    def approachable(self, backward: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, "m"]:
+        """Whether there is a free pre-grasp, and a line from it that is off everything fixed."""
+        config = self.config.cartesian
+        counts = line_counts(config.back_offs_m, config.step_m)
+        lines = self.qpos, self.Ts_world_tool0, backward, max(config.back_offs_m)
+        path, reached = follow_lines(self.robot.arm, self.arrays, *lines, config)
+        # What was not reached is not finite, and counts as in contact.
+        ends = path[:, [c - 1 for c in counts]]
+        asked = ends.reshape(-1, path.shape[2]), self.opening_m, np.repeat(self.own_ids, len(counts))
+        free = blockers(self.world, self.arrays, *asked).free.reshape(ends.shape[:2])
+        fixed = self._fixed(np.concatenate([self.qpos[:, None], path], axis=1)[:, ::2])
+        out = np.zeros(len(self.qpos), dtype=bool)
+        for j, count in enumerate(counts):
+            off = ~fixed[:, : count // 2 + 1].any(axis=1)
+            out |= free[:, j] & off & (reached >= count)
+        return out
 
-
-@dataclass(frozen=True)
-class _Starts:
-    """Grasps to follow lines from: configuration, pose of the flange, own object."""
-
-    qpos: Float[np.ndarray, "m dof"]
-    Ts_world_tool0: Float[np.ndarray, "m 4 4"]
-    own_ids: Int[np.ndarray, "m"]
-
-    def among(self, mask: Bool[np.ndarray, "m"]) -> "_Starts":
-        return _Starts(self.qpos[mask], self.Ts_world_tool0[mask], self.own_ids[mask])
-
-    def __len__(self) -> int:
-        return len(self.qpos)
-
-    def followed(
-        self, directions: Float[np.ndarray, "m 3"], waypoints: int, length_m: float, scene: _Scene
-    ) -> tuple[Float[np.ndarray, "m w dof"], Int[np.ndarray, "m"]]:
-        """The first waypoints of lines of that length, and how many of them are reached."""
-        arm, config = scene.robot.arm, scene.config.cartesian
-        limits = arm.lower + config.limit_margin_rad, arm.upper - config.limit_margin_rad
-        spacing_m = length_m / waypoints_of(length_m, config.step_m)
-        return follow_lines(
-            scene.arrays,
-            self.qpos,
-            self.Ts_world_tool0,
-            directions,
-            waypoints,
-            spacing_m,
-            limits,
-            config.max_joint_step_rad,
-        )
-
-
-def _raisable(
-    starts: _Starts, bounds: Float[np.ndarray, "m 4"], scene: _Scene, config: CartesianConfig
-) -> Bool[np.ndarray, "m"]:
-    """Whether the shortest lift can be followed, off everything fixed, and with the object surely off the robot."""
-    length_m = max(config.lifts_m)
-    count = min(line_counts(config.lifts_m, waypoints_of(length_m, config.step_m)))
-    up = np.tile([0.0, 0.0, 1.0], (len(starts), 1))
-    path, reached = starts.followed(up, count, length_m, scene)
-    path = np.concatenate([starts.qpos[:, None], path], axis=1)[:, ::2]
-    good = (reached == count) & ~_fixed(path, scene).any(axis=1)
-    raised = length_m / waypoints_of(length_m, config.step_m) * 2 * np.arange(path.shape[1])
-    spheres = np.repeat(bounds[:, None], path.shape[1], axis=1)
-    spheres[:, :, 2] += raised
-    rows = good[:, None] & np.ones(path.shape[1], dtype=bool)
-    near = np.zeros(rows.shape, dtype=bool)
-    near[rows] = _near_robot(
-        kernel_array(path[rows]), kernel_array(spheres[rows]), scene.arrays, scene.world.config.self_padding_m
-    )
-    return good & ~near.any(axis=1)
-
-
-def _approachable(
-    starts: _Starts, backward: Float[np.ndarray, "m 3"], scene: _Scene, config: CartesianConfig
-) -> Bool[np.ndarray, "m"]:
-    """Whether there is a free pre-grasp, and a line from it that is off everything fixed."""
-    length_m = max(config.back_offs_m)
-    waypoints = waypoints_of(length_m, config.step_m)
-    counts = line_counts(config.back_offs_m, waypoints)
-    path, reached = starts.followed(backward, waypoints, length_m, scene)
-    # What was not reached is not finite, and counts as in contact.
-    ends = path[:, [c - 1 for c in counts]]
-    own_ids = np.repeat(starts.own_ids, len(counts))
-    flat = ends.reshape(-1, path.shape[2])
-    free = blockers(scene.world, scene.arrays, flat, scene.opening_m, own_ids).free.reshape(ends.shape[:2])
-    fixed = _fixed(np.concatenate([starts.qpos[:, None], path], axis=1)[:, ::2], scene)
-    out = np.zeros(len(starts), dtype=bool)
-    for j, count in enumerate(counts):
-        off = ~fixed[:, : count // 2 + 1].any(axis=1)
-        out |= free[:, j] & off & (reached >= count)
-    return out
-
-
-def _fixed(paths: Float[np.ndarray, "m w dof"], scene: _Scene) -> Bool[np.ndarray, "m w"]:
-    """Whether table, bin or the robot itself is touched at each waypoint."""
-    flat = paths.reshape(-1, paths.shape[2])
-    return static_contacts(scene.world, scene.arrays, flat, scene.opening_m).reshape(paths.shape[:2])
+    def _fixed(self, paths: Float[np.ndarray, "m w dof"]) -> Bool[np.ndarray, "m w"]:
+        """Whether table, bin or the robot itself is touched at each waypoint."""
+        flat = paths.reshape(-1, paths.shape[2])
+        return static_contacts(self.world, self.arrays, flat, self.opening_m).reshape(paths.shape[:2])
 
 
 def _bounding_sphere(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "4"]:
@@ -204,11 +152,11 @@ def _near_robot(qpos, spheres, robot, padding):
     """Whether each sphere touches the spheres around the links that a held object may touch, or a fixed part."""
     n, dof = qpos.shape
     out = np.zeros(n, np.bool_)
-    Ts, scratch = np.empty((dof + 1, 3, 4)), np.empty((3, 4))
-    placed = np.empty((sphere_rows(robot), 3))
+    scratch = scratch_for(robot)
+    placed = scratch[3]
     first = robot.radii.shape[0]
     for i in range(n):
-        place_spheres(qpos[i], 0.0, robot, Ts, scratch, placed)
+        place_spheres(qpos[i], 0.0, robot, scratch)
         x, y, z, r = spheres[i]
         for link in range(dof - 1):
             p, reach = placed[first + link], robot.link_spheres[link, 3] + r + padding

@@ -10,7 +10,12 @@ from numba import njit
 
 from torc.collision.placement import RobotArrays, forward
 from torc.geometry.arrays import kernel_array
+from torc.motion.config import CartesianConfig
+from torc.robots.description import ArmDescription
 from torc.robots.kernels import jacobian_kernel, pose_error
+
+_TOLERANCE = 1e-5
+"""Metres and radians, per axis."""
 
 
 @njit(cache=True)
@@ -45,32 +50,6 @@ def follow_waypoints(q_start, targets, robot, lower, upper, max_step_rad, tolera
 
 
 @njit(cache=True)
-def _follow_many(starts, targets, robot, lower, upper, max_step_rad, tolerance, paths, counts):
-    for b in range(starts.shape[0]):
-        counts[b] = follow_waypoints(
-            starts[b], targets, robot, lower, upper, max_step_rad, tolerance, paths[b]
-        )
-
-
-def follow_line(
-    robot: RobotArrays,
-    starts: Float[np.ndarray, "b dof"],
-    Ts_world_tool0: Float[np.ndarray, "m 4 4"],
-    lower: Float[np.ndarray, "dof"],
-    upper: Float[np.ndarray, "dof"],
-    max_step_rad: float = 0.15,
-    tolerance: float = 1e-5,
-) -> tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]:
-    """Joint paths through the poses from each start, and how many poses in a row each path meets."""
-    targets, starts = kernel_array(Ts_world_tool0[:, :3]), kernel_array(starts)
-    paths = np.full((len(starts), len(targets), starts.shape[1]), np.nan)
-    counts = np.zeros(len(starts), dtype=np.int64)
-    lower, upper = kernel_array(lower), kernel_array(upper)
-    _follow_many(starts, targets, robot, lower, upper, max_step_rad, tolerance, paths, counts)
-    return paths, counts
-
-
-@njit(cache=True)
 def _follow_each(
     starts, Ts, directions, spacing_m, robot, lower, upper, max_step_rad, tolerance, paths, counts
 ):
@@ -87,38 +66,39 @@ def _follow_each(
 
 
 def follow_lines(
+    arm: ArmDescription,
     robot: RobotArrays,
     starts: Float[np.ndarray, "b dof"],
     Ts_world_tool0: Float[np.ndarray, "b 4 4"],
     directions: Float[np.ndarray, "b 3"],
-    waypoints: int,
-    spacing_m: float,
-    limits: tuple[Float[np.ndarray, "dof"], Float[np.ndarray, "dof"]],
-    max_step_rad: float = 0.15,
-    tolerance: float = 1e-5,
+    length_m: float,
+    config: CartesianConfig,
+    waypoints: int | None = None,
 ) -> tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]:
-    """`follow_line` for many lines at once, each from a pose of its own in a direction of its own."""
-    starts = kernel_array(starts)
-    paths = np.full((len(starts), waypoints, starts.shape[1]), np.nan)
+    """Joint paths along straight lines of the flange, each from a configuration, a pose and in a direction of its own.
+
+    Args:
+        arm, robot: the arm, and its robot's arrays.
+        starts: not included in the paths.
+        Ts_world_tool0: poses at the starts; the orientation stays.
+        directions: unit vectors, world frame.
+        length_m: of the lines, in steps of at most config.step_m.
+        config: distance to the joint limits, largest change of a joint per step.
+        waypoints: only so many of the first ones; None for all.
+
+    Returns:
+        The paths, NaN where they do not lead, and how many waypoints in a row each one meets.
+    """
+    steps = waypoints_of(length_m, config.step_m)
+    starts, margin = kernel_array(starts), config.limit_margin_rad
+    paths = np.full((len(starts), waypoints or steps, starts.shape[1]), np.nan)
     counts = np.zeros(len(starts), dtype=np.int64)
-    lower, upper = (kernel_array(limit) for limit in limits)
-    Ts, directions = kernel_array(Ts_world_tool0[:, :3]), kernel_array(directions)
-    _follow_each(
-        starts, Ts, directions, spacing_m, robot, lower, upper, max_step_rad, tolerance, paths, counts
-    )
+    limits = kernel_array(arm.lower + margin), kernel_array(arm.upper - margin), config.max_joint_step_rad
+    lines = kernel_array(Ts_world_tool0[:, :3]), kernel_array(directions), length_m / steps
+    _follow_each(starts, *lines, robot, *limits, _TOLERANCE, paths, counts)
     return paths, counts
 
 
 def waypoints_of(length_m: float, step_m: float) -> int:
     """Number of waypoints of a line, its start not counted."""
     return max(1, int(np.ceil(length_m / step_m - 1e-9)))
-
-
-def line_poses(
-    T_start: Float[np.ndarray, "4 4"], direction: Float[np.ndarray, "3"], length_m: float, step_m: float
-) -> Float[np.ndarray, "m 4 4"]:
-    """Poses of equal orientation along a straight line, start not included, end included, at most step_m apart."""
-    n = waypoints_of(length_m, step_m)
-    poses = np.tile(T_start, (n, 1, 1))
-    poses[:, :3, 3] += np.outer(np.arange(1, n + 1) * (length_m / n), direction)
-    return poses

@@ -9,13 +9,12 @@ from torc.collision.checks import carved
 from torc.collision.placement import RobotArrays
 from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import invert, make_pose
-from torc.motion.config import MotionConfig, even_yaws
-from torc.motion.failure import NoMotionError
+from torc.motion.config import MotionConfig
 from torc.motion.geometry import rounded_path
 from torc.motion.line_context import LineContext
 from torc.motion.lines import LinePair
-from torc.motion.queries import MotionQuery
-from torc.motion.space import FreeSpace, free_space
+from torc.motion.protocol import NoMotionError
+from torc.motion.space import FreeSpace, MotionQuery, free_space
 from torc.motion.timed_motions import timed_motion
 from torc.motion.timing import join, time_path
 from torc.motion.way_out import way_out
@@ -46,7 +45,7 @@ class FreeMotions:
         The start is where the arm is, be it in contact with something.
         """
         pairs, opening_m = pairs[: self._config.search.goals], context.opening_m
-        world = self._without_contacts(context.world, start, opening_m)
+        world = self._opened(context.world, start, opening_m, strict=False)
         goals = np.stack([pair.approach[0] for pair in pairs])
         margin = self._config.carve_margin_m
         for goal in goals[self._space(world, opening_m).collides(goals)]:
@@ -138,29 +137,20 @@ class FreeMotions:
         width_m: float,
         held: Float[np.ndarray, "a 4"] | None = None,
         margin_m: float | None = None,
+        strict: bool = True,
     ) -> CollisionWorld:
-        """The world without the voxels that the robot touches where it is. Nothing else may be touched there."""
-        world = self._without_contacts(world, qpos, width_m, held, margin_m)
-        if self._space(world, width_m, held).collides(qpos[None])[0]:
-            raise NoMotionError(
-                PlanStage.TRANSFER,
-                "where a motion has to start or end, the arm touches table, bin or itself.",
-            )
-        return world
+        """The world without the voxels that the robot touches at qpos: it is there, so they are free.
 
-    def _without_contacts(
-        self,
-        world: CollisionWorld,
-        qpos: Float[np.ndarray, "dof"],
-        width_m: float,
-        held: Float[np.ndarray, "a 4"] | None = None,
-        margin_m: float | None = None,
-    ) -> CollisionWorld:
-        """The world without the voxels that the robot touches at qpos: it is there, so they are free."""
+        strict: nothing else may be touched there.
+        """
         if not self._space(world, width_m, held).collides(qpos[None])[0]:
             return world
         margin_m = self._config.carve_margin_m if margin_m is None else margin_m
-        return carved(world, self._arrays, qpos, width_m, margin_m, held)
+        world = carved(world, self._arrays, qpos, width_m, margin_m, held)
+        if strict and self._space(world, width_m, held).collides(qpos[None])[0]:
+            reason = "where a motion has to start or end, the arm touches table, bin or itself."
+            raise NoMotionError(PlanStage.TRANSFER, reason)
+        return world
 
     def _space(
         self, world: CollisionWorld, width_m: float, held: Float[np.ndarray, "a 4"] | None = None
@@ -177,7 +167,7 @@ class FreeMotions:
         for raised in self._config.drop_raises_m:
             position = np.add(self._workspace.drop_position, (0.0, 0.0, raised))
             poses = []
-            for yaw in even_yaws(self._config.drop_yaws):
+            for yaw in 2 * np.pi * np.arange(self._config.drop_yaws) / self._config.drop_yaws:
                 c, s = np.cos(yaw), np.sin(yaw)
                 R = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
                 poses.append(make_pose(R, position) @ T_tcp_tool0)

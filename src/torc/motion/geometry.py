@@ -54,8 +54,8 @@ def rounded_path(path: Float[np.ndarray, "m dof"], blends: Float[np.ndarray, "m"
     left out.
     """
     parts: list[PiecewisePath] = []
-    points, tangents, curvatures, starts = [], [], [], [0.0]
-    here = path[0]
+    pieces: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+    starts, here = [0.0], path[0]
     for k in range(1, len(path)):
         leg = path[k] - path[k - 1]
         norm = np.linalg.norm(leg)
@@ -65,23 +65,16 @@ def rounded_path(path: Float[np.ndarray, "m dof"], blends: Float[np.ndarray, "m"
         end = path[k] - unit * blends[k]
         straight = float((end - here) @ unit)
         if straight > 1e-9:
-            points.append(here)
-            tangents.append(unit)
-            curvatures.append(np.zeros_like(unit))
+            pieces.append((here, unit, np.zeros_like(unit)))
             starts.append(starts[-1] + straight)
         here = end
         if k < len(path) - 1 and blends[k] > 0:
             following = path[k + 1] - path[k]
             following = following / np.linalg.norm(following)
-            points.append(here)
-            tangents.append(unit)
-            curvatures.append((following - unit) / (2 * blends[k]))
+            pieces.append((here, unit, (following - unit) / (2 * blends[k])))
             starts.append(starts[-1] + 2 * blends[k])
             here = path[k] + following * blends[k]
-        elif points:
-            parts.append(
-                PiecewisePath(np.array(starts), np.array(points), np.array(tangents), np.array(curvatures))
-            )
-            points, tangents, curvatures, starts = [], [], [], [0.0]
-            here = path[k]
+        elif pieces:
+            parts.append(PiecewisePath(np.array(starts), *map(np.array, zip(*pieces))))
+            pieces, starts, here = [], [0.0], path[k]
     return parts

@@ -77,28 +77,16 @@ def line_context(
     width_m: float,
     held_in_world: Callable[[], Held],
 ) -> LineContext:
-    """The context of a grasp.
+    """The context of a grasp with the pads width_m apart, a width that is clipped to what the gripper has.
 
-    Args:
-        robot, arrays: the robot, also as `robot_arrays` gives it.
-        world: obstacles.
-        opening_m: of the gripper before it closes.
-        own_id: the object to be grasped.
-        T_world_tcp: the grasp, with the pads width_m apart; a width that the gripper has not is clipped.
-        width_m: of the closed gripper.
-        held_in_world: tells of the object where it lies, world frame.
+    `held_in_world` tells of the object where it lies, world frame; the rest as in LineContext.
     """
     width_m = float(np.clip(width_m, 0.0, robot.gripper.max_width_m))
     T_world_tcp = T_world_tcp.astype(float)
     T_world_tool0 = T_world_tcp @ invert(robot.gripper.T_tool0_tcp(width_m))
-    return LineContext(
-        arm=robot.arm,
-        robot=arrays,
-        world=world,
-        opening_m=opening_m,
-        own_id=own_id,
-        T_world_tool0=T_world_tool0,
-        approach_axis=T_world_tcp[:3, 2],
-        width_m=width_m,
-        hold=lambda: held_in_world().moved(invert(T_world_tool0)),
-    )
+
+    def hold() -> Held:
+        return held_in_world().moved(invert(T_world_tool0))
+
+    flange = T_world_tool0, T_world_tcp[:3, 2]
+    return LineContext(robot.arm, arrays, world, opening_m, own_id, *flange, width_m, hold)

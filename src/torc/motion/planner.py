@@ -1,18 +1,23 @@
 """The motions of a pick, for each valid grasp, best first, until all exist (paper: A Modular Pipeline)."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from torc.collision.checks import robot_arrays
+from torc.collision.checks import carved, robot_arrays
 from torc.geometry.transforms import Pose
 from torc.motion.config import MotionConfig
-from torc.motion.extent import held_where_it_lies
-from torc.motion.failure import NoMotionError
+from torc.motion.following import follow_lines
 from torc.motion.free_motions import FreeMotions
-from torc.motion.holding import Held
+from torc.motion.geometry import rounded_path
+from torc.motion.holding import Held, held_where_it_lies
 from torc.motion.line_context import LineContext, line_context
-from torc.motion.protocol import PickRequest
+from torc.motion.protocol import NoMotionError, PickRequest
+from torc.motion.smoothing import corner_blends, shortcut
+from torc.motion.space import MotionQuery, free_space
 from torc.motion.straight_motions import StraightMotions
-from torc.motion.warm_up import use_kernels
+from torc.motion.timing import time_path
+from torc.motion.tree_search import tree_search
 from torc.records import GraspStatus, PickPlan, PlanFailure, PlanStage
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tcp_pose
@@ -49,10 +54,25 @@ class SamplingMotionPlanner:
         return failure
 
     def warm_up(self, request: PickRequest) -> None:
-        """Use every compiled kernel once, to no effect."""
-        width_m = self.config.opening(self.robot.gripper.max_width_m)
-        T_world_tcp = tcp_pose(self.robot, self.robot.arm.rest_qpos, width_m)
-        use_kernels(self._context(request, T_world_tcp, width_m, self.held(request)), self.config)
+        """Use every compiled kernel once, to no effect: the path that is shortened need not be free."""
+        arm, config, rng = self.robot.arm, self.config, np.random.default_rng(0)
+        rest, limits = arm.rest_qpos, (arm.lower, arm.upper)
+        width_m = config.opening(self.robot.gripper.max_width_m)
+        T_world_tcp = tcp_pose(self.robot, rest, width_m)
+        c = self._context(request, T_world_tcp, width_m, self.held(request))
+        c.contacts(rest[None])
+        line = c.T_world_tool0[None], c.approach_axis[None], 0.01
+        follow_lines(arm, c.robot, rest[None], *line, config.cartesian)
+        world = carved(c.world, c.robot, rest, c.width_m, config.carve_margin_m, c.held.possible)
+        space = free_space(c.robot, world, c.width_m, limits, arm.max_speed, c.held.possible)
+        path = np.clip(rest + 0.05 * np.eye(3, arm.dof), *limits)
+        space.collides(path)
+        space.edge_free(path[0], path[1])
+        tree_search(MotionQuery(space, path[0], path[1:]), replace(config.search, max_iterations=4), rng)
+        path = shortcut(path, 1, space, rng)
+        path = np.vstack([path[0], rest, path[-1]])
+        for part in rounded_path(path, corner_blends(path, config.search.blend_rad, space)):
+            time_path(part, arm, config.timing)
 
     def _plan_grasp(
         self, request: PickRequest, grasp: int, tried: int, held: Held, rng: np.random.Generator

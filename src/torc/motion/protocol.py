@@ -7,7 +7,15 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.collision.world import CollisionWorld
-from torc.records import GraspReport, GraspSet, OcclusionVolume, PickPlan, PlanFailure, SegmentedScene
+from torc.records import (
+    GraspReport,
+    GraspSet,
+    OcclusionVolume,
+    PickPlan,
+    PlanFailure,
+    PlanStage,
+    SegmentedScene,
+)
 
 
 @dataclass(frozen=True)
@@ -46,3 +54,16 @@ class MotionPlanner(Protocol):
         The same request and generator state give the same answer.
         """
         ...
+
+
+class NoMotionError(Exception):
+    """A query found nothing; the planner turns it into a PlanFailure.
+
+    Attributes:
+        stage: which query.
+        reason: one sentence.
+    """
+
+    def __init__(self, stage: PlanStage, reason: str) -> None:
+        super().__init__(reason)
+        self.stage, self.reason = stage, reason

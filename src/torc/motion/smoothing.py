@@ -5,7 +5,7 @@ from jaxtyping import Float
 from numba import njit
 
 from torc.collision.edges import edge_collides
-from torc.collision.placement import sphere_rows
+from torc.collision.placement import scratch_for
 from torc.geometry.arrays import kernel_array
 from torc.motion.space import FreeSpace
 
@@ -35,12 +35,9 @@ def _lengths(path, weights):
 
 
 @njit(cache=True)
-def _shortcut(path, draws, weights, width_m, robot, world, reach, step_m):
-    dof = path.shape[1]
-    q, Ts, scratch = np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4))
-    spheres = np.empty((sphere_rows(robot), 3))
+def _shortcut(path, draws, weights, scene):
+    dof, scratch = path.shape[1], scratch_for(scene[1])
     a, b = np.empty(dof), np.empty(dof)
-    own = np.uint64(0)
     for d in range(draws.shape[0]):
         if path.shape[0] < 3:
             break
@@ -50,7 +47,7 @@ def _shortcut(path, draws, weights, width_m, robot, world, reach, step_m):
         i, j = _at(path, cumulative, s, a), _at(path, cumulative, e, b)
         if i == j:
             continue
-        if edge_collides(a, b, width_m, own, robot, world, reach, step_m, q, Ts, scratch, spheres):
+        if edge_collides(a, b, np.uint64(0), scene, scratch):
             continue
         new = np.empty((path.shape[0] - (j - i) + 2, dof))
         new[: i + 1] = path[: i + 1]
@@ -61,20 +58,15 @@ def _shortcut(path, draws, weights, width_m, robot, world, reach, step_m):
 
 
 @njit(cache=True)
-def _skip_waypoints(path, width_m, robot, world, reach, step_m):
+def _skip_waypoints(path, scene):
     """From each waypoint straight to the last one that can be reached."""
-    dof = path.shape[1]
-    q, Ts, scratch = np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4))
-    spheres = np.empty((sphere_rows(robot), 3))
-    own = np.uint64(0)
+    scratch = scratch_for(scene[1])
     keep = np.zeros(path.shape[0], np.bool_)
     keep[0] = True
     i = 0
     while i < path.shape[0] - 1:
         j = path.shape[0] - 1
-        while j > i + 1 and edge_collides(
-            path[i], path[j], width_m, own, robot, world, reach, step_m, q, Ts, scratch, spheres
-        ):
+        while j > i + 1 and edge_collides(path[i], path[j], np.uint64(0), scene, scratch):
             j -= 1
         keep[j] = True
         i = j
@@ -93,12 +85,10 @@ def _arc(before, corner, after, d, samples, out):
 
 
 @njit(cache=True)
-def _corner_blends(path, blend_rad, samples, width_m, robot, world, reach, step_m):
+def _corner_blends(path, blend_rad, samples, scene):
     m, dof = path.shape
-    q, Ts, scratch = np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4))
-    spheres = np.empty((sphere_rows(robot), 3))
+    scratch = scratch_for(scene[1])
     arc = np.empty((samples, dof))
-    own = np.uint64(0)
     blends = np.zeros(m)
     for k in range(1, m - 1):
         before, after = np.linalg.norm(path[k] - path[k - 1]), np.linalg.norm(path[k + 1] - path[k])
@@ -107,14 +97,10 @@ def _corner_blends(path, blend_rad, samples, width_m, robot, world, reach, step_
             continue
         for _ in range(6):
             _arc(path[k - 1], path[k], path[k + 1], d, samples, arc)
-            free = True
-            for i in range(samples - 1):
-                if edge_collides(
-                    arc[i], arc[i + 1], width_m, own, robot, world, reach, step_m, q, Ts, scratch, spheres
-                ):
-                    free = False
-                    break
-            if free:
+            i = 0
+            while i < samples - 1 and not edge_collides(arc[i], arc[i + 1], np.uint64(0), scene, scratch):
+                i += 1
+            if i == samples - 1:
                 blends[k] = d
                 break
             d *= 0.5
@@ -126,17 +112,16 @@ def shortcut(
 ) -> Float[np.ndarray, "k dof"]:
     """A shorter free path: skip waypoints, then join random points of the path by free edges, then skip again."""
     draws = rng.random((rounds, 2))
-    path = _skip_waypoints(kernel_array(path), *space.scene)
-    path = _shortcut(path, draws, space.weights, *space.scene)
-    return _skip_waypoints(path, *space.scene)
+    path = _skip_waypoints(kernel_array(path), space.scene)
+    path = _shortcut(path, draws, space.weights, space.scene)
+    return _skip_waypoints(path, space.scene)
 
 
 def corner_blends(
     path: Float[np.ndarray, "m dof"], blend_rad: float, space: FreeSpace, samples: int = 7
 ) -> Float[np.ndarray, "m"]:
-    """How far from each corner its arc may begin: at most blend_rad and half a leg, halved until the arc is
-    free.
+    """How far from each corner its arc may begin: at most blend_rad and half a leg, halved until the arc is free.
 
     0 at both ends and where even a small arc is not free.
     """
-    return _corner_blends(kernel_array(path), blend_rad, samples, *space.scene)
+    return _corner_blends(kernel_array(path), blend_rad, samples, space.scene)

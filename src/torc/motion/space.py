@@ -1,9 +1,9 @@
-"""The free space of one query: robot, opening, held object and world, ready for the compiled checks."""
+"""What a search for a free motion is asked, and the free space of it, ready for the compiled checks."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from torc.collision.checks import with_attached, world_arrays
 from torc.collision.edges import edges_batch
@@ -45,15 +45,8 @@ class FreeSpace:
     def collides(self, qpos: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
         """Whether each configuration touches anything."""
         n = len(qpos)
-        bits, flags = contacts_batch(
-            kernel_array(qpos),
-            np.full(n, self.width_m),
-            np.zeros(n, np.uint64),
-            self.robot,
-            self.world,
-            True,
-            True,
-        )
+        asked = kernel_array(qpos), np.full(n, self.width_m), np.zeros(n, np.uint64)
+        bits, flags = contacts_batch(*asked, self.robot, self.world, True, True)
         return (bits != 0) | (flags != 0)
 
     def edges_collide(
@@ -83,18 +76,9 @@ def free_space(
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> FreeSpace:
     """The free space of a robot with an opening and attached spheres (tool0 frame) in a world."""
-    robot = with_attached(robot, attached)
-    lower, upper = limits
-    return FreeSpace(
-        robot,
-        world_arrays(world),
-        float(width_m),
-        joint_reach(robot, float(width_m)),
-        world.config.edge_step_m,
-        lower,
-        upper,
-        1.0 / max_speed,
-    )
+    robot, width_m = with_attached(robot, attached), float(width_m)
+    reach, step_m = joint_reach(robot, width_m), world.config.edge_step_m
+    return FreeSpace(robot, world_arrays(world), width_m, reach, step_m, *limits, 1.0 / max_speed)
 
 
 def loosened(space: FreeSpace, by_m: float, itself_too: bool = False) -> FreeSpace:
@@ -103,3 +87,30 @@ def loosened(space: FreeSpace, by_m: float, itself_too: bool = False) -> FreeSpa
     if itself_too:
         world = world._replace(self_padding=world.self_padding - by_m)
     return replace(space, world=world)
+
+
+@dataclass(frozen=True)
+class MotionQuery:
+    """From where to where, and what is free on the way.
+
+    Attributes:
+        space: what must not be touched.
+        start: configuration to start from, radians.
+        goals: configurations to end in, any of them.
+        later_s: seconds that the choice of each goal costs later; None: all cost the same.
+    """
+
+    space: FreeSpace
+    start: Float[np.ndarray, "dof"]
+    goals: Float[np.ndarray, "g dof"]
+    later_s: Float[np.ndarray, "g"] | None = None
+
+    def among(self, index: Int[np.ndarray, "k"]) -> "MotionQuery":
+        """The same with only some of the goals."""
+        later_s = None if self.later_s is None else self.later_s[index]
+        return replace(self, goals=self.goals[index], later_s=later_s)
+
+    def by_time(self) -> Int[np.ndarray, "g"]:
+        """Indices of the goals, the soonest first."""
+        seconds = self.space.seconds_between(self.start, self.goals)
+        return np.argsort(seconds if self.later_s is None else seconds + self.later_s, kind="stable")

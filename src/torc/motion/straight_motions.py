@@ -4,10 +4,10 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.motion.config import MotionConfig
-from torc.motion.failure import NoMotionError
 from torc.motion.following import waypoints_of
 from torc.motion.line_context import LineContext
 from torc.motion.lines import LinePair, has_lines, line_pairs
+from torc.motion.protocol import NoMotionError
 from torc.motion.timing import time_line
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import ArmDescription

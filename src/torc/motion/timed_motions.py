@@ -7,9 +7,8 @@ from jaxtyping import Float
 
 from torc.motion.config import MotionConfig, SearchConfig
 from torc.motion.geometry import rounded_path
-from torc.motion.queries import MotionQuery
 from torc.motion.smoothing import corner_blends, shortcut
-from torc.motion.space import FreeSpace, loosened
+from torc.motion.space import FreeSpace, MotionQuery, loosened
 from torc.motion.timing import join, time_path
 from torc.motion.tree_search import tree_search
 from torc.records import PlanStage, Trajectory

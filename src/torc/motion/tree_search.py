@@ -5,10 +5,10 @@ from jaxtyping import Float
 from numba import njit
 
 from torc.collision.edges import edge_collides
-from torc.collision.placement import sphere_rows
+from torc.collision.placement import scratch_for
 from torc.geometry.arrays import kernel_array
 from torc.motion.config import SearchConfig
-from torc.motion.queries import MotionQuery
+from torc.motion.space import MotionQuery
 
 
 @njit(cache=True)
@@ -43,16 +43,13 @@ def _grow(nodes, parents, count, target, range_rad, greedy, scene, scratch):
 
     Returns the new number of nodes and whether the last one is the target.
     """
-    width_m, robot, world, reach, step_m = scene
-    new, q, Ts, T, spheres = scratch
+    new, checking = scratch
     k, distance = _nearest(nodes, count, target)
     while distance > 0.0:
         share = min(1.0, range_rad / distance)
         for i in range(target.shape[0]):
             new[i] = nodes[k, i] + share * (target[i] - nodes[k, i]) if share < 1.0 else target[i]
-        if edge_collides(
-            nodes[k], new, width_m, np.uint64(0), robot, world, reach, step_m, q, Ts, T, spheres
-        ):
+        if edge_collides(nodes[k], new, np.uint64(0), scene, checking):
             return count, False
         nodes[count] = new
         parents[count] = k
@@ -78,8 +75,7 @@ def _joined(nodes, parents, counts):
 def _connect(start, goals, samples, range_rad, capacity, scene):
     """Path from start to a goal, with no rows if the samples did not suffice."""
     dof = start.shape[0]
-    rows = sphere_rows(scene[1])
-    scratch = (np.empty(dof), np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4)), np.empty((rows, 3)))
+    scratch = np.empty(dof), scratch_for(scene[1])
     nodes = np.empty((2, capacity, dof))
     parents = np.full((2, capacity), -1)
     counts, rooted = np.array([1, 1]), 1

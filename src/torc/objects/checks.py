@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from torc.errors import InputError
 from torc.objects.models import CollisionPiece, ObjectModel, pieces_bounds
@@ -11,12 +10,9 @@ from torc.objects.schema import MAX_SIZE_M, MIN_SIZE_M
 
 _FRAME_TOLERANCE_M = 1e-5
 _MIN_VOLUME_M3, _MIN_THICKNESS_M = 1e-12, 1e-5
-"""Thinner ones are too light about one axis; and a mesh's corners, up to 2 m away, are rounded to 0.1 micrometres."""
-_MIN_AREA_M2 = 1e-12
 _LEAST_M2, _MOST_M2 = MIN_SIZE_M**2, 12.0
 """Of all surfaces together: a side of the smallest thing, and a cube of 1 m from both sides. Every 2.5 mm2 get a
 sample where grasps are planned."""
-_MIN_BREADTH = 1e-6
 
 
 def check_model(model: ObjectModel, directory: Path) -> None:
@@ -30,39 +26,6 @@ def check_model(model: ObjectModel, directory: Path) -> None:
             raise InputError(
                 f"{directory}: pieces[{i}] is flat or degenerate; a piece must enclose a volume."
             )
-    _check_frame(model, directory)
-    total_m2 = 0.0
-    for i, visual in enumerate(model.visuals):
-        area_m2 = visible_area_m2(visual.vertices, visual.faces)
-        if area_m2 == 0.0:
-            raise InputError(
-                f"{directory}: visuals[{i}] has next to no area: it is a point or a line. Leave it out, or import the "
-                "mesh again."
-            )
-        total_m2 += area_m2
-    if not _LEAST_M2 <= total_m2 <= _MOST_M2:
-        raise InputError(
-            f"{directory}: its surfaces have an area of {total_m2:.2g} m2 in all; it must be {_LEAST_M2:.2g} to "
-            f"{_MOST_M2:g}. Import the mesh again, without what lies in or upon other surfaces."
-        )
-
-
-def visible_area_m2(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> float:
-    """A surface's area as the physics has it, in single precision; 0 for what is next to a point or a line there."""
-    corners = vertices.astype(np.float32).astype(np.float64)[faces]
-    sides = corners[:, 1:] - corners[:, :1]
-    areas = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    total = float(areas.sum())
-    if total < _MIN_AREA_M2:
-        return 0.0
-    points, weights = corners.reshape(-1, 3), np.repeat(areas / (3 * total), 3)
-    points = points - weights @ points
-    _, middle, largest = np.linalg.eigvalsh((weights[:, None] * points).T @ points)
-    return total if middle > _MIN_BREADTH**2 * largest else 0.0
-
-
-def _check_frame(model: ObjectModel, directory: Path) -> None:
-    """The model frame is where every other part of the project takes it to be."""
     lower, upper = pieces_bounds(model.pieces)
     if np.abs(lower + upper).max() > 2 * _FRAME_TOLERANCE_M:
         raise InputError(
@@ -77,6 +40,14 @@ def _check_frame(model: ObjectModel, directory: Path) -> None:
     if extent > 2.0 * max(model.size_m):
         raise InputError(
             f"{directory}: the visible surface reaches {extent:.2f} m, far beyond the contact pieces."
+        )
+    corners = np.concatenate([v.vertices[v.faces] for v in model.visuals])
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area_m2 = 0.5 * float(np.linalg.norm(cross, axis=1).sum())
+    if not _LEAST_M2 <= area_m2 <= _MOST_M2:
+        raise InputError(
+            f"{directory}: its surfaces have an area of {area_m2:.2g} m2 in all; it must be {_LEAST_M2:.2g} to "
+            f"{_MOST_M2:g}. Import the mesh again, without what lies in or upon other surfaces."
         )
 
 

@@ -1,68 +1,50 @@
 """Objects on disk, format `torc-object/1`: one directory per object, named like it.
 
-object.yaml      facts, and which arrays make up which piece and surface (schema: `object_schema.py`)
+object.yaml      facts, and which arrays make up which piece and surface (schema: `torc.objects.schema`)
 geometry.npz     visual_0_vertices, visual_0_faces, visual_0_uv, visual_0_normals, piece_0_vertices, ...; no pickle
 texture_0.png    one per textured surface
 """
 
+import io
 import os
 import re
-import shutil
 import tempfile
-from dataclasses import dataclass
+import warnings
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import yaml
+from jaxtyping import Float, Int, UInt8
+from PIL import Image
 
 from torc.errors import InputError
-from torc.files.reading import ArraySpec, read_arrays, read_bytes
-from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
+from torc.files.reading import read_bytes
+from torc.files.strict_yaml import parse_plain_yaml
 from torc.objects.checks import check_model
-from torc.objects.models import CollisionPiece, ObjectModel, Quat, Vec3
+from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh
 from torc.objects.schema import (
     FORMAT,
+    MAX_FACES,
     MAX_PIECE_VERTICES,
+    MAX_TEXTURE_PX,
+    MAX_VERTICES,
     MAX_YAML_BYTES,
     ObjectFile,
-    PieceEntry,
-    read_object_file,
+    ObjectSource,
+    VisualEntry,
+    validated,
 )
-from torc.objects.visual_files import read_visuals, save_textures, visual_arrays, visual_entries, visual_specs
 
 OBJECT_FILE, GEOMETRY_FILE = "object.yaml", "geometry.npz"
-MAX_GEOMETRY_BYTES = 48 * 2**20
-"""Packed, and unpacked: all corners, triangles and pieces that are allowed together take 44 million bytes."""
+MAX_GEOMETRY_BYTES, MAX_PNG_BYTES = 48 * 2**20, 32 * 2**20
 _FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """libyaml's, ten times as fast; PyYAML may be built without it."""
 _OWN_FILE = re.compile(r"object\.yaml|geometry\.npz|texture_\d+\.png")
-
-
-@dataclass(frozen=True)
-class ObjectSource:
-    """Where an imported object comes from. A point p of the mesh file is R(wxyz) (scale * p) + position in the model
-    frame.
-
-    Attributes:
-        file: the mesh's file name; empty if there is none.
-        note: for people, e.g. a licence.
-        scale: metres per unit of the mesh file.
-        position, wxyz: pose of the scaled mesh's frame in the model frame.
-        sha256: of the mesh file; empty if not known.
-    """
-
-    file: str = ""
-    note: str = ""
-    scale: float = 1.0
-    position: Vec3 = (0.0, 0.0, 0.0)
-    wxyz: Quat = (1.0, 0.0, 0.0, 0.0)
-    sha256: str = ""
-
-    @property
-    def T_object_mesh(self) -> Pose:
-        """Pose of the scaled mesh's frame in the model frame."""
-        return make_pose(rotation_from_wxyz(self.wxyz), self.position)
+_FACTS = ("name", "kind", "description", "mass_kg", "friction", "rolls", "held_out", "size_m")
+"""What a model and its file hold alike."""
+_MAX_NUMBER = 1e30
+"""Larger ones do not fit the single precision of physics and pictures."""
 
 
 def save_object(
@@ -84,19 +66,16 @@ def save_object(
         raise InputError(f"{directory} exists already. Choose another name, or overwrite it.")
     try:
         directory.parent.mkdir(parents=True, exist_ok=True)
-        aside = Path(tempfile.mkdtemp(prefix=".import-", dir=directory.parent))
-    except OSError as error:
-        raise InputError(f"Cannot write to {directory.parent}: {error.strerror}.") from error
-    try:
-        written = aside / model.name
-        written.mkdir()
-        _write(model, written, source or ObjectSource())
-        load_object_directory(written)  # nothing is stored that could not be read again
-        _put(written, directory, aside / "old")
+        with tempfile.TemporaryDirectory(prefix=".import-", dir=directory.parent) as aside:
+            written = Path(aside) / model.name
+            written.mkdir()
+            _write(model, written, source or ObjectSource())
+            load_object_directory(written)  # nothing is stored that could not be read again
+            if directory.exists():
+                directory.rename(Path(aside) / "old")
+            written.rename(directory)
     except OSError as error:
         raise InputError(f"Cannot write {directory}: {error.strerror}.") from error
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
 
 
 def check_replaceable(directory: Path) -> None:
@@ -117,21 +96,22 @@ def load_object_directory(directory: Path | str, trusted: bool = False) -> Objec
     directory = Path(directory)
     if trusted:  # some installers link the files of a package, and links are refused below
         directory = (directory / OBJECT_FILE).resolve().parent
-    entry = _trusted_entry(directory) if trusted else read_entry(directory)
-    arrays = read_arrays(directory / GEOMETRY_FILE, _specs(entry), MAX_GEOMETRY_BYTES, "an object's geometry")
-    pieces = tuple(_piece(i, p, arrays) for i, p in enumerate(entry.pieces))
-    model = ObjectModel(
-        name=entry.name,
-        kind=entry.kind,
-        description=entry.description,
-        mass_kg=entry.mass_kg,
-        pieces=pieces,
-        visuals=read_visuals(entry.visuals, arrays, directory),
-        size_m=entry.size_m,
-        rolls=entry.rolls,
-        friction=entry.friction,
-        held_out=entry.held_out,
+        text = (directory / OBJECT_FILE).read_bytes()
+        entry = ObjectFile.model_validate(yaml.load(text, Loader=_FAST_LOADER))
+    else:
+        entry = read_entry(directory)
+    arrays = _Arrays(directory / GEOMETRY_FILE)
+    pieces = tuple(
+        CollisionPiece(
+            **piece.model_dump(),
+            vertices=arrays.numbers(f"piece_{i}_vertices", 3, MAX_PIECE_VERTICES)
+            if piece.kind == "mesh"
+            else None,
+        )
+        for i, piece in enumerate(entry.pieces)
     )
+    visuals = tuple(_visual(i, visual, arrays, directory) for i, visual in enumerate(entry.visuals))
+    model = ObjectModel(**{name: getattr(entry, name) for name in _FACTS}, pieces=pieces, visuals=visuals)
     if not trusted:
         check_model(model, directory)
     return model
@@ -144,7 +124,9 @@ def read_entry(directory: Path) -> ObjectFile:
         text = read_bytes(path, MAX_YAML_BYTES, "an object's description").decode("utf-8")
     except UnicodeDecodeError as error:
         raise InputError(f"{path} is not UTF-8 text: {error.reason} at byte {error.start}.") from None
-    entry = read_object_file(text, str(path))
+    entry = validated(
+        parse_plain_yaml(text, str(path), "object", MAX_YAML_BYTES, "Import the object again."), str(path)
+    )
     if entry.name != directory.name:
         raise InputError(
             f"{path}: the object is called '{entry.name}', its directory '{directory.name}'. Give both one name."
@@ -152,95 +134,99 @@ def read_entry(directory: Path) -> ObjectFile:
     return entry
 
 
-def _trusted_entry(directory: Path) -> ObjectFile:
-    return ObjectFile.model_validate(yaml.load((directory / OBJECT_FILE).read_bytes(), Loader=_FAST_LOADER))
-
-
 def load_source(directory: Path | str) -> ObjectSource:
     """Where the object in a directory comes from. Raises InputError."""
-    found = read_entry(Path(directory)).source
-    return ObjectSource(found.file, found.note, found.scale, found.position, found.wxyz, found.sha256)
-
-
-def _put(written: Path, directory: Path, old: Path) -> None:
-    """Moves the new directory to its place; what was there goes to `old`, or stays if that fails."""
-    if not directory.exists():
-        written.rename(directory)
-        return
-    directory.rename(old)
-    try:
-        written.rename(directory)
-    except OSError:
-        old.rename(directory)
-        raise
+    return read_entry(Path(directory)).source
 
 
 def _write(model: ObjectModel, directory: Path, source: ObjectSource) -> None:
-    arrays = visual_arrays(model.visuals)
+    arrays, visuals = {}, []
+    for i, visual in enumerate(model.visuals):
+        for key in ("vertices", "faces", "uv", "normals"):
+            if (values := getattr(visual, key)) is not None:
+                dtype = np.int32 if key == "faces" else np.float64
+                arrays[f"visual_{i}_{key}"] = np.ascontiguousarray(values, dtype)
+        texture = None if visual.texture is None else f"texture_{i}.png"
+        if visual.texture is not None:
+            Image.fromarray(visual.texture).save(directory / f"texture_{i}.png")
+        has = {"uv": visual.uv is not None, "normals": visual.normals is not None}
+        visuals.append({"rgba": visual.rgba, "texture": texture, **has})
     for i, piece in enumerate(model.pieces):
         if piece.vertices is not None:
             arrays[f"piece_{i}_vertices"] = np.ascontiguousarray(piece.vertices, dtype=np.float64)
-    save_textures(model.visuals, directory)
     np.savez_compressed(directory / GEOMETRY_FILE, **arrays)  # type: ignore[arg-type]
+    facts = {name: getattr(model, name) for name in _FACTS}
+    content = {"format": FORMAT, **facts, "source": source, "pieces": list(model.pieces), "visuals": visuals}
     text = yaml.safe_dump(
-        _entry(model, source), sort_keys=False, default_flow_style=None, width=110, allow_unicode=True
+        validated(content, f"'{model.name}'").model_dump(mode="json"),
+        sort_keys=False,
+        default_flow_style=None,
+        width=110,
+        allow_unicode=True,
     )
     (directory / OBJECT_FILE).write_text(text, encoding="utf-8")
 
 
-def _entry(model: ObjectModel, source: ObjectSource) -> dict[str, Any]:
-    return {
-        "format": FORMAT,
-        "name": model.name,
-        "kind": model.kind,
-        "description": model.description,
-        "mass_kg": float(model.mass_kg),
-        "friction": float(model.friction),
-        "rolls": bool(model.rolls),
-        "held_out": bool(model.held_out),
-        "size_m": _plain(model.size_m),
-        "source": {
-            "file": source.file,
-            "sha256": source.sha256,
-            "note": source.note,
-            "scale": float(source.scale),
-            "position": _plain(source.position),
-            "wxyz": _plain(source.wxyz),
-        },
-        "pieces": [
-            {
-                "kind": p.kind,
-                "size": _plain(p.size),
-                "position": _plain(p.position),
-                "wxyz": _plain(p.wxyz),
-                "relative_density": float(p.relative_density),
-            }
-            for p in model.pieces
-        ],
-        "visuals": visual_entries(model.visuals),
-    }
+class _Arrays:
+    """The arrays of an object's geometry.npz, without pickle. Raises InputError."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        data = io.BytesIO(read_bytes(path, MAX_GEOMETRY_BYTES, "an object's geometry"))
+        try:
+            with np.load(data, allow_pickle=False) as arrays:
+                self._arrays: Mapping[str, np.ndarray] = dict(arrays)
+        except Exception as error:  # numpy and zipfile raise anything for damaged files
+            raise InputError(f"{path} is not a readable .npz file: {error}.") from None
+
+    def numbers(self, name: str, columns: int, most: int) -> Float[np.ndarray, "n k"]:
+        """An array of finite numbers with 1 to `most` rows."""
+        array = self._rows(name, columns, most, "f").astype(np.float64)
+        if not (np.abs(array) < _MAX_NUMBER).all():
+            raise InputError(f"{self._path}, array {name} holds numbers that are not finite, or huge.")
+        return array
+
+    def triangles(self, name: str, vertices: int) -> Int[np.ndarray, "m 3"]:
+        """An array of triangles between so many vertices."""
+        faces = self._rows(name, 3, MAX_FACES, "i")
+        if faces.min() < 0 or faces.max() >= vertices:
+            raise InputError(f"{self._path}, array {name} points beyond the {vertices} vertices.")
+        return faces.astype(np.int32)
+
+    def _rows(self, name: str, columns: int, most: int, kind: str) -> np.ndarray:
+        array = np.asarray(self._arrays.get(name))
+        if array.dtype.kind != kind or array.shape[1:] != (columns,) or not 0 < len(array) <= most:
+            raise InputError(
+                f"{self._path}, array {name} is missing, or not of kind '{kind}' with 1 to {most} rows of {columns}."
+            )
+        return array
 
 
-def _plain(values: Any) -> list[float]:
-    return [float(v) for v in values]
+def _visual(i: int, entry: VisualEntry, arrays: _Arrays, directory: Path) -> VisualMesh:
+    vertices = arrays.numbers(f"visual_{i}_vertices", 3, MAX_VERTICES)
+    uv = arrays.numbers(f"visual_{i}_uv", 2, MAX_VERTICES) if entry.uv else None
+    normals = arrays.numbers(f"visual_{i}_normals", 3, MAX_VERTICES) if entry.normals else None
+    if any(rows is not None and len(rows) != len(vertices) for rows in (uv, normals)):
+        raise InputError(f"{directory}: visual_{i}_uv and visual_{i}_normals must have one row per vertex.")
+    faces = arrays.triangles(f"visual_{i}_faces", len(vertices))
+    texture = None if entry.texture is None else _texture(directory / entry.texture)
+    return VisualMesh(vertices, faces, uv, texture, entry.rgba, normals)
 
 
-def _specs(entry: ObjectFile) -> dict[str, ArraySpec]:
-    """Which arrays an object must have."""
-    pieces = {
-        f"piece_{i}_vertices": ArraySpec("f", 3, MAX_PIECE_VERTICES)
-        for i, piece in enumerate(entry.pieces)
-        if piece.kind == "mesh"
-    }
-    return {**pieces, **visual_specs(entry.visuals)}
-
-
-def _piece(i: int, entry: PieceEntry, arrays: dict[str, np.ndarray]) -> CollisionPiece:
-    return CollisionPiece(
-        entry.kind,
-        entry.size,
-        entry.position,
-        entry.wxyz,
-        arrays.get(f"piece_{i}_vertices"),
-        entry.relative_density,
-    )
+def _texture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
+    """A PNG's colours, transparency dropped. Raises InputError."""
+    data = io.BytesIO(read_bytes(path, MAX_PNG_BYTES, "a texture"))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(data, formats=("PNG",)) as image:
+                if max(image.size) > MAX_TEXTURE_PX:
+                    raise InputError(
+                        f"{path} is {image.width}x{image.height} pixels; at most {MAX_TEXTURE_PX} a side are allowed. "
+                        "Scale it down."
+                    )
+                return np.array(image.convert("RGB"))
+    except InputError:
+        raise
+    except Exception as error:  # Pillow raises anything for damaged files
+        raise InputError(f"{path} is no readable picture (PNG): {error}. Save it anew as a PNG.") from None

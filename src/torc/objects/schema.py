@@ -1,7 +1,7 @@
 """The schema of object.yaml and its limits."""
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -14,7 +14,8 @@ from pydantic import (
 )
 
 from torc.errors import InputError
-from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml, printable
+from torc.files.strict_yaml import Number, explain_faults, printable
+from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.objects.models import PieceKind, Quat
 
 FORMAT = "torc-object/1"
@@ -37,7 +38,7 @@ _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _PIECE_SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "capsule": 2, "ellipsoid": 3, "mesh": 0}
 _Length = Annotated[Number, Field(gt=0.0, le=MAX_SIZE_M)]
 _Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]
-_Colour = Annotated[Number, Field(ge=0.0, le=1.0)]
+_Color = Annotated[Number, Field(ge=0.0, le=1.0)]
 
 
 def _line(text: str) -> str:
@@ -76,7 +77,7 @@ class PieceEntry(BaseModel):
 
 class VisualEntry(BaseModel):
     model_config = _STRICT
-    rgba: tuple[_Colour, _Colour, _Colour, _Colour] = (1.0, 1.0, 1.0, 1.0)
+    rgba: tuple[_Color, _Color, _Color, _Color] = (1.0, 1.0, 1.0, 1.0)
     texture: Annotated[str, Field(pattern=r"^texture_[0-9]{1,2}\.png$")] | None = None
     uv: bool = False
     normals: bool = False
@@ -88,14 +89,30 @@ class VisualEntry(BaseModel):
         return self
 
 
-class SourceEntry(BaseModel):
-    model_config = _STRICT
+class ObjectSource(BaseModel):
+    """Where an imported object comes from. A point p of the mesh file is R(wxyz) (scale * p) + position in the model
+    frame.
+
+    Attributes:
+        file: the mesh's file name; empty if there is none.
+        sha256: of the mesh file; empty if not known.
+        note: for people, e.g. a licence.
+        scale: metres per unit of the mesh file.
+        position, wxyz: pose of the scaled mesh's frame in the model frame.
+    """
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
     file: Annotated[str, Field(max_length=255), AfterValidator(_line)] = ""
     sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = ""
     note: _Note = ""
     scale: Annotated[Number, Field(gt=0.0, le=1e6)] = 1.0
     position: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)
     wxyz: _Unit = (1.0, 0.0, 0.0, 0.0)
+
+    @property
+    def T_object_mesh(self) -> Pose:
+        """Pose of the scaled mesh's frame in the model frame."""
+        return make_pose(rotation_from_wxyz(self.wxyz), self.position)
 
 
 class ObjectFile(BaseModel):
@@ -109,7 +126,7 @@ class ObjectFile(BaseModel):
     rolls: bool = False
     held_out: bool = True
     size_m: tuple[_Length, _Length, _Length]
-    source: SourceEntry = SourceEntry()
+    source: ObjectSource = ObjectSource()
     pieces: Annotated[list[PieceEntry], Field(min_length=1, max_length=MAX_PIECES)]
     visuals: Annotated[list[VisualEntry], Field(min_length=1, max_length=MAX_VISUALS)]
 
@@ -121,10 +138,9 @@ class ObjectFile(BaseModel):
         return size_m
 
 
-def read_object_file(text: str, source: str) -> ObjectFile:
-    """The validated content of an object.yaml; `source` names it in errors. Raises InputError."""
-    data = parse_plain_yaml(text, source, "object", MAX_YAML_BYTES, "Import the object again.")
+def validated(content: dict[Any, Any], where: str) -> ObjectFile:
+    """The content of an object.yaml, checked; records may stand for their entries. Raises InputError."""
     try:
-        return ObjectFile.model_validate(data)
+        return ObjectFile.model_validate(content, from_attributes=True)
     except ValidationError as error:
-        raise InputError(f"{source} is not a valid object ({FORMAT}):\n{explain_faults(error)}") from None
+        raise InputError(f"{where} is not a valid object ({FORMAT}):\n{explain_faults(error)}") from None

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 import numpy as np
-from jaxtyping import Float, Int64, UInt64
+from jaxtyping import Float
 from numba import njit
 
 from torc.geometry.arrays import kernel_array
@@ -28,7 +28,7 @@ def hidden_near_m3(
 
 
 @njit(cache=True)
-def _count_bits(masks: UInt64[np.ndarray, "n"]) -> Int64[np.ndarray, "64"]:
+def _count_bits(masks):
     """How many of the masks have each bit set."""
     counts = np.zeros(64, np.int64)
     for mask in masks:

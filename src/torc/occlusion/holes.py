@@ -9,7 +9,7 @@ that may not be. A flat surface is continued as it is: inverse depth is linear i
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float32, Int16, Int32
+from jaxtyping import Float32, Int32
 from numba import njit
 
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT
@@ -34,9 +34,7 @@ class Bridged(NamedTuple):
 
 
 @njit(cache=True)
-def bridge_holes(
-    depth: Float32[np.ndarray, "h w"], label: Int16[np.ndarray, "h w"], focal_px: float, hole_rad: float
-) -> Bridged:
+def bridge_holes(depth, label, focal_px, hole_rad):
     """Bridge pixels that lie in a small hole: between two readings of a row, a column or a diagonal.
 
     At most `hole_rad` of what lies between the two may be background without a reading, in which a thing that nobody
@@ -75,7 +73,7 @@ def bridge_holes(
 
 
 @njit(cache=True)
-def _nearest_by_label(depth: np.ndarray, label: np.ndarray) -> np.ndarray:
+def _nearest_by_label(depth, label):
     """The least reading under each label, from ROBOT on; 0 where there is none."""
     nearest = np.zeros(MAX_OBJECTS - ROBOT)
     height, width = depth.shape
@@ -88,9 +86,7 @@ def _nearest_by_label(depth: np.ndarray, label: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def _across(
-    depth: np.ndarray, label: np.ndarray, row: int, col: int, steepest: float, widest_px: float
-) -> tuple[int, float, int]:
+def _across(depth, label, row, col, steepest, widest_px):
     """(rank, inverse depth, source) by the four lines through a pixel: the best rank, the nearest of that rank.
 
     Rank 0 if the pixel lies in no small hole.
@@ -119,9 +115,7 @@ def _across(
 
 
 @njit(cache=True)
-def _between(
-    end_a: float, end_b: float, wa: float, wb: float, own_a: bool, own_b: bool
-) -> tuple[int, float, bool]:
+def _between(end_a, end_b, wa, wb, own_a, own_b):
     """(rank, inverse depth, whether it continues a) of a pixel between readings a and b.
 
     Args:
@@ -143,9 +137,7 @@ def _between(
 
 
 @njit(cache=True)
-def _reading_along(
-    depth: np.ndarray, label: np.ndarray, row: int, col: int, dr: int, dc: int, widest_px: float
-) -> tuple[int, int]:
+def _reading_along(depth, label, row, col, dr, dc, widest_px):
     """Steps to the first reading in a direction, and how many background pixels lie before it; 0 if it is too far."""
     height, width = depth.shape
     empty = 0
@@ -160,7 +152,7 @@ def _reading_along(
 
 
 @njit(cache=True)
-def _continued(depth: np.ndarray, row: int, col: int, dr: int, dc: int, steps: int, steepest: float) -> float:
+def _continued(depth, row, col, dr, dc, steps, steepest):
     """Inverse depth `steps` before (row, col), of the surface there and beyond; 0 if its slope is not known."""
     height, width = depth.shape
     step = np.sqrt(float(dr * dr + dc * dc))

@@ -1,7 +1,6 @@
 """Compiled passes between voxels and pixels."""
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int16, Int32, UInt8, UInt64
 from numba import njit
 
 HIDDEN, FREE, NO_READING, OUT_OF_VIEW = 0, 1, 2, 3
@@ -9,14 +8,7 @@ _EMPTY = -128
 
 
 @njit(cache=True)
-def vote_labels(
-    points: Float32[np.ndarray, "n 3"],
-    object_id: int,
-    origin: Float[np.ndarray, "3"],
-    voxel_size_m: float,
-    label: Int16[np.ndarray, "nx ny nz"],
-    votes: np.ndarray,
-) -> None:
+def vote_labels(points, object_id, origin, voxel_size_m, label, votes):
     """Let an object's points vote for their voxels' label, in place.
 
     Majority vote in one pass (Boyer and Moore 1981): an id with more than half of a voxel's points wins it.
@@ -38,7 +30,7 @@ def vote_labels(
 
 
 @njit(cache=True)
-def _seen_free_around(seen: np.ndarray, surface: np.ndarray, i: int, j: int, k: int) -> bool:
+def _seen_free_around(seen, surface, i, j, k):
     """Whether a voxel and all its neighbours in the grid were seen and held no surface."""
     nx, ny, nz = seen.shape
     for a in range(max(i - 1, 0), min(i + 2, nx)):
@@ -50,13 +42,7 @@ def _seen_free_around(seen: np.ndarray, surface: np.ndarray, i: int, j: int, k: 
 
 
 @njit(cache=True)
-def points_in_free_space(
-    points: Float32[np.ndarray, "n 3"],
-    origin: Float[np.ndarray, "3"],
-    voxel_size_m: float,
-    seen: Bool[np.ndarray, "nx ny nz"],
-    surface: Int16[np.ndarray, "nx ny nz"],
-) -> Bool[np.ndarray, "n"]:
+def points_in_free_space(points, origin, voxel_size_m, seen, surface):
     """Which points lie where earlier snapshots saw free space, one voxel away from anything else."""
     nx, ny, nz = seen.shape
     out = np.zeros(points.shape[0], np.bool_)
@@ -75,16 +61,8 @@ def points_in_free_space(
 
 @njit(cache=True)
 def project_voxels(
-    shape: tuple[int, int, int],
-    origin: Float[np.ndarray, "3"],
-    voxel_size_m: float,
-    T_camera_world: Float[np.ndarray, "4 4"],
-    K: Float[np.ndarray, "3 3"],
-    depth: Float32[np.ndarray, "h w"],
-    pixel_bits: UInt64[np.ndarray, "h w"],
-    disturbed: Bool[np.ndarray, "h w"],
-    object_depth_m: float,
-) -> tuple[UInt8[np.ndarray, "nx ny nz"], UInt64[np.ndarray, "nx ny nz"], Bool[np.ndarray, "nx ny nz"]]:
+    shape, origin, voxel_size_m, T_camera_world, K, depth, pixel_bits, disturbed, object_depth_m
+):
     """How one snapshot sees each voxel's centre, through the pixel nearest to its projection.
 
     Returns, per voxel: FREE (in front of the surface), HIDDEN (behind it), NO_READING or OUT_OF_VIEW; the bits of the
@@ -128,18 +106,8 @@ def project_voxels(
 
 @njit(cache=True)
 def hold_bridged(
-    pixels: Int32[np.ndarray, "n 2"],
-    depth: Float32[np.ndarray, "h w"],
-    pixel_bits: UInt64[np.ndarray, "h w"],
-    disturbed: Bool[np.ndarray, "h w"],
-    K: Float[np.ndarray, "3 3"],
-    T_world_camera: Float[np.ndarray, "4 4"],
-    origin: Float[np.ndarray, "3"],
-    voxel_size_m: float,
-    state: UInt8[np.ndarray, "nx ny nz"],
-    bits: UInt64[np.ndarray, "nx ny nz"],
-    near_behind: Bool[np.ndarray, "nx ny nz"],
-) -> None:
+    pixels, depth, pixel_bits, disturbed, K, T_world_camera, origin, voxel_size_m, state, bits, near_behind
+):
     """Make the voxels that bridged pixels of objects lie in HIDDEN by them, in place, where they would be FREE.
 
     With a reading there they would hold a surface, whichever side of it their centres are on.

@@ -1,6 +1,6 @@
 """Asking a perception or a depth, which may be anybody's: what it returns can be used, or the error says why not."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -42,24 +42,24 @@ def ask_perception(
 
 def ask_camera(camera: SnapshotSource) -> Observation:
     """A snapshot of a camera, or of a robot that has one. Raises PartError as `ask_perception`."""
-    what = f"Camera {type(camera).__name__}"
-    help_ = "docs/stages.md says what a camera returns."
-    with blamed(what, PartError, help_):
-        observation: Any = camera.capture()
-    for fault in observation_faults(observation, "capture()"):
-        raise PartError(f"{what} gave no valid observation: {fault}. {help_}")
-    return observation
+    return _observation("Camera", camera, "capture()", lambda: camera.capture())
 
 
 def ask_depth(depth: Depth, observation: Observation) -> Observation:
     """The snapshot with the depth that is to be used. Raises PartError as `ask_perception`."""
-    what = f"Depth {type(depth).__name__}"
-    help_ = "docs/stages.md says what a depth returns."
-    with blamed(what, PartError, help_):
-        measured: Any = depth.measure(observation)
-    for fault in observation_faults(measured, "measure()"):
-        raise PartError(f"{what} gave no valid observation: {fault}. {help_}")
-    return measured
+    return _observation("Depth", depth, "measure()", lambda: depth.measure(observation))
+
+
+def _observation(kind: str, part: object, method: str, ask: Callable[[], Any]) -> Observation:
+    what = f"{kind} {type(part).__name__}"
+    remedy = (
+        f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/stages.md)."
+    )
+    with blamed(what, PartError, remedy):
+        observation: Any = ask()
+    for fault in observation_faults(observation, method):
+        raise PartError(f"{what} gave no valid observation: {fault}. {remedy}")
+    return observation
 
 
 def observation_faults(observation: Any, method: str) -> Iterator[str]:

@@ -5,12 +5,11 @@ slope = tan(steepest angle of view) / focal length: a limit on how obliquely a s
 """
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int16, Int32
 from numba import njit
 
 
 @njit(cache=True)
-def _edge_point(depth: np.ndarray, label: np.ndarray, row: int, col: int, slope: float) -> bool:
+def _edge_point(depth, label, row, col, slope):
     """Whether a pixel with a reading belongs to no surface, or to another one than its label says.
 
     A flying point, half way between two surfaces, is torn from the rest of its mask by jumps in depth. So is a pixel
@@ -35,13 +34,7 @@ def _edge_point(depth: np.ndarray, label: np.ndarray, row: int, col: int, slope:
 
 
 @njit(cache=True)
-def keep_objects(
-    depth: Float32[np.ndarray, "h w"],
-    label: Int16[np.ndarray, "h w"],
-    wanted: Bool[np.ndarray, "ids"],
-    slope: float,
-    stride: int,
-) -> Bool[np.ndarray, "h w"]:
+def keep_objects(depth, label, wanted, slope, stride):
     """Pixels of the wanted ids that have a reading and lie on their object's surface."""
     height, width = depth.shape
     keep = np.zeros((height, width), np.bool_)
@@ -54,13 +47,7 @@ def keep_objects(
 
 
 @njit(cache=True)
-def keep_background(
-    depth: Float32[np.ndarray, "h w"],
-    label: Int16[np.ndarray, "h w"],
-    reported: Bool[np.ndarray, "ids"],
-    slope: float,
-    stride: int,
-) -> Bool[np.ndarray, "h w"]:
+def keep_background(depth, label, reported, slope, stride):
     """Every stride-th surface pixel of the background (label -1), and every one of objects not reported."""
     height, width = depth.shape
     keep = np.zeros((height, width), np.bool_)
@@ -76,9 +63,7 @@ def keep_background(
 
 
 @njit(cache=True)
-def _fit_plane(
-    depth: np.ndarray, label: np.ndarray, row: int, col: int, slope: float, radius: int, out: np.ndarray
-) -> float:
+def _fit_plane(depth, label, row, col, slope, radius, out):
     """Least-squares plane through the continuous neighbours of the same label.
 
     In an image a plane is linear in inverse depth: w(u, v) = w0 + a du + b dv. Fills out with (a, b, w0) and returns
@@ -122,10 +107,7 @@ def _fit_plane(
 
 
 @njit(cache=True)
-def _better_fit(
-    planes: np.ndarray, residuals: np.ndarray, index: np.ndarray, depth: np.ndarray, pixel: np.ndarray,
-    i: int, radius: int,
-) -> int:  # fmt: skip
+def _better_fit(planes, residuals, index, depth, pixel, i, radius):
     """The pixel whose plane describes pixel i best: its own, or that of a pixel beside it, away from a ridge.
 
     A window across the ridge of two faces fits neither. A neighbour's window that fits far better and whose plane
@@ -151,15 +133,7 @@ def _better_fit(
 
 
 @njit(cache=True)
-def estimate_normals(
-    depth: Float32[np.ndarray, "h w"],
-    label: Int16[np.ndarray, "h w"],
-    pixels: Int32[np.ndarray, "n 2"],
-    K: Float[np.ndarray, "3 3"],
-    R_world_camera: Float[np.ndarray, "3 3"],
-    slope: float,
-    radius: int,
-) -> Float32[np.ndarray, "n 3"]:
+def estimate_normals(depth, label, pixels, K, R_world_camera, slope, radius):
     """Unit normals towards the camera, world frame; the direction to the camera where no plane fits."""
     n = pixels.shape[0]
     planes = np.zeros((n, 3))
@@ -186,12 +160,7 @@ def estimate_normals(
 
 
 @njit(cache=True)
-def lift_pixels(
-    depth: Float32[np.ndarray, "h w"],
-    pixels: Int32[np.ndarray, "n 2"],
-    K: Float[np.ndarray, "3 3"],
-    T_world_camera: Float[np.ndarray, "4 4"],
-) -> Float32[np.ndarray, "n 3"]:
+def lift_pixels(depth, pixels, K, T_world_camera):
     """World points of pixels. Compiled, because a library's matrix product would wake all its threads for this."""
     T = T_world_camera
     points = np.empty((pixels.shape[0], 3), np.float32)

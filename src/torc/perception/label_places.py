@@ -1,6 +1,6 @@
 """Where the number of each mask goes: inside its mask, never over another number."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import cv2
@@ -66,71 +66,45 @@ def place_labels(
     found = ndimage.find_objects(label_image.astype(np.int32) + 1)
     windows = {i: found[i] for i in sizes if i < len(found) and found[i] is not None}
     counts = {i: int(np.count_nonzero(label_image[w] == i)) for i, w in windows.items()}
-    taken: list[LabelPlace] = []
     places: dict[int, LabelPlace] = {}
     for i in sorted(windows, key=lambda i: (counts[i], i)):
-        anchor = _shifted(mask_anchor(label_image[windows[i]] == i), windows[i])
-        place = _inside(label_image, i, windows[i], counts[i], anchor, sizes[i], taken)
-        if place is None:
-            place = _beside(label_image, windows[i], anchor, sizes[i][1], taken)
-        if place is not None:
-            taken.append(place)
-            places[i] = place
+        row, col = mask_anchor(label_image[windows[i]] == i)
+        anchor = row + windows[i][0].start, col + windows[i][1].start
+        for area, allowed, size, whole, leader in _tries(label_image, i, windows[i], counts[i], sizes[i]):
+            corner = _nearest(_corners(allowed, size, whole), size, anchor, places.values(), area)
+            if corner:
+                places[i] = LabelPlace(*corner, size, anchor, leader)
+                break
     return dict(sorted(places.items()))
 
 
-def _inside(
+def _tries(
     label_image: Int16[np.ndarray, "h w"],
     object_id: int,
     window: Window,
     count: int,
-    anchor: tuple[int, int],
     sizes: tuple[Size, Size],
-    taken: list[LabelPlace],
-) -> LabelPlace | None:
-    """A box within the mask, or at least centred in it."""
-    small = sizes[1]
-    window = _grown(window, max(max(size) for size in sizes), label_image.shape)
-    mask = label_image[window] == object_id
-    tries = [(size, True) for size in sizes]
+) -> Iterator[tuple[Window, Bool[np.ndarray, "h w"], Size, bool, bool]]:
+    """Where a box may lie, the best first: part of the image, pixels in it, size, whether all of the box must lie on
+    those, and whether that is beside the mask."""
+    shape, (large, small) = label_image.shape, sizes
+    area = _grown(window, max(*large, *small), shape)
+    mask = label_image[area] == object_id
+    yield area, mask, large, True, False
+    yield area, mask, small, True, False
     # A box that would hide most of its mask goes beside it.
     if count >= 1.3 * small[0] * small[1]:
-        tries.append((small, False))
-    for size, whole in tries:
-        corner = _nearest(_corners(mask, size, whole), size, anchor, taken, window)
-        if corner:
-            return LabelPlace(*corner, size, anchor, leader=False)
-    return None
-
-
-def _beside(
-    label_image: Int16[np.ndarray, "h w"],
-    window: Window,
-    anchor: tuple[int, int],
-    size: Size,
-    taken: list[LabelPlace],
-) -> LabelPlace | None:
-    """A box on free ground near the mask, else anywhere."""
-    near = _grown(window, 8 * max(size), label_image.shape)
-    everywhere = _grown(window, max(label_image.shape), label_image.shape)
-    for place, on_ground in ((near, True), (near, False), (everywhere, False)):
-        area = label_image[place]
-        ground = area < 0 if on_ground else np.ones(area.shape, dtype=bool)
-        corner = _nearest(_corners(ground, size, whole=True), size, anchor, taken, place)
-        if corner:
-            return LabelPlace(*corner, size, anchor, leader=True)
-    return None
+        yield area, mask, small, False, False
+    area = _grown(window, 8 * max(small), shape)
+    yield area, label_image[area] < 0, small, True, True
+    for part in (area, _grown(window, max(shape), shape)):
+        yield part, np.ones_like(label_image[part], dtype=bool), small, True, True
 
 
 def _grown(window: Window, px: int, shape: tuple[int, ...]) -> Window:
     """The window with a border, within an image of that shape."""
     rows, cols = (slice(max(w.start - px, 0), min(w.stop + px, n)) for w, n in zip(window, shape))
     return rows, cols
-
-
-def _shifted(pixel: tuple[int, int], window: Window) -> tuple[int, int]:
-    """A pixel of a window in the image."""
-    return pixel[0] + window[0].start, pixel[1] + window[1].start
 
 
 def _corners(mask: Bool[np.ndarray, "h w"], size: Size, whole: bool) -> Bool[np.ndarray, "h w"]:
@@ -154,7 +128,7 @@ def _nearest(
     corners: Bool[np.ndarray, "h w"],
     size: Size,
     anchor: tuple[int, int],
-    taken: list[LabelPlace],
+    taken: Iterable[LabelPlace],
     window: Window,
 ) -> tuple[int, int] | None:
     """The corner in a window whose box is centred nearest to the anchor, a pixel away from every box so far."""

@@ -8,10 +8,22 @@ import numpy as np
 from jaxtyping import Bool, Int16, UInt8
 
 from torc.errors import InputError
-from torc.perception.digits import number_image
 from torc.perception.label_places import LabelPlace, place_labels
 from torc.perception.palette import object_color
 from torc.records import MAX_OBJECTS, SegmentedScene
+
+# Own digits, because a library's font changes with its version, and so would images.
+# 5 x 7 cells per digit, one row of digits after another, '#' is ink.
+_GLYPHS = """
+.###. ..#.. .###. ##### ...#. ##### ..##. ##### .###. .###.
+#...# .##.. #...# ...#. ..##. #.... .#... ....# #...# #...#
+#...# ..#.. ....# ..#.. .#.#. ####. #.... ...#. #...# #...#
+#...# ..#.. ...#. ...#. #..#. ....# ####. ..#.. .###. .####
+#...# ..#.. ..#.. ....# ##### ....# #...# ..#.. #...# ....#
+#...# ..#.. .#... #...# ...#. #...# #...# ..#.. #...# ...#.
+.###. .###. ##### .###. ...#. .###. .###. ..#.. .###. .##..
+"""
+_SUPERSAMPLING = 12
 
 
 @dataclass(frozen=True)
@@ -107,6 +119,17 @@ def _rim(label: np.ndarray, px: int) -> Bool[np.ndarray, "h w"]:
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
     inner = (slice(px, -px), slice(px, -px))
     return (cv2.erode(padded, kernel)[inner] != label) | (cv2.dilate(padded, kernel)[inner] != label)
+
+
+def number_image(number: int, height_px: int) -> UInt8[np.ndarray, "h w"]:
+    """Ink (0..255) of a number's digits, `height_px` high, without a border."""
+    rows = [line.split() for line in _GLYPHS.split("\n") if line]
+    gap = "."
+    text = [gap.join(row[int(digit)] for digit in str(number)) for row in rows]
+    cells = np.array([[255 * (c == "#") for c in line] for line in text], dtype=np.uint8)
+    large = np.kron(cells, np.ones((_SUPERSAMPLING, _SUPERSAMPLING), dtype=np.uint8))
+    width_px = max(1, round(cells.shape[1] * height_px / cells.shape[0]))
+    return cv2.resize(large, (width_px, height_px), interpolation=cv2.INTER_AREA).astype(np.uint8)
 
 
 def _number_box(number: int, digit_px: int, padding_px: int) -> UInt8[np.ndarray, "h w"]:

@@ -1,5 +1,6 @@
 """The configuration of each shipped stage, as it is without settings."""
 
+from pkgutil import resolve_name
 from typing import Any
 
 from torc.plugins import load_part
@@ -15,14 +16,6 @@ def stage_configs() -> dict[str, Any]:
         if config is not None:
             found[stage] = config()
     for stage, path in CONFIGURED.items():
-        value = _named(path)
+        value = resolve_name(path)
         found[stage] = value() if callable(value) else value
     return found
-
-
-def _named(path: str) -> Any:
-    """What "module:name" names."""
-    from importlib import import_module
-
-    module, _, name = path.partition(":")
-    return getattr(import_module(module), name)

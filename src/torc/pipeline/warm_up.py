@@ -4,8 +4,8 @@ A rehearsal uses every kernel of the given parts once, on a made-up snapshot, so
 of what is compiled, counts as planning time later. It is short where all is cached.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,6 @@ from numba.core import event
 
 from torc.collision.kernels import contacts_batch
 from torc.geometry.transforms import make_pose
-from torc.grasping.features import FEATURE_NAMES
-from torc.grasping.scoring import default_scorer
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.look import Look, Pipeline
 from torc.records import BACKGROUND, TARGET_ID, Observation
@@ -25,15 +23,9 @@ from torc.workspace.description import Workspace
 MESSAGE = "Compiling numerical kernels: a minute or more, once; they are cached for the next time."
 
 
-@contextmanager
-def announced_compilation(say: Callable[[str], None]) -> Iterator[None]:
-    """Says MESSAGE as soon as something has to be compiled."""
-    listener = _Announcer(say)
-    event.register("numba:compile", listener)
-    try:
-        yield
-    finally:
-        event.unregister("numba:compile", listener)
+def announced_compilation(say: Callable[[str], None]) -> AbstractContextManager[None]:
+    """Says MESSAGE as soon as something has to be compiled within."""
+    return event.install_listener("numba:compile", _Announcer(say))
 
 
 class _Announcer(event.Listener):
@@ -69,8 +61,6 @@ def rehearse_look(pipeline: Pipeline, qpos: Float[np.ndarray, "dof"] | None = No
     for column in (50, 95):
         look = pipeline.look(_snapshot(pipeline.workspace, column, qpos), volume, target_description="a box")
         volume = look.context.volume
-    # Features that are not numbers are scored by another kernel, and few scenes have them.
-    default_scorer().score(np.full((1, len(FEATURE_NAMES)), np.nan, dtype=np.float32))
     return look
 
 

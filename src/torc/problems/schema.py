@@ -13,7 +13,7 @@ from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml, pri
 from torc.objects.library import has_object, object_names
 from torc.objects.models import Quat, Vec3
 from torc.records.camera import MAX_OBJECTS
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 FORMAT = "torc-problem/1"
 MAX_BYTES = 64_000
@@ -125,7 +125,7 @@ def _unknown_model(model: str, valid: tuple[str, ...]) -> str:
 
 def _region() -> tuple[np.ndarray, np.ndarray]:
     """Where an object's origin may be: over the table."""
-    workspace = Workspace()
+    workspace = load_workspace()
     center, half = np.array(workspace.table.center), np.array(workspace.table.size) / 2
     lower, upper = center - half, center + half
     lower[2], upper[2] = workspace.support_z_m - BELOW_TABLE_M, workspace.support_z_m + ABOVE_TABLE_M

@@ -4,10 +4,28 @@ import os
 import shutil
 from contextlib import suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from torc.errors import InputError
-from torc.records.locks import try_lock
+
+
+def try_lock(file: IO[Any]) -> bool | None:
+    """Locks an open file for this process alone, as long as it is open; the system lets go when a process ends.
+
+    Returns:
+        Whether this process has it now; None where the system or the file system knows no locks.
+    """
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        return None
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return None
+    return True
 
 
 def check_place(out: Path, overwrite: bool, mark: str, what: str) -> None:
@@ -19,8 +37,7 @@ def check_place(out: Path, overwrite: bool, mark: str, what: str) -> None:
         mark: a file that each directory of that kind holds.
         what: in messages, e.g. "trial".
 
-    Raises:
-        InputError: `out` has no name of its own, exists (and not overwrite), or is something else.
+    Raises InputError: `out` has no name of its own, exists (and not overwrite), or is something else.
     """
     if out.name in ("", ".."):
         raise InputError(
@@ -31,26 +48,15 @@ def check_place(out: Path, overwrite: bool, mark: str, what: str) -> None:
         raise InputError(f"'{out}' exists already. Choose another --out, or add --overwrite to replace it.")
 
 
-def is_of_kind(directory: Path, mark: str) -> bool:
-    """Whether it is a directory with that file in it, or an empty one. Links are not followed."""
-    if directory.is_symlink() or not directory.is_dir():
-        return False
-    return (directory / mark).is_file() or not any(directory.iterdir())
-
-
 def claim(directory: Path, mark: str, what: str) -> IO[str]:
     """Makes a directory anew, for this process alone; what an ended process left in one of that kind is removed.
 
-    Args:
-        directory: where; its parents are made where needed.
-        mark: a file that each directory of that kind holds.
-        what: in messages, e.g. "trial".
+    Its parents are made where needed; `mark` and `what` are as for `check_place`.
 
     Returns:
         The new file `mark`, open for writing: the directory is this process's until it is closed.
 
-    Raises:
-        InputError: another process is writing there, it is something else, or it cannot be written.
+    Raises InputError: another process is writing there, it is something else, or it cannot be written.
     """
     _check_kind(directory, mark, what)
     try:
@@ -68,7 +74,11 @@ def claim(directory: Path, mark: str, what: str) -> IO[str]:
 
 
 def _check_kind(directory: Path, mark: str, what: str) -> None:
-    if os.path.lexists(directory) and not is_of_kind(directory, mark):
+    """Raises InputError for all but a directory that is empty or has the mark. Links are not followed."""
+    if not os.path.lexists(directory):
+        return
+    plain = directory.is_dir() and not directory.is_symlink()
+    if not plain or not ((directory / mark).is_file() or not any(directory.iterdir())):
         raise InputError(
             f"'{directory}' exists and is no {what}, so nothing replaces it. Choose another --out."
         )

@@ -1,22 +1,13 @@
 """What the rest of the system knows about a robot: numbers only, derived from an MJCF file and a YAML beside it."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from torc.geometry.transforms import Pose
-from torc.robots.gripper import GripperDescription, OrientedBox
-
-__all__ = [
-    "ArmDescription",
-    "GripperDescription",
-    "OrientedBox",
-    "RobotDescription",
-    "SphereModel",
-]
+from torc.robots.gripper import GripperDescription
 
 
 @dataclass(frozen=True)
@@ -26,14 +17,9 @@ class ArmDescription:
     T_world_link[i] = T_world_link[i-1] @ Ts_parent_joint[i] @ rotation(axes[i], qpos[i]), from T_world_base.
 
     Attributes:
-        joint_names: from base to flange.
         Ts_parent_joint: joint frame in the previous link's frame (joint 0: in the base frame) at q = 0.
         axes: unit rotation axis in the joint frame.
         T_world_base: the frame that carries joint 0.
-        T_last_tool0: flange in the last link's frame, z outward.
-        lower, upper: joint limits, radians.
-        max_speed: radians per second.
-        max_acceleration: radians per second squared.
         rest_qpos: where the arm waits, radians; out of the camera's sight.
     """
 
@@ -80,19 +66,14 @@ class RobotDescription:
 
     Attributes:
         name: for people: in logs, in the origin of problems, in exported data.
-        arm, gripper: kinematics.
-        spheres: the moving parts.
         static_spheres: x, y, z, radius in the world frame, of the parts that do not move.
         self_pairs: pairs of link numbers (as in SphereModel.link) that can touch each other.
         static_links: link numbers that can touch the static spheres.
         mjcf_path: the model, a fragment without floor, light, camera or physics options.
         arm_actuator_names: position servos, in the order of arm.joint_names; command = joint position, radians.
-        gripper_actuator_name: command from gripper.ctrl(width_m).
         gripper_body_name: the body that carries the fingers; its subtree is the whole gripper.
-        finger_body_names: at -x and +x.
         pad_geom_names: of the finger at -x and at +x.
         tip_site_names: middle of the distal edge of each pad's face, at -x and +x.
-        tool0_site_name: the flange.
         root_body_names: the bodies at the root of the MJCF; their subtrees are the whole robot.
         source: fingerprint of what is in its files.
     """
@@ -114,18 +95,3 @@ class RobotDescription:
     tool0_site_name: str
     root_body_names: tuple[str, ...]
     source: str
-
-    @property
-    def arm_joint_names(self) -> tuple[str, ...]:
-        """Same as arm.joint_names."""
-        return self.arm.joint_names
-
-    @property
-    def gripper_joint_names(self) -> tuple[str, ...]:
-        """Same as gripper.joint_names."""
-        return self.gripper.joint_names
-
-    @cached_property
-    def link_names(self) -> tuple[str, ...]:
-        """What SphereModel.link counts, in words for people."""
-        return (*self.arm.joint_names, "gripper", "finger -x", "finger +x")

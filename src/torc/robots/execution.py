@@ -1,5 +1,4 @@
 """Carrying out a planned pick, on any hardware: open, free motion, guarded approach, close, lift, transfer, open, home.
-
 Whatever stops a motion, the arm backs off along the way it came (known to be free) and ends at rest if it can.
 """
 
@@ -11,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.records import TARGET_ID, PickPlan, PickResult, Touch, Trajectory
-from torc.robots.protocols import Arm, ContactGuard, FollowResult, Gripper, GripperState
+from torc.robots.protocols import Arm, ContactGuard, Gripper, GripperState
 
 
 @dataclass(frozen=True)
@@ -19,17 +18,15 @@ class ExecutionConfig:
     """How a pick is carried out.
 
     Attributes:
-        open_width_m: how far the gripper opens; None: as far as it goes. The plan must have been made for that opening.
-        clearance_m: None: open so far before the motion; else to the expected width plus this (for tight clutter; the
-            plan must have been made for that opening).
-        grip_force_n: force of each pad on the object.
+        open_width_m: how far the gripper opens; None: as far as it goes.
+        clearance_m: None: open so far before the motion; else to the expected width plus this (for tight clutter). The
+            plan must have been made for that opening.
         free_guard, approach_guard, transfer_guard: when these motions stop on contact; None: never.
         close_within_rad: an approach stopped by contact this close to the grasp, in every joint, still closes the
             gripper: about two centimetres, as in the trials that the grasp score learns from.
-        goal_slack_rad: a motion that ends this close to its goal, in every joint, counts as arrived.
+        goal_slack_rad: a motion that ends this close to its goal counts as arrived.
         start_slack_rad: a motion whose start is further than this from where the arm is, is bent to start there.
         retreat_slowdown: the way back is slower than the way there by this factor.
-        retreat_ramp_s: time in which the way back picks up speed.
     """
 
     open_width_m: float | None = None
@@ -46,7 +43,7 @@ class ExecutionConfig:
 
 
 class Phase(StrEnum):
-    """The steps of a pick."""
+    """The steps of a pick; a retreat goes back along one of its motions."""
 
     OPEN = "open"
     FREE = "free"
@@ -57,7 +54,6 @@ class Phase(StrEnum):
     RELEASE = "release"
     HOME = "home"
     RETREAT = "retreat"
-    """Back along a motion of this pick."""
 
 
 @dataclass(frozen=True)
@@ -65,14 +61,8 @@ class PhaseTrace:
     """One step: what was commanded, what came of it.
 
     Attributes:
-        phase: which.
         trajectory: the commanded motion of the arm; None for a motion of the gripper.
         width_m: the commanded opening; None for a motion of the arm, 0 for closing.
-        reached: the motion arrived; for closing, something is held.
-        stopped_by_contact: a guard ended it.
-        qpos: the arm afterwards, radians.
-        gripper: the gripper afterwards.
-        detail: for people.
     """
 
     phase: Phase
@@ -92,11 +82,8 @@ class ExecutionTrace:
     Attributes:
         result: RETRIEVED (plan.object_id is the target), REMOVED, MISSED, SLIPPED, STOPPED or NOT_REACHED, by the
             gripper's feeling.
-        phases: the steps in order.
-        held_after_lift: the gripper held something after the lift.
         delivered: it still did over the bin, and let go there.
         at_home: the arm ended where it should wait: the end of `home`, or the start of `free`.
-        detail: one sentence for people.
         touch: where an unexpected contact ended the approach, if one did.
     """
 
@@ -116,9 +103,8 @@ def execute_pick(
     config: ExecutionConfig | None = None,
     on_phase: Callable[[PhaseTrace], None] | None = None,
 ) -> ExecutionTrace:
-    """Carry out one pick; returns when the arm rests at home again, or where it could get no further.
-
-    `on_phase` is called after each step, e.g. to look at what is held after the lift.
+    """Carry out one pick; returns when the arm rests at home again, or where it could get no further. `on_phase` is
+    called after each step.
     """
     run = _Run(arm, gripper, plan, config or ExecutionConfig(), on_phase)
     run.open(Phase.OPEN, run.opening_m())
@@ -135,18 +121,11 @@ def execute_pick(
         # Put it back where it stood. Where the arm cannot get there it stops: letting go high up would drop the
         # object, and from off its path the arm must not leap on to an earlier one.
         if not run.retreat(2):
-            return run.trace(PickResult.STOPPED, False, run.last_words("transfer"))
+            return run.trace(PickResult.STOPPED, False, run.why("transfer"))
         run.open(Phase.RELEASE, run.opening_m())
         return run.give_up("transfer")
-    return _deliver(run)
-
-
-def _deliver(run: "_Run") -> ExecutionTrace:
-    """Over the bin: let go and return.
-
-    An empty hand goes this way too. It is known to be free, while back down into the clutter the fingers could land on
-    what the failed grasp has moved, and press it against the table.
-    """
+    # An empty hand goes over the bin, too. That way is known to be free, while back down into the clutter the fingers
+    # could land on what the failed grasp has moved, and press it against the table.
     still = run.gripper.state.holding
     run.open(Phase.RELEASE, run.widest_m())
     home = run.follow(Phase.HOME, run.plan.home, None)
@@ -162,10 +141,8 @@ def _deliver(run: "_Run") -> ExecutionTrace:
 def reverse(
     trajectory: Trajectory, qpos: Float[np.ndarray, "dof"], slowdown: float = 1.5, ramp_s: float = 0.2
 ) -> Trajectory | None:
-    """The way back to the start of a trajectory from `qpos`, near the point of it where the arm stopped.
-
-    Starts at rest, at qpos exactly; None if the arm is at the start already. Time t of the way back is warped so that
-    speed rises over ramp_s to 1 / slowdown of the way there.
+    """The way back to the start of a trajectory from rest at `qpos`, near where the arm stopped; None if it is at the
+    start already. Its speed rises over ramp_s to 1 / slowdown of the way there.
     """
     nearest = int(np.argmin(np.linalg.norm(trajectory.qpos - qpos, axis=1)))
     if nearest == 0:
@@ -186,11 +163,8 @@ def starting_from(trajectory: Trajectory, qpos: Float[np.ndarray, "dof"]) -> Tra
     s = trajectory.times_s / trajectory.duration_s
     fade, rate = 1.0 - s * s * (3.0 - 2.0 * s), -6.0 * s * (1.0 - s) / trajectory.duration_s
     offset = qpos - trajectory.qpos[0]
-    return Trajectory(
-        trajectory.times_s,
-        trajectory.qpos + fade[:, None] * offset,
-        trajectory.qvel + rate[:, None] * offset,
-    )
+    qpos, qvel = trajectory.qpos + fade[:, None] * offset, trajectory.qvel + rate[:, None] * offset
+    return Trajectory(trajectory.times_s, qpos, qvel)
 
 
 class _Run:
@@ -255,34 +229,25 @@ class _Run:
 
     def give_up(self, what: str, result: PickResult = PickResult.STOPPED) -> ExecutionTrace:
         """Retreat; the pick ends with that result."""
-        detail = self.last_words(what)
+        detail = self.why(what)
         return self.trace(result, self.retreat(), detail)
 
     def trace(self, result: PickResult, at_home: bool, detail: str) -> ExecutionTrace:
         """The record of it all."""
         if not at_home:
             detail += "; the arm did not get home"
-        return ExecutionTrace(
-            result,
-            tuple(self.phases),
-            self.held_after_lift,
-            self.delivered,
-            at_home,
-            detail,
-            self._touch(),
-        )
-
-    def _touch(self) -> Touch | None:
-        guard = self.config.approach_guard
+        guard, touch = self.config.approach_guard, None
         stops = [p for p in self.phases if p.phase is Phase.APPROACH and p.stopped_by_contact]
-        if guard is None or not stops:
-            return None
-        return Touch(tuple(stops[0].qpos.tolist()), stops[0].gripper.width_m, guard.relief_m)
+        if guard is not None and stops:
+            touch = Touch(tuple(stops[0].qpos.tolist()), stops[0].gripper.width_m, guard.relief_m)
+        phases = tuple(self.phases)
+        return ExecutionTrace(result, phases, self.held_after_lift, self.delivered, at_home, detail, touch)
 
     def _move(self, phase: Phase, trajectory: Trajectory, guard: ContactGuard | None) -> bool:
         result = self.arm.follow(trajectory, guard)
-        arrived = result.reached or self._close_to_goal(result, trajectory)
         touched, state = result.stopped_by_contact, self.gripper.state
+        error = np.abs(result.qpos - trajectory.qpos[-1]).max()
+        arrived = result.reached or (not touched and bool(error <= self.config.goal_slack_rad))
         self._note(PhaseTrace(phase, trajectory, None, arrived, touched, result.qpos, state, result.detail))
         return arrived
 
@@ -291,11 +256,7 @@ class _Run:
         if self.on_phase is not None:
             self.on_phase(step)
 
-    def _close_to_goal(self, result: FollowResult, trajectory: Trajectory) -> bool:
-        error = np.abs(result.qpos - trajectory.qpos[-1]).max()
-        return not result.stopped_by_contact and bool(error <= self.config.goal_slack_rad)
-
-    def last_words(self, what: str) -> str:
+    def why(self, what: str) -> str:
         """Which motion ended the pick, and how."""
         moves = [p for p in self.phases if p.trajectory is not None and not p.reached]
         words = moves[-1].detail if moves else ""

@@ -26,14 +26,8 @@ class GripperDescription:
     the opening, densely enough that linear interpolation is exact to micrometres.
 
     Attributes:
-        name: for logs.
-        max_width_m: largest opening between the pads.
-        pad_width_m: the pads' extent along y.
-        pad_height_m: the pads' extent along z.
         joint_names: the gripper's joints in the MJCF, all of them.
-        widths_m: the tabulated openings, rising from 0 to max_width_m.
         Ts_tool0_tcp: TCP in the flange's frame, per opening.
-        joint_qpos: joint positions, per opening, in the order of joint_names.
         actuator_lengths: length of the actuator's transmission, per opening.
         actuator_ctrl: command at which the actuator rests at that opening.
         finger_boxes_table: centre and half size of the finger at -x and +x, TCP frame, per opening.
@@ -76,12 +70,12 @@ class GripperDescription:
 
     def finger_boxes(self, width_m: float) -> tuple[OrientedBox, OrientedBox]:
         """What the two fingers (pads and blades, to the knuckles) occupy, TCP frame; at -x, then at +x."""
-        boxes = self._at(self.finger_boxes_table, width_m)
-        return OrientedBox(boxes[0, 0], boxes[0, 1]), OrientedBox(boxes[1, 0], boxes[1, 1])
+        left, right = self._at(self.finger_boxes_table, width_m)
+        return OrientedBox(*left), OrientedBox(*right)
 
     def palm_boxes(self, width_m: float) -> tuple[OrientedBox, ...]:
         """What all the rest of the gripper (palm, links, knuckles) occupies, TCP frame."""
-        return tuple(OrientedBox(c, h) for c, h in self._at(self.palm_boxes_table, width_m))
+        return tuple(OrientedBox(*box) for box in self._at(self.palm_boxes_table, width_m))
 
     def _at(self, table: np.ndarray, width_m: float | Float[np.ndarray, "n"]) -> np.ndarray:
         """Linear interpolation in a table; a row per opening if there are several."""

@@ -1,6 +1,6 @@
 """The gripper's tables, by moving the MJCF's gripper through its travel."""
 
-from collections.abc import Iterable
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -24,42 +24,53 @@ Pieces = tuple[list[list[int]], list[int]]
 def parse_gripper(model: Model, entry: RobotFile) -> GripperDescription:
     """The gripper's description. Raises InputError where the MJCF cannot be the gripper that the file describes."""
     gripper = entry.gripper
-    joints = [j for b in model.subtree(model.id("body", gripper.body)) for j in _joints_of(model, b)]
-    pieces = _pieces(model, gripper)
-    rows = [_row(model, entry, joints, pieces, angle) for angle in _travel(model, gripper)]
-    widths = np.array([r[0] for r in rows])
-    steps = np.diff(widths)
-    if not (np.all(steps > 0) or np.all(steps < 0)):
+    joints, pieces = _joints(model, gripper), _pieces(model, gripper)
+    first, last = model.m.jnt_range[model.id("joint", gripper.driver_joint)]
+    rows = [_row(model, entry, joints, pieces, angle) for angle in np.linspace(first, last, SAMPLES)]
+    steps = np.diff([row["widths_m"] for row in rows])
+    if np.all(steps < 0):
+        rows.reverse()
+    elif not np.all(steps > 0):
         raise InputError(
             f"{model.path}: the gripper's opening does not rise or fall all along its driver joint's range."
         )
-    order = np.argsort(widths)
-    tables = [np.array([rows[i][k] for i in order]) for k in range(7)]
-    if tables[0][0] > 1e-3 or tables[0][-1] < gripper.max_width_m - 1e-4:
+    low, high = rows[0]["widths_m"], rows[-1]["widths_m"]
+    if low > 1e-3 or high < gripper.max_width_m - 1e-4:
         raise InputError(
             f"{model.path}: gripper.max_width_m is {gripper.max_width_m}, but the driver joint's range in the MJCF "
-            f"gives openings of {tables[0][0]:.4f} to {tables[0][-1]:.4f} m."
+            f"gives openings of {low:.4f} to {high:.4f} m."
         )
-    pad = _extent(model, entry, [g for f in gripper.fingers[1:] for g in f.pad_geoms])
+    pads = [model.box_corners(model.id("geom", g)) for g in gripper.fingers[1].pad_geoms]
+    _, half_pad = box_in(invert(tcp_pose(model, gripper)), np.concatenate(pads))
     return GripperDescription(
         name=gripper.name,
         max_width_m=gripper.max_width_m,
-        pad_width_m=float(pad[1]),
-        pad_height_m=float(pad[2]),
+        pad_width_m=float(2.0 * half_pad[1]),
+        pad_height_m=float(2.0 * half_pad[2]),
         joint_names=tuple(model.m.joint(j).name for j in joints),
-        widths_m=tables[0],
-        Ts_tool0_tcp=tables[1],
-        joint_qpos=tables[2],
-        actuator_lengths=tables[3],
-        actuator_ctrl=tables[4],
-        finger_boxes_table=tables[5],
-        palm_boxes_table=tables[6],
+        **{name: np.array([row[name] for row in rows]) for name in rows[0]},
     )
 
 
 def place_gripper(model: Model, gripper: GripperEntry, angle: float) -> None:
-    """Put the gripper's joints where the driver joint at `angle` has them; the arm stays at 0."""
-    model.place(_coupled(model, gripper, angle))
+    """Put the driver joint at `angle`, and all joints where joint equalities tie them to it; the arm stays at 0."""
+    m = model.m
+    known = {model.id("joint", gripper.driver_joint): angle}
+    ties = [e for e in range(m.neq) if m.eq_type[e] == mujoco.mjtEq.mjEQ_JOINT and m.eq_obj2id[e] >= 0]
+    for _ in ties:
+        for e in ties:
+            follower, leader = int(m.eq_obj1id[e]), int(m.eq_obj2id[e])
+            if leader in known and follower not in known:
+                x = known[leader] - m.qpos0[m.jnt_qposadr[leader]]
+                y = np.polynomial.polynomial.polyval(x, m.eq_data[e, :5])
+                known[follower] = float(y + m.qpos0[m.jnt_qposadr[follower]])
+    for j in _joints(model, gripper):
+        if j not in known:
+            raise InputError(
+                f"{model.path}: the gripper joint '{m.joint(j).name}' is tied to '{gripper.driver_joint}' by no "
+                "<equality><joint joint1=it joint2=driver/> of the MJCF; add one."
+            )
+    model.place(known)
 
 
 def tcp_pose(model: Model, gripper: GripperEntry) -> Pose:
@@ -77,65 +88,35 @@ def box_in(T_frame_world: Pose, corners: Float[np.ndarray, "n 3"]) -> Float[np.n
     return np.stack([0.5 * (low + high), 0.5 * (high - low)])
 
 
-def _travel(model: Model, gripper: GripperEntry) -> np.ndarray:
-    low, high = model.m.jnt_range[model.id("joint", gripper.driver_joint)]
-    return np.linspace(low, high, SAMPLES)
+def _joints(model: Model, gripper: GripperEntry) -> list[int]:
+    bodies = model.subtree(model.id("body", gripper.body))
+    return [j for j in range(model.m.njnt) if model.m.jnt_bodyid[j] in bodies]
 
 
-def _joints_of(model: Model, body: int) -> Iterable[int]:
-    first, count = int(model.m.body_jntadr[body]), int(model.m.body_jntnum[body])
-    return range(first, first + count)
-
-
-def _coupled(model: Model, gripper: GripperEntry, angle: float) -> dict[int, float]:
-    """Positions of the driver joint and of all joints tied to it, directly or in turn, by joint equalities."""
-    m = model.m
-    known = {model.id("joint", gripper.driver_joint): angle}
-    ties = [e for e in range(m.neq) if m.eq_type[e] == mujoco.mjtEq.mjEQ_JOINT and m.eq_obj2id[e] >= 0]
-    for _ in ties:
-        for e in ties:
-            follower, leader = int(m.eq_obj1id[e]), int(m.eq_obj2id[e])
-            if leader in known and follower not in known:
-                x = known[leader] - m.qpos0[m.jnt_qposadr[leader]]
-                y = np.polynomial.polynomial.polyval(x, m.eq_data[e, :5])
-                known[follower] = float(y + m.qpos0[m.jnt_qposadr[follower]])
-    for b in model.subtree(model.id("body", gripper.body)):
-        for j in _joints_of(model, b):
-            if j not in known:
-                raise InputError(
-                    f"{model.path}: the gripper joint '{m.joint(j).name}' is tied to '{gripper.driver_joint}' by no "
-                    "<equality><joint joint1=it joint2=driver/> of the MJCF; add one."
-                )
-    return known
-
-
-def _row(model: Model, entry: RobotFile, joints: list[int], pieces: Pieces, angle: float) -> tuple:
+def _row(model: Model, entry: RobotFile, joints: list[int], pieces: Pieces, angle: float) -> dict[str, Any]:
+    """The tables' entries where the driver joint is at `angle`."""
     gripper = entry.gripper
     place_gripper(model, gripper, angle)
     tips = [model.site_pose(f.tip_site) for f in gripper.fingers]
     T_world_tcp = tcp_pose(model, gripper)
-    width = float(T_world_tcp[:3, 0] @ (tips[1][:3, 3] - tips[0][:3, 3]))
-    length = float(model.d.actuator_length[model.id("actuator", gripper.actuator)])
     T = invert(T_world_tcp)
-    fingers = [box_in(T, np.concatenate([model.box_corners(g) for g in geoms])) for geoms in pieces[0]]
-    return (
-        width,
-        invert(model.site_pose(entry.arm.tool0_site)) @ T_world_tcp,
-        model.d.qpos[[model.m.jnt_qposadr[j] for j in joints]].copy(),
-        length,
-        _ctrl(model, gripper, length),
-        np.array(fingers),
-        np.array([box_in(T, model.box_corners(g)) for g in pieces[1]]).reshape(-1, 2, 3),
-    )
-
-
-def _ctrl(model: Model, gripper: GripperEntry, length: float) -> float:
-    """Command at which an affine actuator (force = gain ctrl + b0 + b1 length) exerts no force."""
-    a = model.id("actuator", gripper.actuator)
-    gain, (b0, b1) = float(model.m.actuator_gainprm[a, 0]), model.m.actuator_biasprm[a, :2]
+    actuator = model.id("actuator", gripper.actuator)
+    length = float(model.d.actuator_length[actuator])
+    # An affine actuator (force = gain ctrl + b0 + b1 length) rests at the command at which it exerts no force.
+    gain, (b0, b1) = float(model.m.actuator_gainprm[actuator, 0]), model.m.actuator_biasprm[actuator, :2]
     if gain == 0 or b1 >= 0:
         raise InputError(f"{model.path}: the actuator '{gripper.actuator}' must be a position servo.")
-    return float(-(b0 + b1 * length) / gain)
+    fingers = [box_in(T, np.concatenate([model.box_corners(g) for g in geoms])) for geoms in pieces[0]]
+    rest = np.array([box_in(T, model.box_corners(g)) for g in pieces[1]]).reshape(-1, 2, 3)
+    return {
+        "widths_m": float(T_world_tcp[:3, 0] @ (tips[1][:3, 3] - tips[0][:3, 3])),
+        "Ts_tool0_tcp": invert(model.site_pose(entry.arm.tool0_site)) @ T_world_tcp,
+        "joint_qpos": model.d.qpos[[model.m.jnt_qposadr[j] for j in joints]].copy(),
+        "actuator_lengths": length,
+        "actuator_ctrl": float(-(b0 + b1 * length) / gain),
+        "finger_boxes_table": np.array(fingers),
+        "palm_boxes_table": rest,
+    }
 
 
 def _pieces(model: Model, gripper: GripperEntry) -> Pieces:
@@ -151,8 +132,3 @@ def _pieces(model: Model, gripper: GripperEntry) -> Pieces:
     bodies = model.subtree(model.id("body", gripper.body))
     rest = [g for b in bodies for g in model.collision_geoms(b) if not any(g in geoms for geoms in fingers)]
     return fingers, rest
-
-
-def _extent(model: Model, entry: RobotFile, geoms: list[str]) -> np.ndarray:
-    corners = np.concatenate([model.box_corners(model.id("geom", g)) for g in geoms])
-    return 2.0 * box_in(invert(tcp_pose(model, entry.gripper)), corners)[1]

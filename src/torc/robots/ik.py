@@ -26,11 +26,9 @@ class IkConfig:
     Attributes:
         swivel_angles: elbow positions tried per pose, evenly around the circle (closed form). More find tighter gaps
             in clutter and take longer in proportion.
-        max_branches: at most so many solutions per pose.
         soft_margin_rad: solutions whose joints are closer than this to a limit are ranked lower...
         limit_weight: ... by up to this much per joint, in units of squared radians from rest.
         starts: numerical solver: starting configurations per pose.
-        iterations: numerical solver: steps per start.
         tolerance: numerical solver: largest error of a solution, metres and radians.
     """
 
@@ -45,11 +43,8 @@ class IkConfig:
 
 @dataclass(frozen=True)
 class IkSolutions:
-    """Solutions per pose, best first.
-
-    Attributes:
-        qpos: joint positions, radians; NaN beyond count.
-        count: how many solutions a pose has; 0 where it cannot be reached.
+    """Solutions per pose, best first: joint positions, radians, NaN beyond the count, which is 0 where a pose cannot be
+    reached.
     """
 
     qpos: Float[np.ndarray, "n b dof"]
@@ -63,12 +58,8 @@ class IkSolutions:
 def solve_ik(
     arm: ArmDescription, Ts_world_tool0: Float[np.ndarray, "n 4 4"], config: IkConfig | None = None
 ) -> IkSolutions:
-    """All solutions found for each pose of the flange, within the joint limits, angles 2 pi apart included.
-
-    The order is by distance from the rest configuration, with a penalty near joint limits.
-
-    Raises:
-        InputError: a pose is not a rigid transform.
+    """All solutions found for each pose of the flange, within the joint limits, angles 2 pi apart included, by distance
+    from the rest configuration with a penalty near joint limits. Raises InputError if a pose is not a rigid transform.
     """
     config = config or IkConfig()
     Ts = kernel_array(Ts_world_tool0)
@@ -89,9 +80,8 @@ def _check_poses(Ts: np.ndarray) -> None:
     error = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max(axis=(1, 2), initial=0.0)
     bad = ~((error < 1e-6) & (np.linalg.det(R) > 0) & np.isfinite(Ts).all(axis=(1, 2)))
     if bad.any():
-        raise InputError(
-            f"Pose {int(np.flatnonzero(bad)[0])} is not a rigid transform; normalise its rotation."
-        )
+        first = int(np.flatnonzero(bad)[0])
+        raise InputError(f"Pose {first} is not a rigid transform; normalise its rotation.")
 
 
 def _solve(
@@ -101,7 +91,7 @@ def _solve(
     count = np.zeros(len(Ts), dtype=np.int64)
     ranking = (arm.lower, arm.upper, arm.rest_qpos, config.soft_margin_rad, config.limit_weight)
     if structure is not None:
-        srs_ik_kernel(Ts, structure.arrays, config.swivel_angles, *ranking, qpos, count)
+        srs_ik_kernel(Ts, structure, config.swivel_angles, *ranking, qpos, count)
     else:
         chain = (arm.T_world_base, arm.Ts_parent_joint, arm.axes, arm.T_last_tool0)
         starts = start_configurations(arm, config.starts)

@@ -13,9 +13,8 @@ DISTINCT_RAD = 0.02
 
 
 def start_configurations(arm: ArmDescription, n: int) -> Float[np.ndarray, "n dof"]:
-    """The rest configuration, then points spread evenly over the joint ranges, always the same ones.
-
-    A Kronecker sequence on the generalised golden ratio (M. Roberts' R sequence).
+    """The rest configuration, then points spread evenly over the joint ranges, always the same: a Kronecker sequence on
+    the generalised golden ratio (M. Roberts' R sequence).
     """
     ratio = 2.0
     for _ in range(60):
@@ -28,33 +27,6 @@ def start_configurations(arm: ArmDescription, n: int) -> Float[np.ndarray, "n do
 
 
 @njit(cache=True)
-def _damped_step(J: np.ndarray, error: np.ndarray, damping: float, A: np.ndarray, step: np.ndarray) -> None:
-    """step = J^T (J J^T + damping I)^-1 error, by Cholesky's factorisation in A (6, 6)."""
-    dof = step.shape[0]
-    y = np.empty(6)
-    for i in range(6):
-        for j in range(i + 1):
-            value = damping if i == j else 0.0
-            for k in range(dof):
-                value += J[i, k] * J[j, k]
-            for k in range(j):
-                value -= A[i, k] * A[j, k]
-            A[i, j] = np.sqrt(max(value, 1e-18)) if i == j else value / A[j, j]
-        y[i] = error[i]
-        for k in range(i):
-            y[i] -= A[i, k] * y[k]
-        y[i] /= A[i, i]
-    for i in range(5, -1, -1):
-        for k in range(i + 1, 6):
-            y[i] -= A[k, i] * y[k]
-        y[i] /= A[i, i]
-    for k in range(dof):
-        step[k] = 0.0
-        for i in range(6):
-            step[k] += J[i, k] * y[i]
-
-
-@njit(cache=True)
 def _descend(
     goal: np.ndarray, chain: tuple, lower: np.ndarray, upper: np.ndarray, iterations: int, tolerance: float,
     q: np.ndarray,
@@ -63,17 +35,16 @@ def _descend(
     base, parents, axes, tool0 = chain
     dof = q.shape[0]
     Ts, trial_Ts = np.empty((1, dof + 1, 4, 4)), np.empty((1, dof + 1, 4, 4))
-    J, A, error, trial_error = np.empty((6, dof)), np.empty((6, 6)), np.empty(6), np.empty(6)
-    step, trial, damping = np.empty(dof), np.empty(dof), 1e-3
+    J, error, trial_error = np.empty((6, dof)), np.empty(6), np.empty(6)
+    trial, damping = np.empty(dof), 1e-3
     link_poses_kernel(base, parents, axes, tool0, q.reshape(1, dof), Ts)
     worst = pose_error(Ts[0, dof], goal, error)
     for _ in range(iterations):
         if worst < tolerance:
             return True
         jacobian_kernel(Ts[0], axes, J)
-        _damped_step(J, error, damping, A, step)
-        for i in range(dof):
-            trial[i] = min(max(q[i] + step[i], lower[i]), upper[i])
+        step = J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), error)
+        trial[:] = np.minimum(np.maximum(q + step, lower), upper)
         link_poses_kernel(base, parents, axes, tool0, trial.reshape(1, dof), trial_Ts)
         trial_worst = pose_error(trial_Ts[0, dof], goal, trial_error)
         if np.sum(trial_error**2) < np.sum(error**2):

@@ -46,15 +46,9 @@ def add_turns(lower: np.ndarray, upper: np.ndarray, solutions: np.ndarray, count
 
 @njit(cache=True)
 def rank_solutions(
-    lower: np.ndarray,
-    upper: np.ndarray,
-    rest: np.ndarray,
-    soft_margin: float,
-    limit_weight: float,
-    solutions: np.ndarray,
-    count: int,
-    out: np.ndarray,
-) -> None:
+    lower: np.ndarray, upper: np.ndarray, rest: np.ndarray, soft_margin: float, limit_weight: float,
+    solutions: np.ndarray, count: int, out: np.ndarray,
+) -> None:  # fmt: skip
     """Copy solutions to out, by rising cost: squared distance from rest plus a penalty near limits."""
     cost = np.zeros(count)
     for k in range(count):

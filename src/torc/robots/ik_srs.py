@@ -8,8 +8,6 @@ a turn about its axis (product of exponentials). Joints 0-2 turn about the shoul
 3. shoulder and wrist rotations are split into three angles each, two solutions per split.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 
@@ -17,48 +15,39 @@ from torc.geometry.transforms import invert
 from torc.robots.description import ArmDescription
 from torc.robots.ik_ranking import add_turns, rank_solutions, wrap_into_limits
 from torc.robots.kernels import rotate_about
+from torc.robots.kinematics import link_poses
 
 FINER = 8
 """Times as many swivel angles are tried for a pose that seems out of reach."""
 
 
-@dataclass(frozen=True)
-class SrsStructure:
-    """An arm's S-R-S geometry at q = 0, world frame.
+SrsStructure = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""At q = 0, world frame: axes (7, 3), shoulder (3,), a point of the elbow axis (3,), wrist (3,),
+inverse flange pose (4, 4)."""
 
-    Attributes:
-        arrays: axes (7, 3), shoulder (3,), a point of the elbow axis (3,), wrist (3,), inverse flange pose (4, 4).
+
+def detect_srs(arm: ArmDescription) -> SrsStructure | None:
+    """The arm's S-R-S structure, or None: it takes 7 joints, the first three axes meeting in one point and the last
+    three in another, neighbours of each three at right angles.
     """
-
-    arrays: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-
-def detect_srs(arm: ArmDescription, tolerance_m: float = 1e-6) -> SrsStructure | None:
-    """The arm's S-R-S structure, or None if it has none.
-
-    It takes 7 joints, the first three axes meeting in one point and the last three in another, neighbours of each
-    three at right angles.
-    """
-    from torc.robots.kinematics import link_poses
-
     if arm.dof != 7:
         return None
     Ts = link_poses(arm, np.zeros((1, 7)))[0]
     axes = np.einsum("kij,kj->ki", Ts[:7, :3, :3], arm.axes)
     points = Ts[:7, :3, 3]
-    centers = [_common_point(axes[i : i + 3], points[i : i + 3], tolerance_m) for i in (0, 4)]
+    shoulder, wrist = (_common_point(axes[i : i + 3], points[i : i + 3]) for i in (0, 4))
     right = [abs(axes[i] @ axes[i + 1]) < 1e-6 for i in (0, 1, 4, 5)]
-    if centers[0] is None or centers[1] is None or not all(right):
+    if shoulder is None or wrist is None or not all(right):
         return None
-    return SrsStructure((axes, centers[0], points[3].copy(), centers[1], invert(Ts[7])))
+    return axes, shoulder, points[3].copy(), wrist, invert(Ts[7])
 
 
-def _common_point(axes: np.ndarray, points: np.ndarray, tolerance_m: float) -> np.ndarray | None:
+def _common_point(axes: np.ndarray, points: np.ndarray) -> np.ndarray | None:
     """The point all lines pass through, or None (least squares of the distances to the lines)."""
     projectors = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     p = np.linalg.lstsq(projectors.sum(axis=0), np.einsum("kij,kj->i", projectors, points), rcond=None)[0]
     distances = np.linalg.norm(np.einsum("kij,kj->ki", projectors, p - points), axis=1)
-    return p if distances.max() < tolerance_m else None
+    return p if distances.max() < 1e-6 else None
 
 
 @njit(cache=True)

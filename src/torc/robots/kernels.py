@@ -38,13 +38,9 @@ def rotate_about(axis: np.ndarray, angle: float, out: np.ndarray) -> None:
 
 @njit(cache=True)
 def link_poses_kernel(
-    T_world_base: np.ndarray,
-    Ts_parent_joint: np.ndarray,
-    axes: np.ndarray,
-    T_last_tool0: np.ndarray,
-    qpos: np.ndarray,
-    out: np.ndarray,
-) -> None:
+    T_world_base: np.ndarray, Ts_parent_joint: np.ndarray, axes: np.ndarray, T_last_tool0: np.ndarray,
+    qpos: np.ndarray, out: np.ndarray,
+) -> None:  # fmt: skip
     """Forward kinematics: out (n, dof + 1, 4, 4) = world poses of all links, then of tool0, for qpos (n, dof)."""
     n, dof = qpos.shape
     joint, turn = np.zeros((4, 4)), np.zeros((4, 4))
@@ -71,12 +67,8 @@ def jacobian_kernel(Ts_link: np.ndarray, axes: np.ndarray, out: np.ndarray) -> N
         wy = T[1, 0] * a[0] + T[1, 1] * a[1] + T[1, 2] * a[2]
         wz = T[2, 0] * a[0] + T[2, 1] * a[1] + T[2, 2] * a[2]
         dx, dy, dz = p[0, 3] - T[0, 3], p[1, 3] - T[1, 3], p[2, 3] - T[2, 3]
-        out[0, i] = wy * dz - wz * dy
-        out[1, i] = wz * dx - wx * dz
-        out[2, i] = wx * dy - wy * dx
-        out[3, i] = wx
-        out[4, i] = wy
-        out[5, i] = wz
+        out[0, i], out[1, i], out[2, i] = wy * dz - wz * dy, wz * dx - wx * dz, wx * dy - wy * dx
+        out[3, i], out[4, i], out[5, i] = wx, wy, wz
 
 
 @njit(cache=True)

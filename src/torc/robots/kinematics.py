@@ -4,9 +4,9 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.geometry.arrays import kernel_array
-from torc.geometry.transforms import Pose, invert
-from torc.robots.description import ArmDescription, GripperDescription, RobotDescription
-from torc.robots.kernels import jacobian_kernel, link_poses_kernel
+from torc.geometry.transforms import Pose
+from torc.robots.description import ArmDescription, RobotDescription
+from torc.robots.kernels import link_poses_kernel
 
 
 def link_poses(arm: ArmDescription, qpos: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "n links 4 4"]:
@@ -22,20 +22,6 @@ def link_poses(arm: ArmDescription, qpos: Float[np.ndarray, "n dof"]) -> Float[n
 def tool0_poses(arm: ArmDescription, qpos: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "n 4 4"]:
     """World poses of the flange."""
     return link_poses(arm, qpos)[:, -1]
-
-
-def jacobian(arm: ArmDescription, q: Float[np.ndarray, "dof"]) -> Float[np.ndarray, "6 dof"]:
-    """Velocity of tool0 per joint velocity, world frame: three linear rows, then three angular."""
-    out = np.empty((6, arm.dof))
-    jacobian_kernel(link_poses(arm, np.asarray(q)[None])[0], arm.axes, out)
-    return out
-
-
-def tool0_from_tcp(
-    gripper: GripperDescription, Ts_world_tcp: Float[np.ndarray, "n 4 4"], width_m: Float[np.ndarray, "n"]
-) -> Float[np.ndarray, "n 4 4"]:
-    """Flange poses that put the TCP at Ts_world_tcp at those openings."""
-    return np.asarray(Ts_world_tcp, dtype=np.float64) @ invert(gripper.Ts_tool0_tcp_at(width_m))
 
 
 def tcp_pose(robot: RobotDescription, q: Float[np.ndarray, "dof"], width_m: float) -> Pose:

@@ -17,11 +17,8 @@ def robot_names() -> tuple[str, ...]:
 
 
 def load_robot(name_or_path: str | Path = DEFAULT_ROBOT) -> RobotDescription:
-    """A shipped robot by name, or any robot by the path of its YAML (which names its MJCF).
-
-    Raises:
-        UnknownNameError: neither a shipped name nor an existing file.
-        InputError: the files contradict the format, or each other.
+    """A shipped robot by name, or any robot by the path of its YAML (which names its MJCF). Raises UnknownNameError for
+    neither, and InputError where the files contradict the format, or each other.
     """
     path = Path(name_or_path)
     if path.suffix in {".yaml", ".yml"} and path.is_file():
@@ -29,7 +26,7 @@ def load_robot(name_or_path: str | Path = DEFAULT_ROBOT) -> RobotDescription:
     if str(name_or_path) not in robot_names():
         own = f", or a YAML file of your own; compare {EXAMPLE}"
         raise UnknownNameError("robot (nor a YAML file)", str(name_or_path), list(robot_names()), own)
-    return deepcopy(_shipped(path.name))  # its arrays can be written to: everyone gets his own
+    return deepcopy(_shipped(path.name))  # its arrays can be written to
 
 
 def own_source(name_or_path: str) -> str:

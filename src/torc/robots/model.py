@@ -1,5 +1,6 @@
 """A compiled MJCF with look-ups that fail in words."""
 
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -12,18 +13,12 @@ from torc.geometry.transforms import Pose, make_pose
 
 
 class Model:
-    """The robot's MJCF, compiled alone, and one state of it.
-
-    Attributes:
-        path: the robot file, for messages.
-        m, d: MuJoCo's model and data.
-    """
+    """The robot's MJCF, compiled alone, and one state of it. `path` is the robot file, for messages."""
 
     def __init__(self, path: Path, m: Any) -> None:
         self.path = path
         self.m = m
         self.d = mujoco.MjData(m)
-        self._corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 
     def id(self, kind: str, name: str) -> int:
         """Id of a named body, joint, geom, site or actuator. Raises InputError."""
@@ -31,11 +26,6 @@ class Model:
         if number < 0:
             raise InputError(f"{self.path} names the {kind} '{name}', which its MJCF does not have.")
         return int(number)
-
-    def check(self, kind: str, name: str) -> str:
-        """The name, if the MJCF has it. Raises InputError."""
-        self.id(kind, name)
-        return name
 
     def place(self, qpos: dict[int, float]) -> None:
         """Set joints by id, all others to 0, and compute all poses."""
@@ -47,14 +37,14 @@ class Model:
         mujoco.mj_tendon(self.m, self.d)
         mujoco.mj_transmission(self.m, self.d)
 
-    def body_pose(self, body: int) -> Pose:
-        """World pose of a body."""
-        return make_pose(self.d.xmat[body].reshape(3, 3), self.d.xpos[body])
-
     def joint_pose(self, joint: int) -> Pose:
         """World pose of a joint's frame: its body's axes, at its anchor; moves with the body."""
         body = int(self.m.jnt_bodyid[joint])
         return self.body_pose(body) @ make_pose(p=self.m.jnt_pos[joint])
+
+    def body_pose(self, body: int) -> Pose:
+        """World pose of a body."""
+        return make_pose(self.d.xmat[body].reshape(3, 3), self.d.xpos[body])
 
     def geom_pose(self, geom: int) -> Pose:
         """World pose of a geom."""
@@ -64,10 +54,6 @@ class Model:
         """World pose of a named site. Raises InputError."""
         site = self.id("site", name)
         return make_pose(self.d.site_xmat[site].reshape(3, 3), self.d.site_xpos[site])
-
-    def children(self, body: int) -> list[int]:
-        """Ids of the bodies directly below."""
-        return [b for b in range(1, self.m.nbody) if self.m.body_parentid[b] == body]
 
     def ancestors(self, body: int, stop: int = 0) -> list[int]:
         """The body and its parents, up to and without `stop` (or the world)."""
@@ -84,9 +70,8 @@ class Model:
     def collision_geoms(self, body: int) -> list[int]:
         """Ids of the body's geoms that can collide."""
         first, count = int(self.m.body_geomadr[body]), int(self.m.body_geomnum[body])
-        return [
-            g for g in range(first, first + count) if self.m.geom_contype[g] or self.m.geom_conaffinity[g]
-        ]
+        collides = self.m.geom_contype | self.m.geom_conaffinity
+        return [g for g in range(first, first + count) if collides[g]]
 
     def kind(self, geom: int) -> str:
         """A geom's type, e.g. 'capsule'."""
@@ -95,5 +80,5 @@ class Model:
     def box_corners(self, geom: int) -> Float[np.ndarray, "8 3"]:
         """World corners of a geom's bounding box (aligned with the geom)."""
         center, half = self.m.geom_aabb[geom, :3], self.m.geom_aabb[geom, 3:]
-        local = center + self._corners * half
+        local = center + np.array(list(product((-1, 1), repeat=3))) * half
         return local @ self.d.geom_xmat[geom].reshape(3, 3).T + self.d.geom_xpos[geom]

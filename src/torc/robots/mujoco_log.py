@@ -15,10 +15,7 @@ file's options are not the world's."""
 
 @contextmanager
 def warnings_in_the_log() -> Iterator[None]:
-    """Within, and for later steps of the simulation, warnings go to Python's log.
-
-    Else MuJoCo writes them into a file in the current directory.
-    """
+    """Within, and for later steps of the simulation, warnings go to Python's log, not into a file that MuJoCo makes."""
     mujoco.set_mju_user_warning(_warn)
     with warnings.catch_warnings():
         for text in _NONE_HERE:

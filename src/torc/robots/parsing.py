@@ -4,6 +4,7 @@ Kinematics, limits and shapes are read from the compiled MJCF, so that the simul
 disagree about the robot.
 """
 
+import hashlib
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -12,15 +13,18 @@ import mujoco
 import numpy as np
 
 from torc.errors import InputError
+from torc.fingerprints import fingerprint
 from torc.geometry.transforms import invert
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.gripper_parsing import parse_gripper
+from torc.robots.kinematics import sphere_centers
 from torc.robots.model import Model
 from torc.robots.mujoco_log import warnings_in_the_log
-from torc.robots.rest import check_rest
 from torc.robots.schema import ArmEntry, RobotFile, read_robot_file
-from torc.robots.source import robot_source
-from torc.robots.sphere_parsing import parse_spheres, static_spheres
+from torc.robots.spheres import parse_spheres, static_spheres
+
+_WHERE = ("paths", "npaths", "nbuffer")
+"""Of a compiled model, what follows from where the files of its meshes and textures lie."""
 
 
 def parse_robot(path: Path) -> RobotDescription:
@@ -28,12 +32,15 @@ def parse_robot(path: Path) -> RobotDescription:
     entry = read_robot_file(path)
     mjcf_path = (path.parent / entry.mjcf).resolve()
     compiled = _compile(mjcf_path)
-    source = robot_source(entry, compiled)  # before it is posed for what is read from it
-    model = Model(path, compiled)
+    source = _source(entry, compiled)  # before it is posed for what is read from it
+    model, m = Model(path, compiled), compiled
+    for name in entry.arm.actuators:
+        model.id("actuator", name)
     arm = _parse_arm(model, entry.arm)
     gripper = parse_gripper(model, entry)
     links = _links(model, entry)
     spheres = parse_spheres(model, entry, arm, gripper, links)
+    self_pairs, static_links = _checked_links(model, entry, links, arm.dof)
     fingers = entry.gripper.fingers
     robot = RobotDescription(
         name=entry.name,
@@ -41,20 +48,20 @@ def parse_robot(path: Path) -> RobotDescription:
         gripper=gripper,
         spheres=spheres,
         static_spheres=static_spheres(model, links, entry.spheres.tolerance_m),
-        self_pairs=_self_pairs(model, entry, links, arm.dof),
-        static_links=_static_links(model, entry, links, arm.dof),
+        self_pairs=self_pairs,
+        static_links=static_links,
         mjcf_path=mjcf_path,
-        arm_actuator_names=tuple(model.check("actuator", n) for n in entry.arm.actuators),
-        gripper_actuator_name=model.check("actuator", entry.gripper.actuator),
+        arm_actuator_names=tuple(entry.arm.actuators),
+        gripper_actuator_name=entry.gripper.actuator,
         gripper_body_name=entry.gripper.body,
         finger_body_names=(fingers[0].body, fingers[1].body),
         pad_geom_names=(tuple(fingers[0].pad_geoms), tuple(fingers[1].pad_geoms)),
         tip_site_names=(fingers[0].tip_site, fingers[1].tip_site),
         tool0_site_name=entry.arm.tool0_site,
-        root_body_names=tuple(model.m.body(b).name for b in model.children(0)),
+        root_body_names=tuple(m.body(b).name for b in range(1, m.nbody) if m.body_parentid[b] == 0),
         source=source,
     )
-    check_rest(robot, path)
+    _check_rest(robot, path)
     return robot
 
 
@@ -132,22 +139,73 @@ def _links(model: Model, entry: RobotFile) -> np.ndarray:
     return links
 
 
-def _link_of(model: Model, links: np.ndarray, body_name: str) -> int:
-    link = int(links[model.id("body", body_name)])
-    if link < 0:
-        raise InputError(f"{model.path}: self_collision names '{body_name}', which is no link that moves.")
-    return link
+def _checked_links(
+    model: Model, entry: RobotFile, links: np.ndarray, dof: int
+) -> tuple[np.ndarray, tuple[int, ...]]:
+    """Pairs of links that can touch each other, by default all at least two joints apart, the whole gripper being one
+    with its flange; and links that can touch the fixed parts.
+    """
 
+    def link_of(body_name: str) -> int:
+        link = int(links[model.id("body", body_name)])
+        if link < 0:
+            raise InputError(
+                f"{model.path}: self_collision names '{body_name}', which is no link that moves."
+            )
+        return link
 
-def _self_pairs(model: Model, entry: RobotFile, links: np.ndarray, dof: int) -> np.ndarray:
-    """The pairs of the file; by default all at least two joints apart, the whole gripper being one with its flange."""
-    if entry.self_collision.pairs is not None:
-        named = [sorted(_link_of(model, links, name) for name in pair) for pair in entry.self_collision.pairs]
-        return np.array(named, dtype=np.int64).reshape(-1, 2)
+    named = entry.self_collision
     pairs = [(i, j) for i, j in combinations(range(dof + 3), 2) if min(j, dof) - i >= 2 and i < dof - 1]
-    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    if named.pairs is not None:
+        pairs = [(min(p), max(p)) for p in ([link_of(a), link_of(b)] for a, b in named.pairs)]
+    never = {link_of(n) for n in named.never_with_static}
+    static = tuple(i for i in range(dof + 3) if i not in never)
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2), static
 
 
-def _static_links(model: Model, entry: RobotFile, links: np.ndarray, dof: int) -> tuple[int, ...]:
-    never = {_link_of(model, links, n) for n in entry.self_collision.never_with_static}
-    return tuple(i for i in range(dof + 3) if i not in never)
+def _source(description: RobotFile, model: Any) -> str:
+    """Fingerprint of a robot file, and of all that the MjModel compiled from its MJCF pulls in: included files, meshes,
+    textures. Comments and the names of files do not count.
+    """
+    digest = hashlib.sha256()
+    _take(digest, "", model)
+    plain = description.model_dump(mode="json", exclude={"mjcf"})
+    return fingerprint({"description": plain, "model": digest.hexdigest()})
+
+
+def _take(digest: Any, name: str, value: Any) -> None:
+    """Take in a number, an array, bytes, or a part of a model with all that is in it."""
+    if isinstance(value, (bytes, int, float, np.ndarray)):
+        content = value if isinstance(value, bytes) else np.ascontiguousarray(value).tobytes()
+        digest.update(f"{name}:{len(content)}:".encode() + content)
+    elif not callable(value):
+        for inner in sorted(vars(type(value))):
+            if not inner.startswith("_") and inner not in _WHERE and not inner.endswith("_pathadr"):
+                _take(digest, f"{name}.{inner}", getattr(value, inner))
+
+
+def _check_rest(robot: RobotDescription, path: Path) -> None:
+    """Raises InputError if parts that are checked against each other touch at rest, the gripper open."""
+    width_m = np.array([robot.gripper.max_width_m])
+    centers = sphere_centers(robot, robot.arm.rest_qpos[None], width_m)[0]
+    spheres = np.column_stack([centers, robot.spheres.radii])
+    names = (*robot.arm.joint_names, "gripper", "finger -x", "finger +x")
+    of_link = [spheres[robot.spheres.link == i] for i in range(len(names))]
+    for i in robot.static_links:
+        if _touch(of_link[i], robot.static_spheres):
+            raise InputError(
+                f"{path}: at rest_qpos_rad what '{names[i]}' moves touches the robot's fixed parts. If it "
+                "always does, name its body in self_collision.never_with_static."
+            )
+    for i, j in robot.self_pairs.tolist():
+        if _touch(of_link[i], of_link[j]):
+            raise InputError(
+                f"{path}: at rest_qpos_rad what '{names[i]}' and '{names[j]}' move touch each "
+                "other. If they always do, give self_collision.pairs without the two."
+            )
+
+
+def _touch(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether any sphere (x, y, z, radius) of one overlaps one of the other."""
+    distance = np.linalg.norm(a[:, None, :3] - b[None, :, :3], axis=2)
+    return bool((distance < a[:, None, 3] + b[None, :, 3]).any())

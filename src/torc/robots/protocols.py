@@ -31,9 +31,7 @@ class FollowResult:
     """How a motion ended.
 
     Attributes:
-        reached: the end of the trajectory was reached.
         stopped_by_contact: a ContactGuard ended it.
-        qpos: where the arm is now, radians.
         detail: for people, e.g. what was touched.
     """
 
@@ -45,11 +43,8 @@ class FollowResult:
 
 @dataclass(frozen=True)
 class GripperState:
-    """What the gripper feels.
-
-    Attributes:
-        width_m: distance between the pads.
-        holding: something is between the pads (they stopped on contact before they were closed).
+    """What the gripper feels: the distance between the pads, and whether something is between them (they stopped on
+    contact before they were closed).
     """
 
     width_m: float
@@ -62,7 +57,6 @@ class Camera(Protocol):
 
     def capture(self) -> Observation:
         """One snapshot, now."""
-        ...
 
 
 @runtime_checkable
@@ -72,14 +66,12 @@ class Arm(Protocol):
     @property
     def qpos(self) -> Float[np.ndarray, "dof"]:
         """Joint positions now, radians."""
-        ...
 
     def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
         """Move along the trajectory, which starts where the arm is; returns when the arm rests again.
 
         With a guard, the motion stops on contact and backs off by guard.relief_m. Without one it does not.
         """
-        ...
 
 
 @runtime_checkable
@@ -89,20 +81,16 @@ class Gripper(Protocol):
     @property
     def max_width_m(self) -> float:
         """Largest opening between the pads."""
-        ...
 
     def open(self, width_m: float) -> GripperState:
         """Open (or close) the pads to width_m without force; returns when they rest."""
-        ...
 
     def close(self, force_n: float) -> GripperState:
         """Close until contact or the end of travel, and keep pressing with force_n."""
-        ...
 
     @property
     def state(self) -> GripperState:
         """What the gripper feels now."""
-        ...
 
 
 @runtime_checkable
@@ -112,12 +100,9 @@ class Robot(Protocol):
     @property
     def description(self) -> RobotDescription:
         """Kinematics and shape."""
-        ...
 
     def capture(self) -> Observation:
         """One snapshot with the arm at rest."""
-        ...
 
     def execute(self, plan: PickPlan) -> PickOutcome:
         """Carry out one pick; the arm is at rest again afterwards. Raises PhysicsError or a driver's TorcError."""
-        ...

@@ -1,42 +1,52 @@
-"""Collision geoms covered by spheres.
+"""A robot's collision geoms covered by spheres.
 
 The spheres cover a geom up to `tolerance_m` (collision checks pad them by more than that), and stick out of it as
 little as a small number of spheres allows.
 """
 
-from collections.abc import Callable
 from itertools import product
 
 import numpy as np
 from jaxtyping import Float
 
+from torc.geometry.transforms import Pose, invert
+from torc.robots.description import ArmDescription, SphereModel
+from torc.robots.gripper import GripperDescription
+from torc.robots.gripper_parsing import box_in, place_gripper, tcp_pose
+from torc.robots.model import Model
+from torc.robots.schema import RobotFile
+
+KNUCKLE = -2
+"""Link mark of bodies between the gripper's body and its fingers."""
 Spheres = Float[np.ndarray, "n 4"]
-"""x, y, z, radius in the geom's frame."""
+"""x, y, z, radius."""
 
 
-def cover_capsule(radius: float, half_length: float, tolerance_m: float) -> Spheres:
-    """Spheres of the capsule's radius along its axis (z), so close that notches are at most tolerance_m deep."""
+def cover_geom(kind: str, size: np.ndarray, aabb_half: np.ndarray, tolerance_m: float) -> Spheres:
+    """Spheres of a MuJoCo geom of that size, in its frame; for meshes and ellipsoids: of its bounding box.
+
+    A capsule's are so close that notches are at most tolerance_m deep; there is one per slab of a cylinder about as
+    high as it is wide, and one per roughly cubic cell of a box, whose rims or corners stick out by at most tolerance_m.
+    """
+    if kind == "sphere":
+        return np.array([[0.0, 0.0, 0.0, size[0]]])
+    if kind not in ("capsule", "cylinder"):
+        return _cover_box(aabb_half, tolerance_m)
+    radius, half_length = size[0], size[1]
     depth = min(tolerance_m, 0.3 * radius)
-    spacing = 2.0 * np.sqrt(2.0 * radius * depth - depth * depth)
-    n = 1 + int(np.ceil(2.0 * half_length / spacing - 1e-9)) if half_length > 0 else 1
-    out = np.zeros((n, 4))
-    out[:, 2] = np.linspace(-half_length, half_length, n) if n > 1 else 0.0
-    out[:, 3] = radius
-    return out
+    if kind == "capsule":
+        spacing = 2.0 * np.sqrt(2.0 * radius * depth - depth * depth)
+        n = 1 + int(np.ceil(2.0 * half_length / spacing - 1e-9)) if half_length > 0 else 1
+        z = np.linspace(-half_length, half_length, n) if n > 1 else np.zeros(1)
+    else:
+        n = max(1, round(half_length / radius))
+        half_slab = half_length / n
+        z = (2.0 * np.arange(n) + 1.0) * half_slab - half_length
+        radius = np.hypot(radius, half_slab) - depth
+    return np.column_stack([np.zeros((n, 2)), z, np.full(n, radius)])
 
 
-def cover_cylinder(radius: float, half_length: float, tolerance_m: float) -> Spheres:
-    """One sphere per slab about as high as the cylinder is wide; rims stick out by at most tolerance_m."""
-    n = max(1, round(half_length / radius))
-    half_slab = half_length / n
-    out = np.zeros((n, 4))
-    out[:, 2] = (2.0 * np.arange(n) + 1.0) * half_slab - half_length
-    out[:, 3] = np.hypot(radius, half_slab) - min(tolerance_m, 0.3 * radius)
-    return out
-
-
-def cover_box(half_size: np.ndarray, tolerance_m: float) -> Spheres:
-    """One sphere per cell of a grid of roughly cubic cells; the cells' corners stick out by at most tolerance_m."""
+def _cover_box(half_size: np.ndarray, tolerance_m: float) -> Spheres:
     half = np.asarray(half_size, dtype=float)
     counts = np.maximum(1, np.rint(half / half.min())).astype(int)
     cell = half / counts
@@ -46,29 +56,92 @@ def cover_box(half_size: np.ndarray, tolerance_m: float) -> Spheres:
     return np.column_stack([centers, np.full(len(centers), radius)])
 
 
-def cover_sphere(radius: float) -> Spheres:
-    """The sphere itself."""
-    return np.array([[0.0, 0.0, 0.0, radius]])
+def parse_spheres(
+    model: Model, entry: RobotFile, arm: ArmDescription, gripper: GripperDescription, links: np.ndarray
+) -> SphereModel:
+    """Spheres of all that moves. `links`: per body its link number, -1 static, KNUCKLE."""
+    _open(model, entry, gripper, 0.0)
+    T_tool0_world = invert(model.site_pose(entry.arm.tool0_site))
+    frames = [invert(model.joint_pose(model.id("joint", n))) for n in arm.joint_names]
+    frames += [T_tool0_world, *[invert(tcp_pose(model, entry.gripper))] * 2]
+    parts: list[tuple[int, np.ndarray]] = []
+    for body in range(1, model.m.nbody):
+        link = int(links[body])
+        if link >= 0:
+            parts += [(link, s) for s in _body_spheres(model, entry, body, link - arm.dof - 1, frames[link])]
+    parts += _knuckle_spheres(model, entry, arm, gripper, links)
+    parts.sort(key=lambda part: part[0])
+    spheres = np.array([s for _, s in parts])
+    of_link = np.array([k for k, _ in parts], dtype=np.int64)
+    return SphereModel(of_link, spheres[:, :3].copy(), spheres[:, 3].copy())
 
 
-def cover_geom(kind: str, size: np.ndarray, aabb_half: np.ndarray, tolerance_m: float) -> Spheres:
-    """Spheres of a MuJoCo geom, in its frame (for meshes and ellipsoids: of its bounding box).
+def static_spheres(model: Model, links: np.ndarray, tolerance_m: float) -> Float[np.ndarray, "k 4"]:
+    """Spheres of all that does not move, world frame."""
+    model.place({})
+    geoms = [g for b in range(model.m.nbody) if links[b] == -1 for g in model.collision_geoms(b)]
+    return np.concatenate(
+        [np.zeros((0, 4)), *(_geom_spheres(model, g, np.eye(4), tolerance_m) for g in geoms)]
+    )
 
-    Args:
-        kind: sphere, capsule, cylinder, box, ellipsoid or mesh.
-        size: MuJoCo's size parameters (half sizes).
-        aabb_half: half size of its bounding box.
-        tolerance_m: see the module.
+
+def _open(model: Model, entry: RobotFile, gripper: GripperDescription, width_m: float) -> None:
+    driver = gripper.joint_names.index(entry.gripper.driver_joint)
+    place_gripper(model, entry.gripper, float(gripper.qpos(width_m)[driver]))
+
+
+def _geom_spheres(model: Model, geom: int, T_frame_world: Pose, tolerance_m: float) -> Spheres:
+    m = model.m
+    local = cover_geom(model.kind(geom), m.geom_size[geom], m.geom_aabb[geom, 3:], tolerance_m)
+    T = T_frame_world @ model.geom_pose(geom)
+    return np.column_stack([local[:, :3] @ T[:3, :3].T + T[:3, 3], local[:, 3]])
+
+
+def _body_spheres(
+    model: Model, entry: RobotFile, body: int, finger: int, T_frame_world: Pose
+) -> list[np.ndarray]:
+    """Spheres of one body in its link's frame; a finger's pads and blade are covered as one box."""
+    tolerance, geoms, out = entry.spheres.tolerance_m, model.collision_geoms(body), []
+    if finger >= 0:
+        parts = entry.gripper.fingers[finger]
+        blade = [model.id("geom", g) for g in (*parts.pad_geoms, *parts.blade_geoms)]
+        geoms = [g for g in geoms if g not in blade]
+        center, half = box_in(T_frame_world, np.concatenate([model.box_corners(g) for g in blade]))
+        box = _cover_box(half, tolerance)
+        box[:, :3] += center
+        out += list(box)
+    for g in geoms:
+        out += list(_geom_spheres(model, g, T_frame_world, tolerance))
+    return out
+
+
+def _knuckle_spheres(
+    model: Model, entry: RobotFile, arm: ArmDescription, gripper: GripperDescription, links: np.ndarray
+) -> list[tuple[int, np.ndarray]]:
+    """Spheres of the parts that neither rest in the palm nor move with a finger: with the frame they move least in.
+
+    The sphere is enlarged by half the remaining travel beyond the tolerance.
     """
-    covers: dict[str, Callable[[], Spheres]] = {
-        "sphere": lambda: cover_sphere(size[0]),
-        "capsule": lambda: cover_capsule(size[0], size[1], tolerance_m),
-        "cylinder": lambda: cover_cylinder(size[0], size[1], tolerance_m),
-    }
-    return covers.get(kind, lambda: cover_box(aabb_half, tolerance_m))()
-
-
-def enclosing_center(track: Float[np.ndarray, "k 3"]) -> tuple[np.ndarray, float]:
-    """Middle of a track's bounding box, and the largest distance of the track from it."""
-    center = 0.5 * (track.min(axis=0) + track.max(axis=0))
-    return center, float(np.linalg.norm(track - center, axis=1).max())
+    tolerance = entry.spheres.tolerance_m
+    geoms = [g for b in range(model.m.nbody) if links[b] == KNUCKLE for g in model.collision_geoms(b)]
+    if not geoms:
+        return []
+    tracks, widths = [], np.linspace(0.0, gripper.max_width_m, 25)
+    for width in widths:
+        _open(model, entry, gripper, width)
+        frames = invert(model.site_pose(entry.arm.tool0_site)), invert(tcp_pose(model, entry.gripper))
+        world = np.concatenate([_geom_spheres(model, g, np.eye(4), tolerance) for g in geoms])
+        tracks.append([world[:, :3] @ T[:3, :3].T + T[:3, 3] for T in frames])
+    tool0, tcp = (np.array([t[k] for t in tracks]) for k in (0, 1))
+    out = []
+    for i, radius in enumerate(world[:, 3]):
+        side = 0 if tcp[0, i, 0] < 0 else 1
+        shift = np.outer(0.5 * widths, [1.0 - 2.0 * side, 0.0, 0.0])
+        choices = [(arm.dof, tool0[:, i]), (arm.dof + 1 + side, tcp[:, i] + shift)]
+        fits = []
+        for link, track in choices:
+            center = 0.5 * (track.min(axis=0) + track.max(axis=0))
+            fits.append((float(np.linalg.norm(track - center, axis=1).max()), link, center))
+        reach, link, center = min(fits, key=lambda fit: fit[0])
+        out.append((link, np.append(center, radius + max(0.0, reach - tolerance))))
+    return out

@@ -21,12 +21,8 @@ class ActuationConfig:
     Attributes:
         start_tolerance_rad: a trajectory must start this close to where the arm is.
         goal_tolerance_rad: this close to the last point counts as reached.
-        rest_speed_rad_s: slower than this is at rest.
-        rest_limit_s: how long to wait for rest after a motion.
         stuck_rad: an arm that is held up further than this from its goal stays where it is. It would go on pressing,
             and leap to the goal once the way is free, when nobody expects it.
-        relief_s: how long the arm takes to back off after a contact.
-        grip_limit_s: how long the gripper may take to open or close.
         grip_rest_m_s: pads slower than this for grip_hold_s have found their place.
         grip_hold_s: see above; also lets the grip force build up.
         empty_width_m: closed further than this, there is nothing between the pads.
@@ -46,12 +42,7 @@ class ActuationConfig:
 
 @dataclass(frozen=True)
 class GripState:
-    """What a gripper was told last.
-
-    Attributes:
-        closed: to close.
-        max_force: with this actuator force at most.
-    """
+    """What a gripper was told last: whether to close, and with which actuator force at most."""
 
     closed: bool
     max_force: float
@@ -100,8 +91,7 @@ class SimulatedGripper:
         """Opens to width_m. Raises InputError outside the gripper's range."""
         ctrl = self._gripper.ctrl(width_m)
         self.closed = False
-        self._command(ctrl, self._max_force)
-        return self._wait()
+        return self._run(ctrl, self._max_force)
 
     def close(self, force_n: float) -> GripperState:
         """Closes until contact and keeps pressing with force_n per pad, as far as the motor can."""
@@ -112,9 +102,8 @@ class SimulatedGripper:
         # The lever between motor and pads depends on the width, which is known once they rest on the object.
         for _ in range(2):
             force = self._gripper.actuator_force(force_n, self.width_m)
-            self._command(command, min(self._max_force, force))
-            self._wait()
-        return self.state
+            state = self._run(command, min(self._max_force, force))
+        return state
 
     def save(self) -> GripState:
         """What it was told last; the rest is in the world's state."""
@@ -126,16 +115,14 @@ class SimulatedGripper:
         self.closed = state.closed
         self._limit_force(state.max_force)
 
-    def _command(self, ctrl: float, force: float) -> None:
-        self._limit_force(force)
-        self._stepper.world.data.ctrl[self._actuator] = ctrl
-
     def _limit_force(self, force: float) -> None:
         # A setting of the model, which the world's saved state does not hold.
         self._stepper.world.model.actuator_forcerange[self._actuator] = -force, force
 
-    def _wait(self) -> GripperState:
-        """Runs until the pads rest."""
+    def _run(self, ctrl: float, force: float) -> GripperState:
+        """Runs with a command until the pads rest."""
+        self._limit_force(force)
+        self._stepper.world.data.ctrl[self._actuator] = ctrl
         config, elapsed, still = self._config, 0.0, 0.0
         chunk = 5 * self._stepper.period_s
         before = self.width_m
@@ -163,9 +150,8 @@ class SimulatedArm:
         self._tool0 = model.site(robot.tool0_site_name).id
         self._contacts = ContactReader(stepper.world, robot)
         # A servo pulls with kp (command - q) - kd qd: leading the command by kd / kp x speed takes its lag away.
-        self._lead_s = (
-            -model.actuator_biasprm[self._actuators, 2] / model.actuator_gainprm[self._actuators, 0]
-        )
+        kp, kd = model.actuator_gainprm[self._actuators, 0], -model.actuator_biasprm[self._actuators, 2]
+        self._lead_s = kd / kp
 
     @property
     def qpos(self) -> Float[np.ndarray, "dof"]:
@@ -175,9 +161,7 @@ class SimulatedArm:
     def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
         """Moves along the trajectory; with a guard, stops on contact and backs off.
 
-        Raises:
-            InputError: the trajectory does not start where the arm is.
-            PhysicsError: the simulation broke.
+        Raises InputError if the trajectory does not start where the arm is, PhysicsError if the simulation broke.
         """
         gap = float(np.abs(trajectory.qpos[0] - self.qpos).max())
         if gap > self._config.start_tolerance_rad:

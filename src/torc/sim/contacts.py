@@ -28,12 +28,8 @@ class ContactReader:
         self._is_gripper: Bool[np.ndarray, g] = np.isin(model.geom_bodyid, gripper)
 
     def hardest(self, ignore_gripped: bool) -> tuple[float, str]:
-        """Contact force on the robot from the one thing that presses hardest, newtons, and words for it.
-
-        Forces on several points of that thing add up. Contacts within the robot do not count.
-
-        Args:
-            ignore_gripped: contacts between the fingers and any object do not count either.
+        """Force of the one thing that presses hardest on the robot, newtons, and words for it; forces on several points
+        of it add up. `ignore_gripped` leaves out contacts between the fingers and any object.
         """
         contact = self._world.data.contact
         geoms: Int[np.ndarray, "c 2"] = contact.geom
@@ -55,10 +51,8 @@ class ContactReader:
         worst = int(np.argmax(sums))
         at = int(np.argmax(np.where(bodies == worst, forces, -1.0)))
         part = int(pairs[at, 0] if on_robot[at, 0] else pairs[at, 1])
-        return float(sums[worst]), self._words(part, int(others[at]))
-
-    def _words(self, part: int, other: int) -> str:
-        return f"{self._world.body_name_of_geom(part)} on {self._world.body_name_of_geom(other)}"
+        part_name, other_name = (self._world.body_name_of_geom(g) for g in (part, int(others[at])))
+        return float(sums[worst]), f"{part_name} on {other_name}"
 
     def carried(self, heights_before: Float[np.ndarray, "n"], risen_m: float) -> dict[int, bool]:
         """Objects that are up and touch the gripper, directly (True) or through others that do (False)."""
@@ -69,27 +63,16 @@ class ContactReader:
         gripper = self._is_gripper[geoms]
         directly = {int(b if g0 else a) for (a, b), (g0, g1) in zip(labels, gripper) if g0 != g1}
         found = {i: True for i in sorted(directly) if i >= 0 and risen[i]}
-        pairs = [(int(a), int(b)) for a, b in labels if a >= 0 and b >= 0 and a != b]
-        grown = True
-        while grown:
-            more = {
-                b
-                for a, b in [*pairs, *((b, a) for a, b in pairs)]
-                if a in found and b not in found and risen[b]
-            }
+        pairs = {(int(a), int(b)) for a, b in (*labels, *labels[:, ::-1]) if a >= 0 and b >= 0}
+        while more := {b for a, b in pairs if a in found and b not in found and risen[b]}:
             found.update(dict.fromkeys(sorted(more), False))
-            grown = bool(more)
         return found
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two things that are inside each other.
-
-    Attributes:
-        depth_m: how deep; 0 or less where nothing touches.
-        between: what they are, for messages; empty where nothing touches.
-        object_ids: those of the two that are objects.
+    """Two things that are inside each other: how deep (0 or less where nothing touches), what they are, for messages,
+    and the ids of those that are objects.
     """
 
     depth_m: float
@@ -110,10 +93,8 @@ def deepest_overlap(world: World) -> Overlap:
 
 
 def lies_on(world: World) -> frozenset[tuple[int, int]]:
-    """All pairs (upper, lower) of objects in the scene of which the lower bears the upper's weight, or a tenth of it.
-
-    What counts is the upward part of the normal forces between the two, as they are now. The world is as before
-    afterwards.
+    """All pairs (upper, lower) of objects in the scene of which the lower bears, by the upward part of the normal
+    forces between the two, a tenth of the upper's weight or more. The world is as before afterwards.
     """
     state = save_state(world)
     world.wake()  # between things that sleep there are no forces

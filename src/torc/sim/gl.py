@@ -1,7 +1,6 @@
-"""Which way of rendering this machine offers, found without breaking where a library is missing.
-
-MuJoCo chooses its GL library when it is imported, from MUJOCO_GL, and fails there if that library is missing. torc
-never sets that variable: it makes its contexts itself, after a probe with ctypes.
+"""Which way of rendering this machine offers. MuJoCo chooses its GL library when it is imported, from MUJOCO_GL, and
+fails there if that library is missing; torc never sets that variable, and makes its contexts itself, after a probe with
+ctypes.
 """
 
 import ctypes
@@ -23,12 +22,9 @@ _MAX_DEVICES = 16
 
 @cache
 def gl_backend() -> str:
-    """The way this process renders: "egl", "osmesa", "glfw", or "rays" (no GL at all).
-
-    MUJOCO_GL is respected where it is set ("off" means rays); else the first of EGL and OSMesa that works, else rays.
-
-    Raises:
-        InputError: MUJOCO_GL names something else.
+    """The way this process renders: "egl", "osmesa", "glfw", or "rays" (no GL at all). MUJOCO_GL is respected where it
+    is set ("off" means rays); else the first of EGL and OSMesa that works, else rays. Raises InputError if it names
+    something else.
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
     if wanted in _DISABLED:
@@ -48,10 +44,8 @@ def gl_backend() -> str:
 
 
 def make_context(backend: str, width: int, height: int) -> Any:
-    """A GL context for images up to that size, pixels; with make_current(), as_current() and free().
-
-    Raises:
-        MissingDependencyError: the library is missing or has no device.
+    """A GL context for images up to that size, pixels; with make_current(), as_current() and free(). Raises
+    MissingDependencyError if the library is missing or has no device.
     """
     try:
         if backend == "egl":

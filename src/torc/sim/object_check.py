@@ -9,18 +9,15 @@ from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.settling import run
 from torc.sim.world import World, build_world
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 _STEADY_RAD, _STEADY_M = float(np.deg2rad(8.0)), 0.02
 
 
 @dataclass(frozen=True)
 class ObjectCheck:
-    """What an object did within a second after it was set on the table.
-
-    Attributes:
-        tilt_rad: how far its z axis leans from the vertical.
-        moved_m: how far it went along the table.
+    """What an object did within a second after it was set on the table: how far its z axis leans from the vertical, and
+    how far it went along the table.
     """
 
     tilt_rad: float
@@ -33,12 +30,10 @@ class ObjectCheck:
 
 
 def world_with(model: ObjectModel, yaw_rad: float = 0.0) -> World:
-    """A world with nothing but this object, 1 mm above the middle of the table.
-
-    Raises:
-        InputError: MuJoCo does not accept the object.
+    """A world with nothing but this object, 1 mm above the middle of the table. Raises InputError if MuJoCo does not
+    accept it.
     """
-    workspace = Workspace()
+    workspace = load_workspace()
     x, y, _ = workspace.table.center
     at = (x, y, workspace.support_z_m + model.size_m[2] / 2 + 0.001)
     wxyz = (float(np.cos(yaw_rad / 2)), 0.0, 0.0, float(np.sin(yaw_rad / 2)))
@@ -48,11 +43,8 @@ def world_with(model: ObjectModel, yaw_rad: float = 0.0) -> World:
 
 
 def check_object(model: ObjectModel) -> ObjectCheck:
-    """Sets the object on the table and watches it for a second.
-
-    Raises:
-        InputError: MuJoCo does not accept the object.
-        PhysicsError: the simulation broke.
+    """Sets the object on the table and watches it for a second. Raises InputError if MuJoCo does not accept it, and
+    PhysicsError if the simulation broke.
     """
     world = world_with(model)
     before = world.positions[0]

@@ -9,7 +9,8 @@ from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import World, WorldConfig, build_world
-from torc.workspace.description import CameraMount, Workspace
+from torc.workspace.description import CameraMount
+from torc.workspace.files import load_workspace
 
 _FOV_RAD = 0.5
 _AZIMUTH_RAD = (0.18, 0.06)
@@ -31,7 +32,7 @@ def portrait(model: ObjectModel, width: int = 300, height: int = 250) -> UInt8[n
     placement = ObjectPlacement("thing", model.name, (x, y, z), (1.0, 0.0, 0.0, 0.0))
     problem = Problem("portrait", "structured", "", "thing", (placement,))
     config = WorldConfig(shadow_size=2048)
-    world = build_world(problem, None, Workspace(), config, load_model=lambda _: model)
+    world = build_world(problem, None, load_workspace(), config, load_model=lambda _: model)
     _focus_shadow(world, center)
     mount = portrait_camera(model, _SUPERSAMPLING * width, _SUPERSAMPLING * height)
     with CameraRenderer(world, mount) as renderer:
@@ -60,7 +61,7 @@ def portrait_camera(model: ObjectModel, width: int, height: int) -> CameraMount:
 
 def _standing_at(model: ObjectModel) -> Float[np.ndarray, "3"]:
     """Where the object's frame is: in the middle of the table."""
-    workspace = Workspace()
+    workspace = load_workspace()
     x, y, _ = workspace.table.center
     return np.array([x, y, workspace.support_z_m + model.size_m[2] / 2])
 

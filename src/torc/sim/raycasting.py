@@ -56,13 +56,8 @@ def geom_colors(model: mujoco.MjModel) -> Float[np.ndarray, "g 3"]:
         colors[geom] = model.mat_rgba[material, :3]
         texture = model.mat_texid[material, int(mujoco.mjtTextureRole.mjTEXROLE_RGB)]
         if texture >= 0:
-            colors[geom] *= _texture_mean(model, texture)
+            channels, start = model.tex_nchannel[texture], model.tex_adr[texture]
+            count = model.tex_height[texture] * model.tex_width[texture] * channels
+            pixels = model.tex_data[start : start + count].reshape(-1, channels)
+            colors[geom] *= pixels[:, :3].mean(axis=0) / 255.0
     return colors
-
-
-def _texture_mean(model: mujoco.MjModel, texture: int) -> Float[np.ndarray, "3"]:
-    channels = model.tex_nchannel[texture]
-    start = model.tex_adr[texture]
-    count = model.tex_height[texture] * model.tex_width[texture] * channels
-    pixels = model.tex_data[start : start + count].reshape(-1, channels)
-    return pixels[:, :3].mean(axis=0) / 255.0

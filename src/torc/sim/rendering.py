@@ -1,7 +1,5 @@
-"""Pictures of the simulated world: colour, depth and labels, by GL where there is one, else by rays.
-
-Two GL passes give all three: one for colour, one whose pixel values are geom numbers and whose depth buffer is read
-with them. Cameras are given in the OpenCV frame and become MuJoCo's here and nowhere else.
+"""Pictures of the simulated world: colour, depth and labels, by GL where there is one, else by rays. Cameras are given
+in the OpenCV frame and become MuJoCo's here and nowhere else.
 """
 
 from dataclasses import dataclass
@@ -19,18 +17,14 @@ from torc.sim.raycasting import cast, pixel_directions, shade
 from torc.sim.world import World
 from torc.workspace.description import CameraMount
 
-_NEAR_M, _FAR_M = 0.02, 30.0
+_NEAR_M, _FAR_M, _MAX_DEPTH_M = 0.02, 30.0, 10.0
 _MAX_SCENE_GEOMS = 4000
 
 
 @dataclass(frozen=True)
 class View:
-    """What a camera sees.
-
-    Attributes:
-        rgb: colour image.
-        depth_m: distance along the optical axis, metres; 0 where there is nothing within range.
-        label_image: object id, BACKGROUND or ROBOT per pixel.
+    """What a camera sees: colour; depth along the optical axis, metres, 0 where there is nothing within range; object
+    id, BACKGROUND or ROBOT per pixel.
     """
 
     rgb: UInt8[np.ndarray, "h w 3"]
@@ -39,24 +33,16 @@ class View:
 
 
 class CameraRenderer(Closing):
-    """Renders one camera of a world, again and again. Close it, or use it in a `with` statement.
+    """Renders one camera of a world, again and again, and changes nothing that the physics reads."""
 
-    Rendering reads the world and changes nothing that the physics reads.
-    """
-
-    def __init__(
-        self, world: World, mount: CameraMount, backend: str | None = None, max_depth_m: float = 10.0
-    ) -> None:
-        """A renderer with the process's backend (`gl_backend()`), or the one named.
-
-        Raises:
-            InputError: unknown backend.
-            MissingDependencyError: the backend named does not work here.
+    def __init__(self, world: World, mount: CameraMount, backend: str | None = None) -> None:
+        """A renderer with the process's backend (`gl_backend()`), or the one named. Raises InputError for an unknown
+        backend, and MissingDependencyError for one that does not work here.
         """
         self.backend = gl_backend() if backend is None else backend
         if self.backend not in BACKENDS:
             raise InputError(f"Unknown rendering backend '{self.backend}'; known: {', '.join(BACKENDS)}.")
-        self._world, self._mount, self._max_depth_m = world, mount, max_depth_m
+        self._world, self._mount = world, mount
         self._gl = None if self.backend == "rays" else _GlImages(world.model, mount, self.backend)
 
     def render(self, T_world_camera: Pose | None = None, color: bool = True) -> View:
@@ -69,28 +55,21 @@ class CameraRenderer(Closing):
         else:
             geoms, depth = self._gl.geoms_and_depth(self._world.data, T)
             rgb = self._gl.color(self._world.data, T) if color else np.zeros((*depth.shape, 3), np.uint8)
-        return View(rgb, self._cut(depth), self._labels(geoms))
+        depth[depth > _MAX_DEPTH_M] = 0.0
+        # Geom -1 (nothing) reads the last entry.
+        labels = np.append(self._world.geom_labels, np.int16(BACKGROUND))[geoms]
+        return View(rgb, depth, labels)
 
-    def render_color(self, T_world_camera: Pose | None = None) -> UInt8[np.ndarray, "h w 3"]:
-        """Colour alone, for videos; from elsewhere if a camera pose is given."""
+    def render_color(self) -> UInt8[np.ndarray, "h w 3"]:
+        """Colour alone, for videos."""
         self._world.update_kinematics()
-        T = self._mount.T_world_camera if T_world_camera is None else T_world_camera
-        if self._gl is None:
-            return self._cast(T)[0]
-        return self._gl.color(self._world.data, T)
+        T = self._mount.T_world_camera
+        return self._cast(T)[0] if self._gl is None else self._gl.color(self._world.data, T)
 
     def close(self) -> None:
         """Frees the GL context; the renderer cannot be used afterwards."""
         if self._gl is not None:
             self._gl.close()
-
-    def _cut(self, depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
-        depth_m[depth_m > self._max_depth_m] = 0.0
-        return depth_m
-
-    def _labels(self, geoms: np.ndarray) -> Int16[np.ndarray, "h w"]:
-        # Geom -1 (nothing) reads the last entry.
-        return np.append(self._world.geom_labels, np.int16(BACKGROUND))[geoms]
 
     def _cast(self, T_world_camera: Pose) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         w, h = self._mount.width, self._mount.height

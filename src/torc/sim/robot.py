@@ -26,13 +26,8 @@ class SimulatedRobotConfig:
     """The simulated robot.
 
     Attributes:
-        stepper: control period, watchdog, observer.
-        actuation: servos and gripper.
-        execution: the sequence of a pick, e.g. grip force and contact guard.
-        rest: when the scene counts as at rest after a pick, and how long to wait for it at most.
         risen_m: an object that is this much higher after the lift is held, if it touches the gripper.
         backend: how to render; None for the best there is.
-        color: False spares the colour picture, for whoever needs depth and labels alone.
     """
 
     stepper: StepperConfig = field(default_factory=StepperConfig)
@@ -46,13 +41,7 @@ class SimulatedRobotConfig:
 
 @dataclass(frozen=True)
 class RobotState:
-    """A simulated robot and its world at one moment: all that decides what happens next.
-
-    Attributes:
-        world: as `save_state` gives it.
-        grip: what the gripper was told.
-        stepper: what the stepper remembers.
-    """
+    """A simulated robot and its world at one moment: all that decides what happens next."""
 
     world: Float[np.ndarray, "s"]
     grip: GripState
@@ -60,23 +49,15 @@ class RobotState:
 
 
 class SimulatedRobot(Closing):
-    """The `Robot` of torc.robots.protocols in a simulated world. Close it, or use it in a `with`.
-
-    Objects that are delivered, or that left the table otherwise, are out of the scene after the pick.
+    """The `Robot` of torc.robots.protocols in a simulated world. Objects that are delivered, or that left the table
+    otherwise, are out of the scene after the pick.
     """
 
     def __init__(
         self, world: World, config: SimulatedRobotConfig | None = None, observer: Observer | None = None
     ) -> None:
-        """Takes over a world that was built with a robot.
-
-        Args:
-            world: the world; nobody else should step it.
-            config: see there.
-            observer: called with the world about 25 times per simulated second, e.g. to record a video.
-
-        Raises:
-            ValueError: the world has no robot.
+        """Takes over a world that was built with a robot; nobody else should step it. The observer is called with it
+        about 25 times per simulated second. Raises ValueError if it has no robot.
         """
         if world.robot is None:
             raise ValueError("The world was built without a robot.")
@@ -98,15 +79,11 @@ class SimulatedRobot(Closing):
     def take_over(self) -> tuple[int, ...]:
         """Lets the scene come to rest before the first pick, and takes what is not on the table then out of it.
 
-        Returns:
-            Ids of the objects that were taken out; they count as nobody's drops.
-
-        Raises:
-            InputError: the target is one of them.
-            PhysicsError: the simulation broke.
+        Returns the ids of the objects that were taken out, which count as nobody's drops. Raises InputError if the
+        target is one of them, and PhysicsError if the simulation broke.
         """
         self.wait_for_rest()
-        absent = self._off_table()
+        absent = self.world.off_table()
         if TARGET_ID in absent:
             raise InputError(
                 f"Problem '{self.world.problem.name}': the target falls off the table before the first pick. "
@@ -128,9 +105,7 @@ class SimulatedRobot(Closing):
     def execute(self, plan: PickPlan) -> PickOutcome:
         """Carries out one pick and tells what came of it, by the simulator's truth, and what the gripper felt.
 
-        Raises:
-            InputError: the plan does not start where the arm is.
-            PhysicsError: the simulation broke.
+        Raises InputError if the plan does not start where the arm is, and PhysicsError if the simulation broke.
         """
         # Whether the state before a pick was restored or reached must not matter for the pick.
         refresh(self.world)
@@ -145,15 +120,33 @@ class SimulatedRobot(Closing):
         trace = execute_pick(self.arm, self.gripper, plan, self.config.execution, look)
         self.last_trace = trace
         self.wait_for_rest()
-        delivered, left = self._clear(set(carried))
-        held_id = _choose_held(carried, delivered, plan.object_id)
-        return _outcome(plan, trace, held_id, held_id in delivered, left, self.world.time_s - start_s)
+        in_bin, left = self._clear(set(carried))
+        held_id = _choose_held(carried, in_bin, plan.object_id)
+        held, delivered = held_id is not None, held_id in in_bin
+        if delivered:
+            result = PickResult.RETRIEVED if held_id == TARGET_ID else PickResult.REMOVED
+        elif trace.result in (PickResult.STOPPED, PickResult.NOT_REACHED):
+            result = trace.result
+        else:
+            result = PickResult.SLIPPED if held else PickResult.MISSED
+        return PickOutcome(
+            result=result,
+            object_id=plan.object_id,
+            held_id=held_id,
+            held_after_lift=held,
+            delivered=delivered,
+            dropped=tuple(i for i in left if i != TARGET_ID),
+            target_lost=TARGET_ID in left,
+            detail=trace.detail,
+            duration_s=self.world.time_s - start_s,
+            at_home=trace.at_home,
+            touch=trace.touch,
+            felt=FeltOutcome(trace.result, trace.held_after_lift, trace.delivered),
+        )
 
     def remove(self, object_ids: Iterable[int]) -> None:
         """Takes objects out of the scene as no robot can, and lets the others come to rest: to see what would be then.
-
-        Raises:
-            PhysicsError: the simulation broke.
+        Raises PhysicsError if the simulation broke.
         """
         for object_id in object_ids:
             self.world.park(object_id, Presence.DELIVERED)
@@ -176,10 +169,8 @@ class SimulatedRobot(Closing):
         return RobotState(save_state(self.world), self.gripper.save(), self._stepper.save())
 
     def restore(self, state: RobotState) -> None:
-        """Go on as from then, bit for bit; the state may come from another robot in a world built alike.
-
-        Raises:
-            InputError: the state belongs to another world.
+        """Go on as from then, bit for bit; the state may come from another robot in a world built alike. Raises
+        InputError if it belongs to another world.
         """
         restore_state(self.world, state.world)
         self.gripper.restore(state.grip)
@@ -192,17 +183,12 @@ class SimulatedRobot(Closing):
 
     def _clear(self, carried: set[int]) -> tuple[set[int], tuple[int, ...]]:
         """Takes what left the table out of the scene: what the gripper carried to the bin, and what left otherwise."""
-        gone = self._off_table()
+        gone = self.world.off_table()
         delivered = carried & set(self.world.in_bin())
         for object_id in gone:
             self.world.park(object_id, Presence.DELIVERED if object_id in delivered else Presence.DROPPED)
         self.world.update_position_stage()
         return delivered, tuple(i for i in gone if i not in delivered)
-
-    def _off_table(self) -> tuple[int, ...]:
-        """Ids of the objects in the scene that are not on the table, rising."""
-        on_table = set(self.world.on_table())
-        return tuple(i for i in np.flatnonzero(self.world.present).tolist() if i not in on_table)
 
 
 def _choose_held(carried: dict[int, bool], delivered: set[int], wanted: int) -> int | None:
@@ -214,35 +200,3 @@ def _choose_held(carried: dict[int, bool], delivered: set[int], wanted: int) -> 
         if candidate in carried:
             return candidate
     return min(carried, key=lambda i: (not carried[i], i), default=None)
-
-
-def _outcome(
-    plan: PickPlan,
-    trace: ExecutionTrace,
-    held_id: int | None,
-    delivered: bool,
-    left: tuple[int, ...],
-    duration_s: float,
-) -> PickOutcome:
-    """The truth, and what the robot felt beside it."""
-    held = held_id is not None
-    if delivered:
-        result = PickResult.RETRIEVED if held_id == TARGET_ID else PickResult.REMOVED
-    elif trace.result in (PickResult.STOPPED, PickResult.NOT_REACHED):
-        result = trace.result
-    else:
-        result = PickResult.SLIPPED if held else PickResult.MISSED
-    return PickOutcome(
-        result=result,
-        object_id=plan.object_id,
-        held_id=held_id,
-        held_after_lift=held,
-        delivered=delivered,
-        dropped=tuple(i for i in left if i != TARGET_ID),
-        target_lost=TARGET_ID in left,
-        detail=trace.detail,
-        duration_s=duration_s,
-        at_home=trace.at_home,
-        touch=trace.touch,
-        felt=FeltOutcome(trace.result, trace.held_after_lift, trace.delivered),
-    )

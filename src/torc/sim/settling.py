@@ -26,8 +26,6 @@ class SettleConfig:
         speed_m_s: every object's linear + radius x angular speed must stay below this ...
         quiet_s: ... for this long. Longer finds slower topples; for the slowest see `torc.sim.stillness`.
         radius_m: the radius above: a typical object's half size.
-        limit_s: simulated time after which settling is given up.
-        check_s: time between checks; as many whole steps as come next to it, which count as so long.
     """
 
     speed_m_s: float = 0.005
@@ -39,13 +37,8 @@ class SettleConfig:
 
 @dataclass(frozen=True)
 class SettleReport:
-    """How settling went.
-
-    Attributes:
-        settled: every object on the table came to rest within the limit.
-        duration_s: simulated time it took.
-        max_speed_m_s: the fastest object's speed at the end.
-        left: ids of the objects that are no longer on the table.
+    """How settling went: whether every object on the table came to rest within the limit, the simulated time it took,
+    the fastest object's speed at the end, and the ids of the objects that are no longer on the table.
     """
 
     settled: bool
@@ -59,11 +52,8 @@ class DumpConfig:
     """How an unstructured pile is made.
 
     Attributes:
-        center_xy: of the pile, world, metres.
         walls_size_m: inner lengths of the temporary walls along x and y; without walls, every third object is lost.
-        walls_height_m: their height above the table.
         clearance_m: how far above everything else the next object is let go. More makes them bounce over the walls.
-        interval_s: simulated time between two objects.
         places: how many places are tried for each object; it is let go above the one where it comes lowest, so that
             it falls least and the pile grows in layers. With one it is let go above all others, wherever they lie.
     """
@@ -77,26 +67,23 @@ class DumpConfig:
 
 
 def settle(world: World, config: SettleConfig | None = None) -> SettleReport:
-    """Runs the world until every object on the table is at rest, or the limit is reached.
-
-    Raises:
-        PhysicsError: the simulation broke.
+    """Runs the world until every object on the table is at rest, or the limit is reached. Raises PhysicsError if the
+    simulation broke.
     """
     config = config or SettleConfig()
     steps = max(1, round(config.check_s / world.model.opt.timestep))
-    watchdog = Watchdog(world)
-    world.update_position_stage()
-    watchdog.check()
+    watchdog = _watch(world)
     began, elapsed, quiet = world.time_s, 0.0, 0.0
     speed = np.inf
     while elapsed < config.limit_s and quiet < config.quiet_s:
         mujoco.mj_step(world.model, world.data, nstep=steps)
         watchdog.check()
         elapsed += config.check_s
-        speed = _fastest(world, config.radius_m)
+        # What fell off does not hold up the others.
+        speed = float(world.speeds(config.radius_m)[list(world.on_table())].max(initial=0.0))
         quiet = quiet + config.check_s if speed < config.speed_m_s else 0.0
     world.update_position_stage()
-    return SettleReport(quiet >= config.quiet_s, world.time_s - began, speed, _off_table(world))
+    return SettleReport(quiet >= config.quiet_s, world.time_s - began, speed, world.off_table())
 
 
 def settle_problem(
@@ -106,9 +93,7 @@ def settle_problem(
     world_config: WorldConfig | None = None,
 ) -> tuple[Problem, SettleReport]:
     """The problem with its objects where they come to rest, and how settling went (objects may have left the table).
-
-    Raises:
-        PhysicsError: the simulation broke, e.g. because objects were placed inside each other.
+    Raises PhysicsError if the simulation broke, e.g. because objects were placed inside each other.
     """
     world = build_world(problem, None, workspace, world_config or UNSEEN)
     report = settle(world, config)
@@ -117,12 +102,9 @@ def settle_problem(
 
 def with_poses_of(world: World) -> Problem:
     """The world's problem with the objects' present poses."""
-    index = {placement.name: i for i, placement in enumerate(world.problem.ordered())}
-    positions, rotations = world.positions.tolist(), world.wxyz.tolist()
-    moved = tuple(
-        replace(o, position=tuple(positions[index[o.name]]), wxyz=tuple(rotations[index[o.name]]))
-        for o in world.problem.objects
-    )
+    names = [placement.name for placement in world.problem.ordered()]
+    poses = dict(zip(names, zip(map(tuple, world.positions.tolist()), map(tuple, world.wxyz.tolist()))))
+    moved = tuple(replace(o, position=poses[o.name][0], wxyz=poses[o.name][1]) for o in world.problem.objects)
     return replace(world.problem, objects=moved)
 
 
@@ -135,21 +117,8 @@ def dump(
     world_config: WorldConfig | None = None,
 ) -> tuple[Problem, SettleReport]:
     """An unstructured pile of the problem's objects, whatever their poses were: let go in a random order and
-    orientation between temporary walls, which are then taken away.
-
-    Args:
-        problem: which objects.
-        workspace: the table.
-        rng: decides order, orientations and positions.
-        config: walls and timing.
-        settle_config: when the pile counts as settled, with the walls and without.
-        world_config: physics.
-
-    Returns:
-        The problem with settled poses, and the report of settling after the walls were gone.
-
-    Raises:
-        PhysicsError: the simulation broke.
+    orientation between temporary walls, which are then taken away. Returns the problem with settled poses, and the
+    report of settling after the walls were gone. Raises PhysicsError if the simulation broke.
     """
     config = config or DumpConfig()
     world_config = world_config or UNSEEN
@@ -164,20 +133,22 @@ def dump(
 
 
 def run(world: World, seconds: float, check_s: float = 0.05) -> None:
-    """Runs the world on, looking for broken physics every check_s.
-
-    Raises:
-        PhysicsError: the simulation broke.
-    """
+    """Runs the world on, looking for broken physics every check_s. Raises PhysicsError."""
     left = round(seconds / world.model.opt.timestep)
     chunk = max(1, round(check_s / world.model.opt.timestep))
-    watchdog = Watchdog(world)
-    world.update_position_stage()
-    watchdog.check()
+    watchdog = _watch(world)
     while left > 0:
         mujoco.mj_step(world.model, world.data, nstep=min(chunk, left))
         watchdog.check()
         left -= chunk
+
+
+def _watch(world: World) -> Watchdog:
+    """A watchdog that has looked once."""
+    watchdog = Watchdog(world)
+    world.update_position_stage()
+    watchdog.check()
+    return watchdog
 
 
 def _pose_above(
@@ -218,12 +189,41 @@ def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:
     )
 
 
-def _fastest(world: World, radius_m: float) -> float:
-    """Speed of the fastest object on the table; what fell off does not hold up the others."""
-    on_table = list(world.on_table())
-    return float(world.speeds(radius_m)[on_table].max(initial=0.0))
+@dataclass(frozen=True)
+class EaseConfig:
+    """When to stop.
+
+    Attributes:
+        depth_m: nothing may be deeper inside something else; ordinary settling copes with that.
+    """
+
+    depth_m: float = 0.002
+    max_steps: int = 1000
 
 
-def _off_table(world: World) -> tuple[int, ...]:
-    on_table = set(world.on_table())
-    return tuple(i for i in range(world.object_count) if world.present[i] and i not in on_table)
+@dataclass(frozen=True)
+class EaseReport:
+    """How deep the deepest two bodies were inside each other before and after, 0 if none were, and the time steps it
+    took.
+    """
+
+    before_m: float
+    after_m: float
+    steps: int
+
+
+def ease_apart(world: World, config: EaseConfig | None = None) -> EaseReport:
+    """Pushes overlapping objects apart without setting anything in motion: all are stopped after every time step."""
+    config = config or EaseConfig()
+    world.update_position_stage()
+    before, steps = _deepest_m(world), 0
+    while _deepest_m(world) > config.depth_m and steps < config.max_steps:
+        mujoco.mj_step(world.model, world.data)
+        world.data.qvel[:] = 0.0
+        steps += 1
+    world.update_position_stage()
+    return EaseReport(before, _deepest_m(world), steps)
+
+
+def _deepest_m(world: World) -> float:
+    return float(np.max(-world.data.contact.dist, initial=0.0))

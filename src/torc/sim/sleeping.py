@@ -1,9 +1,6 @@
-"""What sleeps: objects at rest that MuJoCo does not compute until something touches them.
-
-`mjData.tree_asleep` tells it: negative for a tree of bodies that is awake, counting the steps of rest towards sleep,
-else the next tree of the ring of those that fell asleep together and wake together. But who writes to it must also
-write what is derived from it: else MuJoCo wakes what was declared asleep, taking it for something that was moved, and
-goes on computing nothing for what was declared awake. Its Python binding has no call that derives it.
+"""Objects at rest that MuJoCo does not compute until something touches them. `mjData.tree_asleep` is negative for a
+tree of bodies that is awake, else the next tree of the ring of those that wake together. Who writes to it must also
+write what is derived from it, for which MuJoCo's Python binding has no call.
 """
 
 import mujoco
@@ -20,11 +17,8 @@ def wake_all(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 
 def put_to_sleep(model: mujoco.MjModel, data: mujoco.MjData, tree_asleep: Int[np.ndarray, "t"]) -> None:
-    """Declares what sleeps and what is awake. What is derived from it is as `mj_updateSleep` makes it.
-
-    Args:
-        model, data: of what is to sleep, positions must be up to date.
-        tree_asleep: as `data.tree_asleep` was read from a world built alike.
+    """Declares what sleeps and what is awake, as `data.tree_asleep` was read from a world built alike; positions must
+    be up to date. What is derived from it is as `mj_updateSleep` makes it.
     """
     data.tree_asleep[:] = tree_asleep
     tree_awake = data.tree_asleep < 0

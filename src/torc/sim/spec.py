@@ -5,21 +5,13 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh
+from torc.objects.models import ObjectModel, VisualMesh
 from torc.problems.problem import Problem
 from torc.robots.description import RobotDescription
 from torc.sim.made_textures import checker_texture, sky_texture, wood_texture
 from torc.workspace.description import Box, Workspace
 
 VISUAL_GROUP, COLLISION_GROUP = 1, 3
-_PIECE_TYPES = {
-    "box": mujoco.mjtGeom.mjGEOM_BOX,
-    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
-    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
-    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
-    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-    "mesh": mujoco.mjtGeom.mjGEOM_MESH,
-}
 
 
 @dataclass(frozen=True)
@@ -29,26 +21,18 @@ class WorldConfig:
     Attributes:
         timestep_s: 4 ms is no faster per simulated pick once piles explode or objects creep out of the fingers.
         impratio: stiffness of friction against that of contact; below 10 held objects creep.
-        solver_iterations, solver_tolerance: of the Newton solver.
-        torsional_friction_m: about the contact normal, of objects.
-        rolling_friction_m: of objects that do not roll; they have no rolling contact dimension anyway.
         rolling_friction_round_m: of objects that roll; with less, settling never ends.
-        object_solref_s: contact time constant of objects; smaller is stiffer, and piles get jumpy.
         light_kg: contacts of MuJoCo are as stiff as the lighter body is heavy: a finger that presses 40 N on a
             15 g sponge would sink in by centimetres. So objects lighter than this get a shorter time constant, as if
             they weighed this much ...
         light_solref_s: ... but none shorter than this, which is four time steps.
-        object_solimp: how hard contacts of objects get, and over which depth; MuJoCo's own (.9, .95) is five times as
-            soft under load.
-        sleeping: in a world with a robot, objects that have come to rest are not computed until something touches one
-            of those that lie together: a pick gets several times cheaper. What would creep on for ever stays where it
-            is, so it is not for worlds in which one looks for just that.
+        object_solimp: of objects' contacts; MuJoCo's own (.9, .95) is five times as soft under load.
+        sleeping: in a world with a robot, objects at rest are not computed until something touches one of those that
+            lie together: a pick gets several times cheaper, but what would creep on for ever stays where it is.
         shadow_size: resolution of shadows, pixels; drawing time grows with it.
         samples: of antialiasing, 0 for none; 4 makes drawing in software three times as slow.
-        surfaces: objects have surfaces to look at. Without them the same physics is built in half the time, and a
-            camera sees no objects.
-        implicit: velocities are integrated implicitly, which servos need. For objects alone the solver gets by with
-            half the iterations without it.
+        surfaces: objects have surfaces to look at. Without them the world is built in half the time.
+        implicit: velocities are integrated implicitly, which servos need; else the solver needs half the iterations.
     """
 
     timestep_s: float = 0.002
@@ -83,9 +67,8 @@ def build_spec(
     spec.modelname = "torc"
     if robot is not None:
         # Not the other way round: a robot file's defaults and options would hold for the table and the objects, too.
-        spec.attach(
-            mujoco.MjSpec.from_file(str(robot.mjcf_path)), prefix="", frame=spec.worldbody.add_frame()
-        )
+        of_robot = mujoco.MjSpec.from_file(str(robot.mjcf_path))
+        spec.attach(of_robot, prefix="", frame=spec.worldbody.add_frame())
     _set_options(spec, config, sleeping=config.sleeping and robot is not None)
     _set_looks(spec, workspace, config)
     _add_static(spec, workspace, extra)
@@ -132,9 +115,8 @@ def _set_looks(spec: mujoco.MjSpec, workspace: Workspace, config: WorldConfig) -
     key.type, key.diffuse, key.specular = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, [0.5] * 3, [0.15] * 3
     fill = world.add_light(name="fill_light", pos=[0.0, -0.4, 2.2], dir=[0.7, 0.3, -0.6], castshadow=False)
     fill.type, fill.diffuse, fill.specular = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, [0.28] * 3, [0.0] * 3
-    _add_texture(
-        spec, "sky", sky_texture((0.82, 0.87, 0.93), (0.55, 0.66, 0.80)), mujoco.mjtTexture.mjTEXTURE_SKYBOX
-    )
+    sky = sky_texture((0.82, 0.87, 0.93), (0.55, 0.66, 0.80))
+    _add_texture(spec, "sky", sky, mujoco.mjtTexture.mjTEXTURE_SKYBOX)
 
 
 def _add_static(spec: mujoco.MjSpec, workspace: Workspace, extra: tuple[Box, ...]) -> None:
@@ -162,10 +144,8 @@ def _add_static(spec: mujoco.MjSpec, workspace: Workspace, extra: tuple[Box, ...
 
 
 def _add_box(spec: mujoco.MjSpec, box: Box) -> mujoco.MjsGeom:
-    half = [0.5 * s for s in box.size]
-    return spec.worldbody.add_geom(
-        name=box.name, type=mujoco.mjtGeom.mjGEOM_BOX, pos=list(box.center), size=half
-    )
+    half, kind = [0.5 * s for s in box.size], mujoco.mjtGeom.mjGEOM_BOX
+    return spec.worldbody.add_geom(name=box.name, type=kind, pos=list(box.center), size=half)
 
 
 def _room() -> list[Box]:
@@ -196,7 +176,8 @@ def _add_object(body: mujoco.MjsBody, name: str, model: ObjectModel, config: Wor
     """Contact pieces (they carry the mass) and surfaces of a free body; meshes are shared by objects alike."""
     body.add_freejoint(name=f"{name}_free")
     for i, (piece, mass_kg) in enumerate(zip(model.pieces, model.piece_masses_kg)):
-        geom = body.add_geom(type=_PIECE_TYPES[piece.kind], pos=list(piece.position), quat=list(piece.wxyz))
+        kind = getattr(mujoco.mjtGeom, f"mjGEOM_{piece.kind.upper()}")
+        geom = body.add_geom(type=kind, pos=list(piece.position), quat=list(piece.wxyz))
         geom.name, geom.group, geom.mass = f"{name}_piece_{i}", COLLISION_GROUP, mass_kg
         geom.size = [*piece.size, 0, 0, 0][:3]
         geom.condim = 6 if model.rolls else 4
@@ -218,17 +199,13 @@ def _add_object(body: mujoco.MjsBody, name: str, model: ObjectModel, config: Wor
 def _add_assets(spec: mujoco.MjSpec, model: ObjectModel, config: WorldConfig) -> None:
     for i, piece in enumerate(model.pieces):
         if piece.kind == "mesh":
-            _add_hull(spec, f"{model.name}_piece_{i}", piece)
+            mesh = spec.add_mesh(name=f"{model.name}_piece_{i}")
+            mesh.uservert = piece.mesh_vertices.astype(np.float32).ravel()
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     for i, visual in enumerate(model.visuals if config.surfaces else ()):
         name = f"{model.name}_visual_{i}"
         _add_surface(spec, name, visual)
         _add_material(spec, name, visual.texture, visual.rgba, specular=0.25, shininess=0.4)
-
-
-def _add_hull(spec: mujoco.MjSpec, name: str, piece: CollisionPiece) -> None:
-    mesh = spec.add_mesh(name=name)
-    mesh.uservert = piece.mesh_vertices.astype(np.float32).ravel()
-    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
 
 
 def _add_surface(spec: mujoco.MjSpec, name: str, visual: VisualMesh) -> None:
@@ -267,6 +244,3 @@ def _add_texture(spec: mujoco.MjSpec, name: str, image: np.ndarray, kind: mujoco
     height, width = image.shape[:2]
     texture = spec.add_texture(name=name, type=kind, width=width, height=height, nchannel=3)
     texture.data = np.ascontiguousarray(image).tobytes()
-
-
-__all__ = ["COLLISION_GROUP", "VISUAL_GROUP", "WorldConfig", "build_spec", "object_body_name"]

@@ -1,12 +1,4 @@
-"""Saving and restoring a world, bit for bit: what runs on from a restored state is the same each time, in any world
-built alike, in its last bits.
-
-Where objects may sleep, MuJoCo remembers more of how it got to a state than the state itself. Whoever wants to run on
-from a state that he saved, as if it had been restored, calls `refresh`.
-
-This is the world alone. What a robot in it remembers besides, e.g. the force that its gripper was told to hold on
-with, is in `SimulatedRobot.save`.
-"""
+"""Saving and restoring a world, bit for bit. What a robot in it remembers besides is in `SimulatedRobot.save`."""
 
 import mujoco
 import numpy as np
@@ -21,9 +13,8 @@ _WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
 
 
 def save_state(world: World) -> Float[np.ndarray, "s"]:
-    """Everything that decides the world's future, as one array: MuJoCo's integration state (time, positions,
-    velocities, warm start, controls, forces), then each object's Presence, then MuJoCo's counts of warnings, by which
-    the watchdog tells that a simulation diverged, then what sleeps.
+    """Everything that decides the world's future, as one array: MuJoCo's integration state, each object's Presence,
+    MuJoCo's counts of warnings, by which the watchdog tells that a simulation diverged, and what sleeps.
     """
     state = np.empty(mujoco.mj_stateSize(world.model, _PARTS))
     mujoco.mj_getState(world.model, world.data, state, _PARTS)
@@ -33,15 +24,15 @@ def save_state(world: World) -> Float[np.ndarray, "s"]:
 
 
 def refresh(world: World) -> None:
-    """Forgets how the world got into its state: what follows is what follows from a restored copy of it."""
+    """Forgets how the world got into its state, of which MuJoCo remembers more where objects may sleep: what follows is
+    what follows from a restored copy of it.
+    """
     restore_state(world, save_state(world))
 
 
 def restore_state(world: World, state: Float[np.ndarray, "s"]) -> None:
-    """Puts a world into a state saved from it, or from one built alike, maybe in another process.
-
-    Raises:
-        InputError: the state belongs to another world (its size differs).
+    """Puts a world into a state saved from it, or from one built alike, maybe in another process. Raises InputError if
+    the state belongs to another world (its size differs).
     """
     size = mujoco.mj_stateSize(world.model, _PARTS)
     ends = np.cumsum([size, world.object_count, _WARNINGS, world.model.ntree])

@@ -19,8 +19,6 @@ class StepperConfig:
     Attributes:
         control_s: time between two commands to the servos, and between two looks at contact forces.
         watchdog_s: time between two looks for broken physics.
-        observer_s: time between two calls of the observer.
-        watchdog: what counts as broken.
     """
 
     control_s: float = 0.004
@@ -31,11 +29,8 @@ class StepperConfig:
 
 @dataclass(frozen=True)
 class StepperState:
-    """What a stepper remembers: it decides when the watchdog looks next, and what it still waits for.
-
-    Attributes:
-        count: control periods so far.
-        deep_since_s: since when two bodies have been too deep in each other; None if they are not.
+    """What a stepper remembers: how many control periods went by, which decides when the watchdog looks next, and since
+    when two bodies have been too deep in each other (None if they are not).
     """
 
     count: int = 0

@@ -15,12 +15,9 @@ class StillnessConfig:
 
     Attributes:
         distance_m, angle_rad: no object may move or turn further from where it was at the start.
-        seconds: simulated time for which that must hold.
-        check_s: time between two looks; as many whole steps as come next to it, which count as so long.
         early_s: after this time the watch ends as soon as the rest is foreseeable: what every object has moved, plus
             `safety` times what it would still move at the pace of the last `pace_s`, is within the limits. Infinite
             to watch to the end.
-        pace_s, safety: see early_s.
     """
 
     distance_m: float = 0.002
@@ -37,10 +34,7 @@ class StillnessReport:
     """What was seen of a scene left to itself.
 
     Attributes:
-        still: nothing moved further than allowed, and everything stayed on the table.
-        watched_s: simulated time it was watched.
         distances_m, angles_rad: how far each object moved and turned; 0 for those not in the scene.
-        left: ids of objects that left the table.
     """
 
     still: bool
@@ -61,10 +55,8 @@ class StillnessReport:
 
 
 def watch_stillness(world: World, config: StillnessConfig | None = None) -> StillnessReport:
-    """Runs a world on until an object has moved too far, or the time is up.
-
-    Raises:
-        PhysicsError: the simulation broke.
+    """Runs a world on until an object has moved too far, or the time is up. Raises PhysicsError if the simulation
+    broke.
     """
     config = config or StillnessConfig()
     began, positions, wxyz, on_table = world.time_s, world.positions, world.wxyz, set(world.on_table())

@@ -1,16 +1,15 @@
-"""How much of each object a camera sees, and what hides the rest of it, counted in pixels.
-
-By rays and never by GL, so that the counts are the same on every machine; only where objects can be, so that it costs
-no more than a picture by GL does. The two agree on all but a few pixels of an image.
+"""How much of each object a camera sees, and what hides the rest of it, counted in pixels. By rays and never by GL, so
+that the counts are the same on every machine.
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, Int16
 
-from torc.geometry.transforms import invert, make_pose, rotation_from_wxyz, transform_points
-from torc.objects.models import ObjectModel
+from torc.geometry.projection import project
+from torc.geometry.transforms import make_pose, rotation_from_wxyz, transform_points
 from torc.records import BACKGROUND
 from torc.sim.raycasting import cast, pixel_directions
 from torc.sim.state import restore_state, save_state
@@ -30,7 +29,6 @@ class Visibility:
     """Pixels of each object in one camera's image.
 
     Attributes:
-        pixels: in the scene as it is.
         pixels_alone: with all other objects taken away.
         hidden_by: [k, j]: pixels in which object k would show alone, and object j shows in its place. What is in front
             counts, not what stands between the two.
@@ -49,17 +47,14 @@ class Visibility:
 def measure_visibility(
     world: World, mount: CameraMount, label_image: Int16[np.ndarray, "h w"] | None = None
 ) -> Visibility:
-    """Counts the pixels of every object in the scene, and alone. The world is as before afterwards.
-
-    Args:
-        world: with or without a robot, which may hide objects too.
-        mount: the camera.
-        label_image: its image of the world as it is now, by rays, if there is one already.
+    """Counts the pixels of every object in the scene, and alone. The world, which may have a robot that hides objects
+    too, is as before afterwards. `label_image` is the camera's image of it as it is now, by rays, if there is one
+    already.
     """
-    rays = _Rays(world, mount)
     windows = [_window(world, i, mount) for i in range(world.object_count)]
     present = [int(i) for i in np.flatnonzero(world.present)]
-    seen = rays.labels(_around([windows[i] for i in present])) if label_image is None else label_image
+    around = _around([windows[i] for i in present])
+    seen = _labels(world, mount, around) if label_image is None else label_image
     alone = np.zeros(world.object_count, dtype=np.int64)
     hidden_by = np.zeros((world.object_count, world.object_count), dtype=np.int64)
     state, positions, wxyz = save_state(world), world.positions, world.wxyz
@@ -69,7 +64,7 @@ def measure_visibility(
         world.unpark(i, positions[i], wxyz[i])
         # Where an object shows in the scene it shows alone, too: no rays there.
         shows = seen == i
-        hidden = rays.labels(windows[i], skip=shows) == i
+        hidden = _labels(world, mount, windows[i], skip=shows) == i
         alone[i] = np.count_nonzero(shows) + np.count_nonzero(hidden)
         hidden_by[i] = _counts(seen[hidden], world.object_count)
         world.park(i, Presence.DROPPED)
@@ -82,43 +77,31 @@ def _counts(labels: Int16[np.ndarray, "..."], objects: int) -> Int[np.ndarray, "
     return np.bincount(labels[labels >= 0].astype(np.int64), minlength=objects)
 
 
-class _Rays:
-    """A ray for each pixel of a camera."""
-
-    def __init__(self, world: World, mount: CameraMount) -> None:
-        self._world, self._mount = world, mount
-        directions = pixel_directions(mount.K, mount.width, mount.height)
-        self._directions = directions.reshape(mount.height, mount.width, 3)
-
-    def labels(
-        self, window: _Window, skip: Bool[np.ndarray, "h w"] | None = None
-    ) -> Int16[np.ndarray, "h w"]:
-        """Object id per pixel within a window of the image; BACKGROUND outside and where rays are skipped."""
-        world, mount = self._world, self._mount
-        labels = np.full((mount.height, mount.width), BACKGROUND, np.int16)
-        top, bottom, left, right = window
-        wanted = np.zeros(labels.shape, dtype=bool)
-        wanted[top:bottom, left:right] = True if skip is None else ~skip[top:bottom, left:right]
-        if wanted.any():
-            world.update_kinematics()
-            _, geoms, _ = cast(
-                world.model, world.data, mount.T_world_camera, self._directions[wanted], _FAR_M
-            )
-            # Geom -1 (nothing) reads the last entry.
-            labels[wanted] = np.append(world.geom_labels, np.int16(BACKGROUND))[geoms]
-        return labels
+def _labels(
+    world: World, mount: CameraMount, window: _Window, skip: Bool[np.ndarray, "h w"] | None = None
+) -> Int16[np.ndarray, "h w"]:
+    """Object id per pixel within a window of the image; BACKGROUND outside and where rays are skipped."""
+    labels = np.full((mount.height, mount.width), BACKGROUND, np.int16)
+    top, bottom, left, right = window
+    wanted = np.zeros(labels.shape, dtype=bool)
+    wanted[top:bottom, left:right] = True if skip is None else ~skip[top:bottom, left:right]
+    if wanted.any():
+        world.update_kinematics()
+        rays = pixel_directions(mount.K, mount.width, mount.height)[wanted.ravel()]
+        _, geoms, _ = cast(world.model, world.data, mount.T_world_camera, rays, _FAR_M)
+        # Geom -1 (nothing) reads the last entry.
+        labels[wanted] = np.append(world.geom_labels, np.int16(BACKGROUND))[geoms]
+    return labels
 
 
 def _window(world: World, object_id: int, mount: CameraMount) -> _Window:
-    """The part of the image in which an object can be: around its bounding box."""
-    model = world.models[object_id]
+    """The part of the image in which an object can be: around the bounding box of its visible surfaces."""
+    vertices = np.concatenate([mesh.vertices for mesh in world.models[object_id].visuals])
+    corners = np.array(list(product(*zip(vertices.min(axis=0), vertices.max(axis=0)))), dtype=float)
     T = make_pose(rotation_from_wxyz(world.wxyz[object_id]), world.positions[object_id])
-    corners = transform_points(invert(mount.T_world_camera) @ T, _corners(model))
-    if corners[:, 2].min() < _NEAR_M:
+    cols, rows, depth = project(transform_points(T, corners), mount.K, mount.T_world_camera)
+    if depth.min() < _NEAR_M:
         return 0, mount.height, 0, mount.width
-    K = mount.K
-    cols = K[0, 0] * corners[:, 0] / corners[:, 2] + K[0, 2]
-    rows = K[1, 1] * corners[:, 1] / corners[:, 2] + K[1, 2]
     return (*_span(rows, mount.height), *_span(cols, mount.width))
 
 
@@ -126,14 +109,6 @@ def _span(values: Float[np.ndarray, "n"], size: int) -> tuple[int, int]:
     low = int(np.clip(np.floor(values.min()) - _MARGIN_PX, 0, size))
     high = int(np.clip(np.ceil(values.max()) + _MARGIN_PX + 1, 0, size))
     return low, high
-
-
-def _corners(model: ObjectModel) -> Float[np.ndarray, "8 3"]:
-    """Of the box around the surfaces to look at, model frame."""
-    low = np.min([mesh.vertices.min(axis=0) for mesh in model.visuals], axis=0)
-    high = np.max([mesh.vertices.max(axis=0) for mesh in model.visuals], axis=0)
-    pick = np.array(np.meshgrid(*[(0, 1)] * 3)).reshape(3, -1).T
-    return np.stack([low, high]).astype(float)[pick, np.arange(3)]
 
 
 def _around(windows: list[_Window]) -> _Window:

@@ -24,7 +24,6 @@ class WatchdogConfig:
     Attributes:
         max_speed_m_s: of an object on or above the table. An arm moves it at about 1 m/s, a fall of 50 cm at 3.
         max_falling_speed_m_s: of an object below the table top, or above the bin.
-        max_joint_speed_rad_s: of the robot's joints.
         max_penetration_m: of two bodies into each other, above the table, if it lasts; a few millimetres are normal.
         penetration_s: how long it must last. What falls 20 cm onto the table sinks in by 15 mm for an instant.
         max_impact_penetration_m: too deep even for an instant.
@@ -47,10 +46,8 @@ class Watchdog:
         """Since when two bodies have been too deep in each other; None if they are not."""
 
     def check(self) -> None:
-        """One look.
-
-        Raises:
-            PhysicsError: NaN, a body too fast, or two bodies too deep in each other; says which and how much.
+        """One look. Raises PhysicsError for NaN, a body too fast, or two bodies too deep in each other; says which and
+        how much.
         """
         data = self._world.data
         if any(data.warning[int(w)].number for w in _BAD_NUMBERS) or not np.isfinite(data.qpos).all():
@@ -62,16 +59,13 @@ class Watchdog:
 
     def _check_penetration(self) -> None:
         world, config, contact = self._world, self._config, self._world.data.contact
-        if not world.data.ncon or contact.dist.min() > -config.max_penetration_m:
-            self.deep_since_s = None
-            return
         # Below the table things land hard, in the bin and on the floor, and sink in; that hurts nobody.
         below = contact.pos[:, 2] < world.workspace.support_z_m - _BELOW_M
         depths = np.where(below, 0.0, -contact.dist)
-        deepest = int(np.argmax(depths))
-        if depths[deepest] <= config.max_penetration_m:
+        if depths.max(initial=0.0) <= config.max_penetration_m:
             self.deep_since_s = None
             return
+        deepest = int(np.argmax(depths))
         # A restored state may take time back.
         since = world.time_s if self.deep_since_s is None else min(self.deep_since_s, world.time_s)
         self.deep_since_s = since
@@ -106,12 +100,10 @@ class Watchdog:
             return (
                 "The trial does not count. If other trials of this robot end so too, its files need a change."
             )
-        where = f"`position` is an object's middle, and the table top is at z = {self._world.workspace.support_z_m:g} m"
-        if geoms is not None:
-            return f"The trial does not count. If the problem places them so, move them apart: {where}."
         return (
             "The trial does not count. If the problem places objects inside each other or inside the table, move them "
-            f"apart: {where}. `torc problems validate` names the two that are deepest in each other."
+            "apart: `position` is an object's middle, and the table top is at "
+            f"z = {self._world.workspace.support_z_m:g} m. `torc problems validate` names the two that are deepest."
         )
 
 

@@ -18,8 +18,6 @@ from torc.sim.sleeping import wake_all
 from torc.sim.spec import WorldConfig, build_spec, object_body_name
 from torc.workspace.description import Box, Workspace
 
-__all__ = ["Presence", "World", "WorldConfig", "build_world"]
-
 _PARKING_M = np.array([-60.0, -60.0, 40.0])
 _PARKING_STEP_M = 2.0
 _OVERHANG_M = 0.03
@@ -27,28 +25,24 @@ _BELOW_M = 0.05
 
 
 class Presence(IntEnum):
-    """Where an object is, for the task."""
+    """Where an object is, for the task. All but those in the scene are parked far away."""
 
     PRESENT = 0
-    """In the scene."""
     DELIVERED = 1
-    """Put into the bin by the robot; parked far away."""
+    """Put into the bin by the robot."""
     DROPPED = 2
-    """Left the table otherwise; parked far away."""
+    """Left the table otherwise."""
     ABSENT = 3
-    """Not on the table when the robot began, so nobody's drop; parked far away."""
+    """Not on the table when the robot began, so nobody's drop."""
 
 
 class World:
     """A compiled world and its present state.
 
     Attributes:
-        model, data: MuJoCo's.
         problem, models, robot, workspace: what it was built from; robot is None in a world for settling.
-        object_bodies: body of each object id.
         robot_dofs: velocity indices of the robot's joints.
         geom_labels: per geom its object id, BACKGROUND or ROBOT.
-        presence: a Presence per object id.
     """
 
     def __init__(
@@ -105,7 +99,7 @@ class World:
 
     @property
     def velocities(self) -> Float[np.ndarray, "n 6"]:
-        """Linear (world) and angular (object frame) velocities of the objects, m/s and rad/s."""
+        """Linear (world) and angular (object frame), m/s and rad/s."""
         return self.data.qvel[self._qvel_at]
 
     def speeds(self, radius_m: float = 0.05) -> Float[np.ndarray, "n"]:
@@ -115,12 +109,11 @@ class World:
         return np.where(self.present, speed, 0.0)
 
     def set_object_pose(self, object_id: int, position: np.ndarray, wxyz: np.ndarray) -> None:
-        """Puts an object somewhere, at rest. Call `update_kinematics` before reading body poses.
-
-        Raises:
-            InputError: there is no such object, or its quaternion is zero.
+        """Puts an object somewhere, at rest. Call `update_kinematics` before reading body poses. Raises InputError if
+        there is no such object, or its quaternion is zero.
         """
-        self._check_id(object_id)
+        if not 0 <= object_id < self.object_count:
+            raise InputError(f"There is no object {object_id}; the problem has 0..{self.object_count - 1}.")
         norm = float(np.linalg.norm(wxyz))
         if norm < 1e-9:
             raise InputError(f"The orientation of object {object_id} is a zero quaternion.")
@@ -137,7 +130,12 @@ class World:
         board, p = self.workspace.table, self.positions
         inside = np.abs(p[:, :2] - board.center[:2]) <= 0.5 * np.array(board.size[:2]) + _OVERHANG_M
         above = p[:, 2] > self.workspace.support_z_m - _BELOW_M
-        return tuple(int(i) for i in np.flatnonzero(inside.all(axis=1) & above & self.present))
+        return tuple(np.flatnonzero(inside.all(axis=1) & above & self.present).tolist())
+
+    def off_table(self) -> tuple[int, ...]:
+        """Ids of the objects in the scene that did, rising."""
+        on_table = set(self.on_table())
+        return tuple(i for i in np.flatnonzero(self.present).tolist() if i not in on_table)
 
     def in_bin(self) -> tuple[int, ...]:
         """Ids of the objects in the scene whose centre is within the bin, up to 5 cm above its rim."""
@@ -145,15 +143,12 @@ class World:
         inside = np.abs(p[:, :2] - bin_.center[:2]) <= 0.5 * np.array(bin_.inner_size[:2])
         height = p[:, 2] - bin_.center[2]
         within = (height > -bin_.wall_m) & (height < bin_.inner_size[2] + _BELOW_M)
-        return tuple(int(i) for i in np.flatnonzero(inside.all(axis=1) & within & self.present))
+        return tuple(np.flatnonzero(inside.all(axis=1) & within & self.present).tolist())
 
     def park(self, object_id: int, presence: Presence) -> None:
-        """Takes an object out of the scene: far away, weightless, touching nothing; all of it is saved state.
-
-        A weight-cancelling force stands in for switching gravity and contacts off, which would edit the model and
-        so escape the saved state.
+        """Takes an object out of the scene: far away, touching nothing, its weight cancelled by a force, which is part
+        of the saved state as gravity is not.
         """
-        self._check_id(object_id)
         spot = _PARKING_M - np.array([0.0, _PARKING_STEP_M * object_id, 0.0])
         self.set_object_pose(object_id, spot, np.array([1.0, 0, 0, 0]))
         body = self.object_bodies[object_id]
@@ -182,15 +177,10 @@ class World:
         mujoco.mj_camlight(self.model, self.data)
 
     def update_position_stage(self) -> None:
-        """Brings everything that depends on positions alone up to date, contacts included.
-
-        Not mj_forward: that would replace the solver's warm start, and the future would differ in its last bits.
+        """Brings everything that depends on positions alone up to date, contacts included. Not mj_forward, which would
+        replace the solver's warm start and change the future in its last bits.
         """
         mujoco.mj_fwdPosition(self.model, self.data)
-
-    def _check_id(self, object_id: int) -> None:
-        if not 0 <= object_id < self.object_count:
-            raise InputError(f"There is no object {object_id}; the problem has 0..{self.object_count - 1}.")
 
 
 def build_world(
@@ -201,23 +191,12 @@ def build_world(
     extra: tuple[Box, ...] = (),
     load_model: Callable[[str], ObjectModel] = load_object,
 ) -> World:
-    """The world of a problem, at its first state: objects where the problem puts them, the arm at rest.
-
-    Args:
-        problem: objects and their poses; the target becomes object 0.
-        robot: None for a world without one, e.g. to settle objects faster.
-        workspace: table, bin and camera.
-        config: physics and looks.
-        extra: further fixed boxes, e.g. walls.
-        load_model: finds the model of a name; the object library by default.
-
-    Raises:
-        InputError: too many objects, or a model that MuJoCo does not accept.
+    """The world of a problem at its first state: objects where the problem puts them (the target is object 0), the arm
+    at rest. Without a robot it is faster, for settling. `extra` are further fixed boxes; `load_model` finds the model
+    of a name. Raises InputError for too many objects, or a model that MuJoCo does not accept.
     """
-    if len(problem.ordered()) > MAX_OBJECTS:
-        raise InputError(
-            f"{problem.name}: {len(problem.ordered())} objects; at most {MAX_OBJECTS} are possible."
-        )
+    if (n := len(problem.ordered())) > MAX_OBJECTS:
+        raise InputError(f"{problem.name}: {n} objects; at most {MAX_OBJECTS} are possible.")
     models = tuple(load_model(placement.model) for placement in problem.ordered())
     try:
         with warnings_in_the_log():

@@ -24,16 +24,10 @@ def in_stage(path: str, stage: str) -> bool:
 
 
 def changed(config: Any, settings: Settings, stage: str) -> Any:
-    """A configuration with these settings.
+    """A configuration (a frozen dataclass, maybe of such dataclasses) with these settings, by their paths within it.
 
-    Args:
-        config: a frozen dataclass; its fields may be such dataclasses, too.
-        settings: by their paths within it.
-        stage: its name, for messages.
-
-    Raises:
-        UnknownNameError: it has no such setting.
-        InputError: a value is of the wrong type, or the configuration refuses it.
+    Raises UnknownNameError for a setting that it has not, InputError for a value of the wrong type or one that it
+    refuses; `stage` stands before the paths in messages.
     """
     for path, value in settings.items():
         config = _changed(config, path.split("."), value, f"{stage}.{path}")
@@ -71,10 +65,7 @@ def _changed(config: Any, path: list[str], value: Any, whole: str) -> Any:
 
 
 def _as_declared(config_class: type, name: str, value: Any, whole: str) -> Any:
-    from pydantic import (  # slow to import, and the command line needs the names alone
-        TypeAdapter,
-        ValidationError,
-    )
+    from pydantic import TypeAdapter, ValidationError  # slow to import
 
     try:
         return TypeAdapter(get_type_hints(config_class)[name]).validate_python(value)

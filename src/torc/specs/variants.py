@@ -5,17 +5,15 @@ from dataclasses import fields, replace
 from itertools import product
 from typing import Any
 
+import yaml
+
 from torc.errors import InputError, UnknownNameError
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
-from torc.specs.values import plain_value
 
 
 def variants(sweeps: Sequence[str]) -> list[dict[str, Any]]:
-    """Every combination of the values that are named; one without changes if nothing is named.
-
-    Args:
-        sweeps: texts like "occlusion.smooth_px=0,3" or "perception=labels,my_module:Mine".
+    """Every combination of the values that texts like "occlusion.smooth_px=0,3" name; one without changes for none.
 
     Raises InputError for a text of another form.
     """
@@ -32,6 +30,14 @@ def varied(conditions: Conditions, variant: Settings) -> Conditions:
         if name not in names:
             raise UnknownNameError("condition to compare", name, names)
     return replace(conditions, **changes, settings={**conditions.settings, **settings})
+
+
+def plain_value(text: str) -> Any:
+    """What a text means as YAML: a number, true, null, a list in brackets; else the text itself."""
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
 
 
 def _parsed(text: str) -> tuple[str, list[Any]]:

@@ -3,8 +3,6 @@
 Everything is drawn at twice the size and halved at the end, which smooths all edges.
 """
 
-from itertools import pairwise
-
 import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image, ImageDraw, ImageFont
@@ -12,6 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 Color = tuple[int, int, int]
 INK: Color = (40, 40, 44)
 PAPER: Color = (255, 255, 255)
+Curve = Float[np.ndarray, "n 2"]
 _OVERSAMPLING = 2
 
 
@@ -24,17 +23,15 @@ class Canvas:
         self._pen = ImageDraw.Draw(self._image)
 
     def stroke(
-        self,
-        curve: Float[np.ndarray, "n 2"],
-        color: Color,
-        width_px: float,
-        dash_px: tuple[float, float] | None = None,
+        self, curve: Curve, color: Color, width_px: float, dash_px: tuple[float, float] | None
     ) -> None:
         """A line through points that lie about a pixel apart; `dash_px`: length drawn, length left out."""
-        for a, b in _strokes(curve, dash_px):
-            self._pen.line([*_scaled(a), *_scaled(b)], fill=color, width=round(width_px * _OVERSAMPLING))
+        steps = np.linalg.norm(np.diff(curve, axis=0), axis=1)
+        for a, b, start in zip(curve, curve[1:], np.cumsum(steps) - steps):
+            if dash_px is None or start % sum(dash_px) < dash_px[0]:
+                self._pen.line([*_scaled(a), *_scaled(b)], fill=color, width=round(width_px * _OVERSAMPLING))
 
-    def arrow_head(self, curve: Float[np.ndarray, "n 2"], color: Color) -> None:
+    def arrow_head(self, curve: Curve, color: Color) -> None:
         """A head at the end of a curve."""
         tip, back = curve[-1], curve[max(0, len(curve) - 8)]
         along = (tip - back) / max(float(np.linalg.norm(tip - back)), 1e-9)
@@ -49,9 +46,7 @@ class Canvas:
     def broken_ring(self, x: float, y: float, radius_px: float) -> None:
         """A circle's outline in pieces."""
         for start in range(0, 360, 30):
-            self._pen.arc(
-                _square(x, y, radius_px), start, start + 16, fill=INK, width=round(1.6 * _OVERSAMPLING)
-            )
+            self._pen.arc(_square(x, y, radius_px), start, start + 16, INK, round(1.6 * _OVERSAMPLING))
 
     def text(
         self,
@@ -76,7 +71,7 @@ class Canvas:
         return np.array(self._image.resize((self.width_px, self.height_px), Image.Resampling.LANCZOS))
 
 
-def smooth_curve(route: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 2"]:
+def smooth_curve(route: Curve) -> Curve:
     """Points of a curve through the route's waypoints, about a pixel apart (Catmull-Rom)."""
     padded = np.concatenate([2 * route[:1] - route[1:2], route, 2 * route[-1:] - route[-2:-1]])
     pieces = []
@@ -85,15 +80,6 @@ def smooth_curve(route: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 2"]:
         bend = (2 * p0 - 5 * p1 + 4 * p2 - p3) * t**2 + (3 * p1 - p0 - 3 * p2 + p3) * t**3
         pieces.append(0.5 * (2 * p1 + (p2 - p0) * t + bend))
     return np.concatenate([*pieces, route[-1:]])
-
-
-def _strokes(curve: np.ndarray, dash_px: tuple[float, float] | None) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Short segments that make up the curve, or its dashes."""
-    pairs = list(pairwise(curve))
-    if dash_px is None:
-        return pairs
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
-    return [pair for pair, s in zip(pairs, length) if s % sum(dash_px) < dash_px[0]]
 
 
 def _scaled(point: tuple[float, ...] | np.ndarray) -> tuple[float, float]:

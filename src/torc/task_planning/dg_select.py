@@ -1,7 +1,7 @@
 """DG-SELECT: the object that most probably makes progress, by the dependency graph (paper: Approach 2)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -55,14 +55,7 @@ class DgSelectPlanner:
 def graph_probabilities(graph: DependencyGraph, config: PathConfig | None = None) -> SinkProbabilities:
     """p(sink) from the graph's target; its `sinks` are object ids."""
     by_index = sink_probabilities(graph.weight_matrix(), graph.ids.index(graph.target), config)
-    return SinkProbabilities(
-        tuple(graph.ids[i] for i in by_index.sinks),
-        by_index.lower,
-        by_index.upper,
-        by_index.exact,
-        by_index.bound_hit,
-        by_index.work,
-    )
+    return replace(by_index, sinks=tuple(graph.ids[i] for i in by_index.sinks))
 
 
 def decide_by_graph(
@@ -114,18 +107,15 @@ def _evidence(
     graph: DependencyGraph, probabilities: SinkProbabilities, likely: list[int], rule: str
 ) -> Mapping[str, Any]:
     """Plain data: `probabilities` are exact, or lower bounds with `certainty.upper` above them; keys are ids."""
-    by_id = [
-        (str(k), low, high)
-        for k, low, high in zip(probabilities.sinks, probabilities.lower, probabilities.upper)
-    ]
+    ids = [str(k) for k in probabilities.sinks]
     return {
         "rule": rule,
-        "probabilities": {k: low for k, low, _ in by_id},
+        "probabilities": dict(zip(ids, probabilities.lower)),
         "certainty": {
             "exact": probabilities.exact,
             "decided": probabilities.decided_among(tuple(likely)),
             "bound_hit": probabilities.bound_hit,
-            "upper": {k: high for k, _, high in by_id},
+            "upper": dict(zip(ids, probabilities.upper)),
             "lost": probabilities.lost,
         },
         "graph": graph.to_dict(),

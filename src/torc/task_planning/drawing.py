@@ -1,7 +1,6 @@
 """The dependency graph as a picture."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -34,36 +33,18 @@ _WEIGHT_PLACES = (0.6, 0.7, 0.5, 0.8, 0.4, 0.3, 0.2, 0.9)
 
 _DIGITS_IN_DISK = 3
 """As many digits fit a node's disk at full height; longer numbers are written smaller."""
-
+_COLUMN_PX, _ROW_PX = 84, 118
+_RADIUS_PX, _MARGIN_PX, _TEXT_PX = 23, 46, 13
+_MIN_WIDTH_PX = 640
+"""So that the legend fits."""
 _Box = tuple[float, float, float, float]
 """Left, top, right, bottom."""
-
-
-@dataclass(frozen=True)
-class DrawingConfig:
-    """Sizes in pixels of the finished picture.
-
-    Attributes:
-        column_px, row_px: distance of neighbouring nodes.
-        radius_px: of a node.
-        margin_px: around everything.
-        min_width_px: least width, so that the legend fits.
-        text_px: height of the small text; node ids are larger.
-    """
-
-    column_px: int = 84
-    row_px: int = 118
-    radius_px: int = 23
-    margin_px: int = 46
-    min_width_px: int = 640
-    text_px: int = 13
 
 
 def draw_graph(
     graph: DependencyGraph,
     probabilities: Mapping[int, float] | Mapping[str, float] | None = None,
     chosen: int | None = None,
-    config: DrawingConfig | None = None,
     labels: Mapping[int, int] | None = None,
 ) -> UInt8[np.ndarray, "h w 3"]:
     """A picture of the graph: the target on top, what it waits for below it.
@@ -72,14 +53,13 @@ def draw_graph(
         graph: the graph.
         probabilities: p(sink) by id (also as JSON has it, by text), written under the sinks.
         chosen: id of the object to pick next; ringed in green.
-        config: sizes.
         labels: numbers to write in place of the ids; where they are given, a hidden target without one is "?".
 
     Nodes have the object's colour in the marked image; graspable ones a solid outline, others a broken one. Edges
     are coloured and dashed by kind and carry their weight, unless they are their node's only one. What the target
     does not wait for is pale.
     """
-    picture = _GraphPicture(lay_out(graph), DrawingConfig() if config is None else config, labels or {})
+    picture = _GraphPicture(lay_out(graph), labels or {})
     awaited, p = _awaited(graph), by_id(probabilities)
     for edge in sorted(graph.edges, key=lambda e: e.source in awaited):
         picture.edge(edge, edge.target == chosen, pale=edge.source not in awaited)
@@ -120,23 +100,21 @@ def by_id(probabilities: Mapping[int, float] | Mapping[str, float] | None) -> di
 class _GraphPicture:
     """The parts of a graph on a canvas, each at its place in the layout."""
 
-    def __init__(self, layout: Layout, config: DrawingConfig, labels: Mapping[int, int]) -> None:
-        self.layout, self.config, self.labels, c = layout, config, labels, config
-        inner = (layout.columns - 1) * c.column_px
-        width = max(int(inner) + 2 * (c.margin_px + c.radius_px), c.min_width_px)
-        height = (layout.rows - 1) * c.row_px + 2 * (c.margin_px + c.radius_px) + 2 * c.text_px
+    def __init__(self, layout: Layout, labels: Mapping[int, int]) -> None:
+        self.layout, self.labels = layout, labels
+        inner = (layout.columns - 1) * _COLUMN_PX
+        around = 2 * (_MARGIN_PX + _RADIUS_PX)
+        width = max(int(inner) + around, _MIN_WIDTH_PX)
         self.left = (width - inner) / 2
-        self.canvas = Canvas(width, height)
+        self.canvas = Canvas(width, (layout.rows - 1) * _ROW_PX + around + 2 * _TEXT_PX)
         self.taken: list[_Box] = []
-        for place in layout.places.values():
-            x, y = self.at(place)
-            self.taken.append((x - c.radius_px, y - c.radius_px, x + c.radius_px, y + c.radius_px))
-            self.taken.append(_around(np.array([x, y + c.radius_px + 12]), 3.6 * c.text_px, c.text_px))
+        for x, y in map(self.at, layout.places.values()):
+            self.taken.append(_around(x, y, 2 * _RADIUS_PX, 2 * _RADIUS_PX))
+            self.taken.append(_around(x, y + _RADIUS_PX + 12, 3.6 * _TEXT_PX, _TEXT_PX))
 
     def at(self, place: tuple[float, int]) -> tuple[float, float]:
         """Pixel of a place."""
-        c = self.config
-        return self.left + place[0] * c.column_px, c.margin_px + c.radius_px + place[1] * c.row_px
+        return self.left + place[0] * _COLUMN_PX, _MARGIN_PX + _RADIUS_PX + place[1] * _ROW_PX
 
     def edge(self, edge: DependencyEdge, bold: bool, pale: bool) -> None:
         """The edge from rim to rim, with its head."""
@@ -146,30 +124,29 @@ class _GraphPicture:
 
     def weight(self, edge: DependencyEdge, pale: bool) -> None:
         """The weight beside its edge, at the first of a few places where it covers nothing."""
-        curve, px = self._curve(edge), self.config.text_px
+        curve = self._curve(edge)
         text = f"{edge.weight:.2f}".lstrip("0") if edge.weight >= 0.01 else "<.01"
-        w, h = 0.62 * px * len(text), 1.1 * px
-        boxes = [_around(curve[int(t * (len(curve) - 1))], w, h) for t in _WEIGHT_PLACES]
-        box = min(boxes, key=lambda b: sum(_overlap(b, other) for other in self.taken))
-        self.taken.append(box)
-        center = ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
-        self.canvas.text(center, text, px, _edge_color(edge.kind, pale), boxed=True)
+        w, h = 0.62 * _TEXT_PX * len(text), 1.1 * _TEXT_PX
+        places = [curve[int(t * (len(curve) - 1))] for t in _WEIGHT_PLACES]
+        x, y = min(places, key=lambda at: sum(_overlap(_around(*at, w, h), box) for box in self.taken))
+        self.taken.append(_around(x, y, w, h))
+        self.canvas.text((x, y), text, _TEXT_PX, _edge_color(edge.kind, pale), boxed=True)
 
     def node(self, node: DependencyNode, is_target: bool, probability: float | None, chosen: bool) -> None:
         """The node's disk with its id, and what is to be said above and below it."""
-        c, (x, y) = self.config, self.at(self.layout.places[node.id])
+        x, y = self.at(self.layout.places[node.id])
         self._disk(node, x, y, chosen)
-        room = c.radius_px + (17 if chosen else 12)
+        room = _RADIUS_PX + (17 if chosen else 12)
         if is_target:
             name = "hidden target" if node.hidden else "target"
-            self.canvas.text((x, y - room), name, c.text_px, INK, boxed=True)
+            self.canvas.text((x, y - room), name, _TEXT_PX, INK, boxed=True)
         if probability is not None:
             ink = _CHOSEN if chosen else INK
-            self.canvas.text((x, y + room), f"p = {probability:.2f}", c.text_px, ink, boxed=True)
+            self.canvas.text((x, y + room), f"p = {probability:.2f}", _TEXT_PX, ink, boxed=True)
 
     def legend(self, kinds: set[EdgeKind]) -> None:
         """One line at the bottom: what the edges and outlines mean."""
-        canvas, px = self.canvas, self.config.text_px
+        canvas, px = self.canvas, _TEXT_PX
         x, y = 16.0, canvas.height_px - 1.3 * px
         for kind in EdgeKind:
             if kind in kinds:
@@ -183,7 +160,7 @@ class _GraphPicture:
         canvas.text((x + 18, y), "not graspable", px, _FAINT, anchor="lm")
 
     def _disk(self, node: DependencyNode, x: float, y: float, chosen: bool) -> None:
-        canvas, radius = self.canvas, self.config.radius_px
+        canvas, radius = self.canvas, _RADIUS_PX
         red, green, blue = (int(v) for v in object_color(node.id))
         if chosen:
             canvas.disk(x, y, radius + 6, _CHOSEN)
@@ -195,7 +172,7 @@ class _GraphPicture:
         dark = not node.hidden and np.dot((red, green, blue), (0.299, 0.587, 0.114)) < 140
         number = str(self.labels.get(node.id, "" if self.labels and node.hidden else node.id))
         label = f"{number}?" if node.hidden else number
-        px = round(1.4 * self.config.text_px * min(1.0, _DIGITS_IN_DISK / len(label)))
+        px = round(1.4 * _TEXT_PX * min(1.0, _DIGITS_IN_DISK / len(label)))
         canvas.text((x, y), label, px, PAPER if dark else INK)
 
     def _curve(self, edge: DependencyEdge) -> Float[np.ndarray, "n 2"]:
@@ -207,8 +184,8 @@ class _GraphPicture:
             beside = inner + _LANE_PX * np.array([-along[1], along[0]])
             route = np.concatenate([route[:1], beside, route[-1:]])
         points = smooth_curve(route)
-        from_source = np.linalg.norm(points - points[0], axis=1) >= self.config.radius_px + 1
-        to_target = np.linalg.norm(points - points[-1], axis=1) >= self.config.radius_px + 4
+        from_source = np.linalg.norm(points - points[0], axis=1) >= _RADIUS_PX + 1
+        to_target = np.linalg.norm(points - points[-1], axis=1) >= _RADIUS_PX + 4
         rim = points[from_source & to_target]
         return rim if len(rim) > 1 else points
 
@@ -228,8 +205,7 @@ def _edge_color(kind: EdgeKind, pale: bool) -> Color:
     return (r // 3 + 160, g // 3 + 160, b // 3 + 160) if pale else (r, g, b)
 
 
-def _around(center: np.ndarray, w: float, h: float) -> _Box:
-    x, y = float(center[0]), float(center[1])
+def _around(x: float, y: float, w: float, h: float) -> _Box:
     return (x - w / 2, y - h / 2, x + w / 2, y + h / 2)
 
 

@@ -13,8 +13,10 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import TypeAdapter
 
 from torc.errors import InputError
+from torc.records.serialization import to_plain
 
 _VERSION = 1
 
@@ -70,6 +72,9 @@ class DependencyEdge:
     kind: EdgeKind
     weight: float = 1.0
     evidence: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+
+_NODES, _EDGES = TypeAdapter(tuple[DependencyNode, ...]), TypeAdapter(tuple[DependencyEdge, ...])
 
 
 @dataclass(frozen=True)
@@ -139,29 +144,8 @@ class DependencyGraph:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data that `from_dict` takes back, JSON-compatible."""
-        return {
-            "version": _VERSION,
-            "target": self.target,
-            "nodes": [
-                {
-                    "id": n.id,
-                    "hidden": n.hidden,
-                    "valid_grasps": n.valid_grasps,
-                    "blocked_grasps": n.blocked_grasps,
-                }
-                for n in self.nodes
-            ],
-            "edges": [
-                {
-                    "source": e.source,
-                    "target": e.target,
-                    "kind": e.kind.value,
-                    "weight": e.weight,
-                    "evidence": dict(e.evidence),
-                }
-                for e in self.edges
-            ],
-        }
+        facts = {"target": self.target, "nodes": self.nodes, "edges": self.edges}
+        return {"version": _VERSION, **to_plain(facts)}
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> "DependencyGraph":
@@ -171,22 +155,7 @@ class DependencyGraph:
                 raise InputError(
                     f"Dependency graph of version {data['version']}; this torc reads version {_VERSION}."
                 )
-            nodes = tuple(
-                DependencyNode(
-                    int(n["id"]), bool(n["hidden"]), int(n["valid_grasps"]), int(n["blocked_grasps"])
-                )
-                for n in data["nodes"]
-            )
-            edges = tuple(
-                DependencyEdge(
-                    int(e["source"]),
-                    int(e["target"]),
-                    EdgeKind(e["kind"]),
-                    float(e["weight"]),
-                    MappingProxyType(dict(e["evidence"])),
-                )
-                for e in data["edges"]
-            )
+            nodes, edges = _NODES.validate_python(data["nodes"]), _EDGES.validate_python(data["edges"])
             return DependencyGraph(nodes, edges, int(data["target"]))
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"Not a dependency graph: {type(error).__name__} {error}.") from error

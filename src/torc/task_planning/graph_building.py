@@ -47,14 +47,14 @@ def build_dependency_graph(
         )
     if relations is None:
         relations = find_relations(scene, config)
-    _check(relations, scene.ids)
-    totals = {
-        k: (int(v), int(b)) for k, v, b in zip(report.object_ids, report.valid_total, report.blocked_total)
-    }
+    for r in relations:
+        if r.source not in scene.ids or r.target not in scene.ids or r.source == r.target:
+            raise InputError(
+                f"Relation {r.source} {r.kind} {r.target}: both must be different visible objects of {scene.ids}."
+            )
+    totals = dict(zip(report.object_ids, zip(report.valid_total.tolist(), report.blocked_total.tolist())))
     nodes = [DependencyNode(k, False, *totals.get(k, (0, 0))) for k in scene.ids]
-    edges: list[DependencyEdge] = []
-    for node in nodes:
-        edges += _edges_of(node, relations, context)
+    edges = [edge for node in nodes for edge in _edges_of(node, relations, context)]
     if hidden:
         nodes.insert(0, DependencyNode(TARGET_ID, hidden=True))
         edges = _hidden_by(context) + edges
@@ -62,14 +62,6 @@ def build_dependency_graph(
         edges += _hides_more_of(scene.target_id, context)
     target = TARGET_ID if scene.target_id is None else scene.target_id
     return DependencyGraph(tuple(nodes), tuple(sorted(edges, key=lambda e: (e.source, e.target))), target)
-
-
-def _check(relations: Sequence[DependencyEdge], ids: tuple[int, ...]) -> None:
-    for r in relations:
-        if r.source not in ids or r.target not in ids or r.source == r.target:
-            raise InputError(
-                f"Relation {r.source} {r.kind} {r.target}: both must be different visible objects of {ids}."
-            )
 
 
 def _gets_anywhere(target: int, nodes: list[DependencyNode], edges: list[DependencyEdge]) -> bool:
@@ -83,8 +75,7 @@ def _edges_of(
     below = _related(node.id, relations, EdgeKind.BELOW)
     if below or node.graspable:
         return below
-    blocking = _blocking(node, context)
-    return blocking or _related(node.id, relations, EdgeKind.BEHIND)
+    return _blocking(node, context) or _related(node.id, relations, EdgeKind.BEHIND)
 
 
 def _related(source: int, relations: Sequence[DependencyEdge], kind: EdgeKind) -> list[DependencyEdge]:

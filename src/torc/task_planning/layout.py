@@ -7,6 +7,9 @@ order each layer by the mean place of its neighbours, and spread the columns.
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+from scipy.optimize import isotonic_regression
+
 from torc.task_planning.graph import DependencyGraph
 
 _SWEEPS = 12
@@ -59,38 +62,38 @@ def lay_out(graph: DependencyGraph) -> Layout:
 def _backward_edges(graph: DependencyGraph, edges: list[tuple[int, int]]) -> set[tuple[int, int]]:
     """Edges into the target, and those that close a cycle on a depth-first walk from it, then from other nodes."""
     backward = {(a, b) for a, b in edges if b == graph.target}
-    following: dict[int, list[int]] = {
-        k: sorted(b for a, b in edges if a == k and b != graph.target) for k in graph.ids
-    }
-    state = dict.fromkeys(graph.ids, "new")
-    for root in (graph.target, *graph.ids):
-        stack = [(root, 0)] if state[root] == "new" else []
-        while stack:
-            node, i = stack.pop()
-            state[node] = "open"
-            if i == len(following[node]):
-                state[node] = "done"
-                continue
-            stack.append((node, i + 1))
-            onward = following[node][i]
-            if state[onward] == "open":
+    following = {k: sorted(b for a, b in edges if a == k and b != graph.target) for k in graph.ids}
+    path: list[int] = []
+    done: set[int] = set()
+
+    def walk(node: int) -> None:
+        path.append(node)
+        for onward in following[node]:
+            if onward in path:
                 backward.add((node, onward))
-            elif state[onward] == "new":
-                stack.append((onward, 0))
+            elif onward not in done:
+                walk(onward)
+        done.add(path.pop())
+
+    for root in (graph.target, *graph.ids):
+        if root not in done:
+            walk(root)
     return backward
 
 
 def _layers(graph: DependencyGraph, forward: list[tuple[int, int]]) -> dict[int, int]:
     """Longest path from any node without a predecessor; the target alone is held on top."""
-    layer = dict.fromkeys(graph.ids, 0)
-    for _ in graph.ids:
-        for a, b in forward:
-            layer[b] = max(layer[b], layer[a] + 1)
+    layer = _pushed_down(dict.fromkeys(graph.ids, 0), forward)
     for k in graph.ids:
         below = [layer[b] for a, b in forward if a == k]
         if k != graph.target and layer[k] == 0:
-            layer[k] = max(1, min(below) - 1) if below else 1
-    for _ in graph.ids:
+            layer[k] = max(1, min(below, default=2) - 1)
+    return _pushed_down(layer, forward)
+
+
+def _pushed_down(layer: dict[int, int], forward: list[tuple[int, int]]) -> dict[int, int]:
+    """The layers with each node at least one below those that lead to it."""
+    for _ in layer:
         for a, b in forward:
             layer[b] = max(layer[b], layer[a] + 1)
     return layer
@@ -111,30 +114,15 @@ def _columns(rows: list[list], links: dict) -> dict:
             for item in row:
                 linked = links.get(item, ([], []))[0 if down else 1]
                 wish[item] = sum(column[n] for n in linked) / len(linked) if linked else column[item]
-            ordered = sorted((wish[item], str(item), i) for i, item in enumerate(row))
-            row[:] = [row[i] for _, _, i in ordered]
-            column.update(_spread([w for w, _, _ in ordered], row))
+            row.sort(key=lambda item: (round(wish[item], 9), str(item)))
+            column.update(_spread([wish[item] for item in row], row))
     least = min(column.values(), default=0.0)
     return {item: c - least for item, c in column.items()}
 
 
-def _gap(left: object, right: object) -> float:
-    """Least distance of neighbours in a row; waypoints take less room than nodes."""
-    return 1.0 if isinstance(left, int) and isinstance(right, int) else 0.6
-
-
 def _spread(wishes: list[float], items: list) -> dict:
-    """Columns as close to the wishes as the gaps allow, in the given order: pool adjacent violators."""
-    offsets, total = [], 0.0
-    for i, item in enumerate(items):
-        total += _gap(items[i - 1], item) if i else 0.0
-        offsets.append(total)
-    blocks: list[tuple[float, int]] = []  # mean of (wish - offset), count
-    for wish, offset in zip(wishes, offsets):
-        mean, count = wish - offset, 1
-        while blocks and blocks[-1][0] > mean:
-            m, c = blocks.pop()
-            mean, count = (mean * count + m * c) / (count + c), count + c
-        blocks.append((mean, count))
-    placed = [mean for mean, count in blocks for _ in range(count)]
-    return {item: base + offset for item, base, offset in zip(items, placed, offsets)}
+    """Columns as close to the wishes as the gaps allow, in the given order; waypoints take less room than nodes."""
+    gaps = [1.0 if isinstance(a, int) and isinstance(b, int) else 0.6 for a, b in pairwise(items)]
+    offsets = np.concatenate([[0.0], np.cumsum(gaps)])[: len(items)]
+    placed = isotonic_regression(np.array(wishes) - offsets).x if items else offsets
+    return dict(zip(items, (placed + offsets).tolist()))

@@ -16,11 +16,6 @@ def planner_paths() -> dict[str, str]:
     return part_paths(TASK_PLANNERS)
 
 
-def planner_names() -> tuple[str, ...]:
-    """All known names, sorted."""
-    return tuple(sorted(planner_paths()))
-
-
 def make_planner(name: str, **options: Any) -> TaskPlanner:
     """The planner of that name, or the class at "module:Class", built with these options.
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from torc.perception.asking import ask_camera
 from torc.robots.protocols import Camera
-from torc.testing.conformance import NonConformanceError
+from torc.testing.conformance import require
 
 
 def check_camera(camera: Camera) -> None:
@@ -25,5 +25,4 @@ def check_camera(camera: Camera) -> None:
             found.append("no pixel has a depth")
         elif np.median(observation.depth_m[good]) > 20:
             found.append("depths are above 20 m: they must be metres, not millimetres")
-    if found:
-        raise NonConformanceError("This camera does not conform:\n- " + "\n- ".join(dict.fromkeys(found)))
+    require("camera", found)

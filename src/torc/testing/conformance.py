@@ -1,7 +1,55 @@
 """What the conformance suites have in common."""
 
+import pickle
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
 from torc.errors import TorcError
+from torc.plugins import parameters
 
 
 class NonConformanceError(TorcError, AssertionError):
     """A part broke its protocol's rules; the text lists case and rule."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A situation that a part must cope with.
+
+    Attributes:
+        name: for reports.
+        build: makes what the part is given.
+    """
+
+    name: str
+    build: Callable[[], Any]
+
+
+def require(part: str, broken: Iterable[str]) -> None:
+    """Raises NonConformanceError with everything that was broken, if anything was."""
+    listed = "\n- ".join(dict.fromkeys(broken))
+    if listed:
+        raise NonConformanceError(f"This {part} does not conform:\n- {listed}")
+
+
+def called_twice(call: Callable[[], Any], given: object, what: str) -> tuple[list[Any], list[str]]:
+    """The results of calling a part twice, and the rules that it broke by that; `what` names what it was given."""
+    before, drawn = pickle.dumps(given), str(np.random.get_state())
+    try:
+        results = [call(), call()]
+    except (Exception, SystemExit) as error:  # whatever a user's part raises is the finding
+        return [], [f"it raised {type(error).__name__}: {error}"]
+    found = []
+    if pickle.dumps(given) != before:
+        found.append(f"it changed {what}")
+    if str(np.random.get_state()) != drawn:
+        found.append("it drew from numpy's global random generator")
+    return results, found
+
+
+def made(make: Callable[..., Any], **offered: Any) -> Any:
+    """The part, given those arguments that it takes, as the `torc` command makes it."""
+    return make(**{name: value for name, value in offered.items() if name in parameters(make)})

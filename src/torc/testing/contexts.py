@@ -20,6 +20,7 @@ from torc.records import (
 )
 from torc.testing.synthetic import Shape, SyntheticBox, random_clutter, synthetic_observation
 from torc.workspace.description import CameraMount
+from torc.workspace.files import load_workspace
 
 _Fate = tuple[int, GraspStatus, tuple[int, ...]]
 """A grasp: its object, its status, who blocks it."""
@@ -29,7 +30,7 @@ _TABLE_Z_M = 1.05
 
 def small_mount() -> CameraMount:
     """The torso camera at 320x240: fast, and still sharp enough for objects of household size."""
-    return CameraMount(width=320, height=240)
+    return replace(load_workspace().camera, width=320, height=240)
 
 
 def coarse_grid() -> VoxelGrid:

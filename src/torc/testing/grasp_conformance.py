@@ -14,52 +14,26 @@ How good the grasps are is not judged here: `torc run` shows it, and `torc bench
 
 import pickle
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache
-from typing import Any
 
 import numpy as np
 
 from torc.grasping.asking import grasp_faults
 from torc.grasping.protocol import GraspPlanner
-from torc.plugins import parameters
 from torc.records import GraspSet
-from torc.robots.description import GripperDescription
 from torc.robots.loading import load_robot
-from torc.testing.conformance import NonConformanceError
+from torc.testing.conformance import Case, called_twice, made, require
 from torc.testing.contexts import box
 from torc.testing.views import View, view_of, view_of_clutter
-from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 GraspPlannerFactory = Callable[..., GraspPlanner]
-_TABLE_Z = Workspace().support_z_m
-
-
-@dataclass(frozen=True)
-class Case:
-    """One scene a grasp planner must cope with.
-
-    Attributes:
-        name: for reports.
-        build: makes the scene and the occlusion volume.
-    """
-
-    name: str
-    build: Callable[[], View]
-
+_BASE, _TOP = box(0, 0.65, -0.1, (0.12, 0.12, 0.06)), box(1, 0.65, -0.1, (0.05, 0.05, 0.06), on=0.06)
+_BACK, _FRONT = box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12))
 
 CASES: tuple[Case, ...] = (
     Case("a single box", lambda: view_of(box(1, 0.62, -0.10, (0.05, 0.06, 0.10)))),
-    Case(
-        "one behind another",
-        lambda: view_of(box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12))),
-    ),
-    Case(
-        "one on another",
-        lambda: view_of(
-            box(0, 0.65, -0.1, (0.12, 0.12, 0.06)), box(1, 0.65, -0.1, (0.05, 0.05, 0.06), on=0.06)
-        ),
-    ),
+    Case("one behind another", lambda: view_of(_BACK, _FRONT)),
+    Case("one on another", lambda: view_of(_BASE, _TOP)),
     Case("too wide for the gripper", lambda: view_of(box(0, 0.65, -0.1, (0.2, 0.2, 0.15)))),
     Case("too small to tell", lambda: view_of(box(0, 0.65, -0.1, (0.008, 0.008, 0.008)))),
     Case("nothing in sight", view_of),
@@ -69,11 +43,7 @@ CASES: tuple[Case, ...] = (
 
 def check_grasp_planner(make: GraspPlannerFactory, cases: tuple[Case, ...] = CASES) -> None:
     """Runs all cases with fresh planners. Raises NonConformanceError with everything that was broken."""
-    broken = [text for case in cases for text in violations(make, case)]
-    if broken:
-        raise NonConformanceError(
-            "This grasp planner does not conform:\n- " + "\n- ".join(dict.fromkeys(broken))
-        )
+    require("grasp planner", [text for case in cases for text in violations(make, case)])
 
 
 def check_case(make: GraspPlannerFactory, case: Case) -> None:
@@ -83,33 +53,18 @@ def check_case(make: GraspPlannerFactory, case: Case) -> None:
 
 def violations(make: GraspPlannerFactory, case: Case, seed: int = 0) -> list[str]:
     """The rules that a grasp planner breaks in one case; empty if none."""
-    view = case.build()
-    before, drawn = pickle.dumps((view.scene, view.volume)), str(np.random.get_state())
-    try:
-        grasps = _made(make).plan(view.scene, view.volume, np.random.default_rng(seed))
-        again = _made(make).plan(view.scene, view.volume, np.random.default_rng(seed))
-    except (Exception, SystemExit) as error:  # whatever a stranger's planner raises is the finding
-        return [f"{case.name}: it raised {type(error).__name__}: {error}"]
-    found = list(grasp_faults(grasps, view.scene))
-    if not found:
-        found += _order_faults(grasps)
-    if pickle.dumps((view.scene, view.volume)) != before:
-        found.append("it changed the scene or the volume")
-    if str(np.random.get_state()) != drawn:
-        found.append("it drew from numpy's global random generator instead of rng")
-    if not found and pickle.dumps(again) != pickle.dumps(grasps):
+    view: View = case.build()
+    offered = {"gripper": load_robot().gripper, "support_z_m": load_workspace().support_z_m}
+    planned, found = called_twice(
+        lambda: made(make, **offered).plan(view.scene, view.volume, np.random.default_rng(seed)),
+        (view.scene, view.volume),
+        "the scene or the volume",
+    )
+    if planned:
+        found += list(grasp_faults(planned[0], view.scene)) or _order_faults(planned[0])
+    if not found and pickle.dumps(planned[0]) != pickle.dumps(planned[1]):
         found.append("the same rng gave two different sets of grasps")
     return [f"{case.name}: {text}" for text in found]
-
-
-@cache
-def _gripper() -> GripperDescription:
-    return load_robot().gripper
-
-
-def _made(make: GraspPlannerFactory) -> GraspPlanner:
-    offered: dict[str, Any] = {"gripper": _gripper(), "support_z_m": _TABLE_Z}
-    return make(**{name: value for name, value in offered.items() if name in parameters(make)})
 
 
 def _order_faults(grasps: GraspSet) -> list[str]:

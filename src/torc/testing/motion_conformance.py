@@ -8,7 +8,6 @@ import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -17,9 +16,8 @@ from torc.motion.asking import plan_faults
 from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import System, build_system
-from torc.plugins import parameters
 from torc.specs.conditions import Conditions
-from torc.testing.conformance import NonConformanceError
+from torc.testing.conformance import called_twice, made, require
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
 
@@ -38,9 +36,10 @@ def _system() -> System:
 @cache
 def requests() -> tuple[PickRequest, ...]:
     """A request per object that the shipped robot can grasp, in a small scene."""
-    system, rest = _system(), _system().robot.arm.rest_qpos
+    system = _system()
+    observation = synthetic_observation(_SHAPES, system.workspace.camera)
     look = system.pipeline.look(
-        replace(synthetic_observation(_SHAPES, system.workspace.camera), qpos=rest),
+        replace(observation, qpos=system.robot.arm.rest_qpos),
         empty_volume(system.workspace.grid),
         target_description="the box",
     )
@@ -50,23 +49,16 @@ def requests() -> tuple[PickRequest, ...]:
 def check_motion_planner(make: Callable[..., MotionPlanner]) -> None:
     """Plans all requests with fresh planners. Raises NonConformanceError with everything that was broken."""
     broken = [f"object {r.object_id}: {text}" for r in requests() for text in violations(make, r)]
-    if broken:
-        raise NonConformanceError("This motion planner does not conform:\n- " + "\n- ".join(broken))
+    require("motion planner", broken)
 
 
 def violations(make: Callable[..., MotionPlanner], request: PickRequest) -> list[str]:
     """The rules that a motion planner breaks for one request; empty if none."""
-    try:
-        plan = _made(make).plan_pick(request, np.random.default_rng(0))
-        again = _made(make).plan_pick(request, np.random.default_rng(0))
-    except (Exception, SystemExit) as error:  # whatever a stranger's part raises is the finding
-        return [f"it raised {type(error).__name__}: {error}"]
-    found = list(plan_faults(plan, request))
-    if not found and pickle.dumps(again) != pickle.dumps(plan):
+    offered = {"robot": _system().robot, "workspace": _system().workspace}
+    plans, found = called_twice(
+        lambda: made(make, **offered).plan_pick(request, np.random.default_rng(0)), request, "the request"
+    )
+    found += [fault for plan in plans[:1] for fault in plan_faults(plan, request)]
+    if not found and pickle.dumps(plans[0]) != pickle.dumps(plans[1]):
         found.append("the same rng gave two different plans")
     return found
-
-
-def _made(make: Callable[..., MotionPlanner]) -> MotionPlanner:
-    offered: dict[str, Any] = {"robot": _system().robot, "workspace": _system().workspace}
-    return make(**{name: value for name, value in offered.items() if name in parameters(make)})

@@ -3,7 +3,6 @@
 It raises NonConformanceError, which lists what was broken. How well it finds objects is not judged here.
 """
 
-import pickle
 from collections.abc import Callable
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from torc.perception.asking import scene_faults
 from torc.perception.protocol import Perception, Wanted
 from torc.records import SegmentedScene
-from torc.testing.conformance import NonConformanceError
+from torc.testing.conformance import called_twice, require
 from torc.testing.contexts import box
 from torc.testing.synthetic import Shape, synthetic_observation
 
@@ -28,32 +27,33 @@ CASES: dict[str, tuple[Shape, ...]] = {
 def check_perception(make: Callable[[], Perception]) -> None:
     """Runs all cases with fresh perceptions. Raises NonConformanceError with everything that was broken."""
     broken = [f"{name}: {text}" for name, shapes in CASES.items() for text in violations(make, shapes)]
-    if broken:
-        raise NonConformanceError("This perception does not conform:\n- " + "\n- ".join(broken))
+    require("perception", broken)
 
 
 def violations(make: Callable[[], Perception], shapes: tuple[Shape, ...]) -> list[str]:
     """The rules that a perception breaks in an episode of two looks, the second without the first object."""
-    found: list[str] = []
-    perception, before = make(), None
-    for left in (shapes, shapes[1:]):
-        observation = synthetic_observation(left)
-        untouched = pickle.dumps(observation)
-        try:
-            scene = perception.perceive(observation, WANTED, before)
-            again = perception.perceive(observation, WANTED, before)
-        except (Exception, SystemExit) as error:  # whatever a stranger's part raises is the finding
-            return [*found, f"it raised {type(error).__name__}: {error}"]
-        found += scene_faults(scene, observation)
-        if found:
-            return found
-        if pickle.dumps(observation) != untouched:
-            found.append("it changed the observation")
-        if not _alike(again, scene):
-            found.append("the same snapshot gave two different scenes")
-        found += _id_faults(scene, before) if before is not None else []
-        before = scene
-    return found
+    perception = make()
+    first, found = _look(perception, shapes, None)
+    if first is None or found:
+        return found
+    second, found = _look(perception, shapes[1:], first)
+    return found if second is None else found + _id_faults(second, first)
+
+
+def _look(
+    perception: Perception, shapes: tuple[Shape, ...], before: SegmentedScene | None
+) -> tuple[SegmentedScene | None, list[str]]:
+    """The scene, None if it is of no use, and the rules that were broken."""
+    observation = synthetic_observation(shapes)
+    scenes, found = called_twice(
+        lambda: perception.perceive(observation, WANTED, before), observation, "the observation"
+    )
+    faults = [fault for scene in scenes for fault in scene_faults(scene, observation)]
+    if faults or not scenes:
+        return None, found + faults
+    if not _alike(*scenes):
+        found.append("the same snapshot gave two different scenes")
+    return scenes[0], found
 
 
 def _alike(a: SegmentedScene, b: SegmentedScene) -> bool:

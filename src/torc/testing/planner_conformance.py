@@ -13,9 +13,7 @@ or all at once: `check_planner(MyPlanner)`. Both raise NonConformanceError, whic
 """
 
 import json
-import pickle
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,23 +21,9 @@ from torc.records import Decision, PlanningContext
 from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
 from torc.task_planning.random_choice import graspable_ids
 from torc.testing import contexts
-from torc.testing.conformance import NonConformanceError
+from torc.testing.conformance import Case, called_twice, require
 
 PlannerFactory = Callable[[], TaskPlanner]
-
-
-@dataclass(frozen=True)
-class Case:
-    """One situation a planner must cope with.
-
-    Attributes:
-        name: for reports.
-        build: makes the context.
-    """
-
-    name: str
-    build: Callable[[], PlanningContext]
-
 
 CASES: tuple[Case, ...] = (
     Case("target in the open", contexts.open_context),
@@ -58,9 +42,7 @@ def check_planner(
     make: PlannerFactory, cases: tuple[Case, ...] = CASES, seeds: tuple[int, ...] = (0, 1)
 ) -> None:
     """Runs all cases with fresh planners. Raises NonConformanceError with everything that was broken."""
-    broken = [text for case in cases for seed in seeds for text in violations(make, case, seed)]
-    if broken:
-        raise NonConformanceError("This planner does not conform:\n- " + "\n- ".join(dict.fromkeys(broken)))
+    require("planner", [text for case in cases for seed in seeds for text in violations(make, case, seed)])
 
 
 def check_case(make: PlannerFactory, case: Case, seed: int = 0) -> None:
@@ -70,25 +52,17 @@ def check_case(make: PlannerFactory, case: Case, seed: int = 0) -> None:
 
 def violations(make: PlannerFactory, case: Case, seed: int = 0) -> list[str]:
     """The rules that a planner breaks in one case; empty if none."""
-    context = case.build()
-    before = pickle.dumps(context)
-    planner = make()
-    if not isinstance(getattr(planner, "name", None), str) or not planner.name:
+    name = getattr(make(), "name", None)
+    if not isinstance(name, str) or not name:
         return ["it has no name (a non-empty string attribute `name`)"]
-    drawn = str(np.random.get_state())
-    try:
-        decision = planner.decide(context, np.random.default_rng(seed))
-    except (Exception, SystemExit) as error:  # whatever a stranger's planner raises is the finding
-        return [f"{case.name}: it raised {type(error).__name__}: {error}"]
-    found = _decision_faults(decision, context)
-    if pickle.dumps(context) != before:
-        found.append("it changed the context")
-    if str(np.random.get_state()) != drawn:
-        found.append("it drew from numpy's global random generator instead of rng")
-    if not found:
-        again = make().decide(case.build(), np.random.default_rng(seed))
-        if _essence(again) != _essence(decision):
-            found.append(f"the same rng gave two decisions: {_essence(decision)} and {_essence(again)}")
+    context: PlanningContext = case.build()
+    decisions, found = called_twice(
+        lambda: make().decide(context, np.random.default_rng(seed)), context, "the context"
+    )
+    if decisions:
+        found += _decision_faults(decisions[0], context)
+    if not found and _essence(decisions[0]) != _essence(decisions[1]):
+        found.append(f"the same rng gave two decisions: {_essence(decisions[0])}, {_essence(decisions[1])}")
     return [f"{case.name}: {text}" for text in found]
 
 
@@ -96,8 +70,7 @@ def _decision_faults(decision: Decision, context: PlanningContext) -> list[str]:
     if not isinstance(decision, Decision):
         return [f"it returned a {type(decision).__name__}, not a torc.records.Decision"]
     found = []
-    offered = graspable_ids(context)
-    chosen = decision.object_id
+    offered, chosen = graspable_ids(context), decision.object_id
     if chosen is not None and (isinstance(chosen, bool) or not isinstance(chosen, int)):
         found.append(
             f"object_id is a {type(chosen).__name__}; it must be an int or None (convert numpy's integers)"

@@ -2,15 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import count
+from typing import Any
 
+import mujoco
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int16, UInt8
 
 from torc.errors import InputError
 from torc.geometry.transforms import make_pose, rotation_from_wxyz
 from torc.records import BACKGROUND, Observation
-from torc.testing.raycast import BOX, CYLINDER, SPHERE, cast_rays
-from torc.workspace.description import CameraMount, Workspace
+from torc.workspace.description import CameraMount
+from torc.workspace.files import load_workspace
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
@@ -72,7 +75,8 @@ def shape_pose(shape: Shape) -> Float[np.ndarray, "4 4"]:
 def half_sizes(shape: Shape) -> tuple[float, float, float]:
     """Half extents along the shape's own axes."""
     if isinstance(shape, SyntheticBox):
-        return (shape.size[0] / 2, shape.size[1] / 2, shape.size[2] / 2)
+        x, y, z = shape.size
+        return (x / 2, y / 2, z / 2)
     if isinstance(shape, SyntheticCylinder):
         return (shape.radius_m, shape.radius_m, shape.height_m / 2)
     return (shape.radius_m, shape.radius_m, shape.radius_m)
@@ -93,31 +97,48 @@ def inside(shape: Shape, points: Float[np.ndarray, "*n 3"], margin_m: float = 0.
 def raycast(
     shapes: Sequence[Shape], mount: CameraMount | None = None, support_z_m: float | None = None
 ) -> Raycast:
-    """Image of the shapes on the workspace's table, its top at `support_z_m`, in a room.
+    """Image of the shapes on the workspace's table, its top at `support_z_m` if given, in a room.
 
     The room's floor is z = 0; its far wall, at x = 6 m, gives every pixel a reading.
 
     Raises InputError for a shape without volume.
     """
-    mount = CameraMount() if mount is None else mount
+    workspace = load_workspace()
+    mount = mount or workspace.camera
+    (x, y, z), size = workspace.table.center, workspace.table.size
+    z = z if support_z_m is None else support_z_m - size[2] / 2
     floor = SyntheticBox(BACKGROUND, (0, 0, -0.5), (40, 40, 1))
     wall = SyntheticBox(BACKGROUND, (6.5, 0, 0), (1, 40, 40))
-    scene = [_table(support_z_m), floor, wall, *shapes]
+    scene = [SyntheticBox(BACKGROUND, (x, y, z), size), floor, wall, *shapes]
     for shape in shapes:
         if min(half_sizes(shape)) <= 0:
             raise InputError(f"{shape} has no volume; give it positive sizes.")
-    kinds = {SyntheticBox: BOX, SyntheticCylinder: CYLINDER, SyntheticSphere: SPHERE}
-    depth_m, hit, normals = cast_rays(
-        mount.width,
-        mount.height,
-        mount.K,
-        mount.T_world_camera,
-        np.array([kinds[type(s)] for s in scene]),
-        np.stack([shape_pose(s) for s in scene]),
-        np.array([half_sizes(s) for s in scene], dtype=float),
+    world = mujoco.MjSpec()
+    for shape in scene:
+        _add_geom(world, shape)
+    model = world.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    rows, cols = np.indices((mount.height, mount.width))
+    # In the camera's frame each ray is one metre long along the optical axis, so that lengths are depths.
+    sight = [
+        (cols - mount.K[0, 2]) / mount.K[0, 0],
+        (rows - mount.K[1, 2]) / mount.K[1, 1],
+        np.ones(rows.shape),
+    ]
+    T = mount.T_world_camera
+    rays = np.stack(sight, axis=-1).reshape(-1, 3) @ T[:3, :3].T
+    hit, depth_m, normals = np.empty(len(rays), np.int32), np.empty(len(rays)), np.empty(rays.size)
+    mujoco.mj_multiRay(
+        model, data, T[:3, 3], rays.ravel(), None, True, -1, hit, depth_m, normals, len(rays), mujoco.mjMAXVAL
     )
     ids = np.array([*(s.id for s in scene), BACKGROUND], dtype=np.int16)
-    return Raycast(depth_m, ids[hit], normals)
+    size = (mount.height, mount.width)
+    return Raycast(
+        np.where(hit < 0, 0.0, depth_m).astype(np.float32).reshape(size),
+        ids[hit].reshape(size),
+        normals.astype(np.float32).reshape(*size, 3),
+    )
 
 
 def synthetic_observation(
@@ -126,15 +147,8 @@ def synthetic_observation(
     support_z_m: float | None = None,
     stamp_s: float = 0.0,
 ) -> Observation:
-    """What the torso camera sees of the shapes: exact depth and labels, shaded colours.
-
-    Args:
-        shapes: objects in the world frame; each carries its id.
-        mount: the camera; the workspace's own by default.
-        support_z_m: height of the table top; the workspace's own by default.
-        stamp_s: time of the snapshot.
-    """
-    mount = CameraMount() if mount is None else mount
+    """What the workspace's camera, or another, sees of the shapes: exact depth and labels, shaded colours."""
+    mount = mount or load_workspace().camera
     image = raycast(shapes, mount, support_z_m)
     return Observation(
         rgb=_shade(image, mount.T_world_camera),
@@ -147,13 +161,13 @@ def synthetic_observation(
     )
 
 
-def random_clutter(rng: np.random.Generator, n: int, support_z_m: float | None = None) -> tuple[Shape, ...]:
+def random_clutter(rng: np.random.Generator, n: int) -> tuple[Shape, ...]:
     """n shapes with ids 0..n-1 standing in the clutter region, some on top of others; none overlap.
 
     Upright boxes (any yaw), upright cylinders and balls of household size. When the region
     (x .50-.80, y -.35-.12) is full, further shapes are stacked on flat tops, then the region grows.
     """
-    z = Workspace().support_z_m if support_z_m is None else support_z_m
+    z = load_workspace().support_z_m
     shapes: list[Shape] = []
     free_tops: list[Shape] = []
     while len(shapes) < n:
@@ -166,11 +180,14 @@ def random_clutter(rng: np.random.Generator, n: int, support_z_m: float | None =
     return tuple(shapes)
 
 
-def _table(support_z_m: float | None) -> SyntheticBox:
-    table = Workspace().table
-    (x, y, z), size = table.center, table.size
-    top = z + size[2] / 2 if support_z_m is None else support_z_m
-    return SyntheticBox(BACKGROUND, (x, y, top - size[2] / 2), size)
+def _add_geom(world: Any, shape: Shape) -> None:
+    half = half_sizes(shape)
+    kind, size = {
+        SyntheticBox: (mujoco.mjtGeom.mjGEOM_BOX, half),
+        SyntheticCylinder: (mujoco.mjtGeom.mjGEOM_CYLINDER, (half[0], half[2], 0.0)),
+        SyntheticSphere: (mujoco.mjtGeom.mjGEOM_SPHERE, half),
+    }[type(shape)]
+    world.worldbody.add_geom(type=kind, size=size, pos=shape.center, quat=getattr(shape, "wxyz", _UPRIGHT))
 
 
 def _shade(image: Raycast, T_world_camera: Float[np.ndarray, "4 4"]) -> UInt8[np.ndarray, "h w 3"]:
@@ -213,26 +230,24 @@ def _stacked(
         return None
     base = free_tops.pop(int(rng.integers(len(free_tops))))
     x, y, z = base.center
-    column = [o for o in others if (o.center[0], o.center[1]) == (x, y)]
-    for o in others:
-        if o not in column and np.hypot(x - o.center[0], y - o.center[1]) <= _footprint(shape) + _footprint(
-            o
-        ):
-            return None
-    return _moved(shape, x, y, z + half_sizes(base)[2])
+    around = [o for o in others if o.center[:2] != (x, y)]
+    return _moved(shape, x, y, z + half_sizes(base)[2]) if _fits(shape, x, y, around) else None
 
 
 def _placed(shape: Shape, others: Sequence[Shape], support_z_m: float, rng: np.random.Generator) -> Shape:
     """The shape on the table at a free place; the region grows a little with every failed draw."""
-    radius = _footprint(shape)
-    draws = 0
-    while True:
+    for draws in count():
         grow = 0.0005 * max(0, draws - 200)
         x = rng.uniform(0.50 - grow / 4, 0.80 + grow / 2)
         y = rng.uniform(-0.35 - grow, 0.12 + grow)
-        draws += 1
-        if all(np.hypot(x - o.center[0], y - o.center[1]) > radius + _footprint(o) for o in others):
-            return _moved(shape, x, y, support_z_m)
+        if _fits(shape, x, y, others):
+            break
+    return _moved(shape, x, y, support_z_m)
+
+
+def _fits(shape: Shape, x: float, y: float, others: Sequence[Shape]) -> bool:
+    """Whether it meets none of the others there, seen from above."""
+    return all(np.hypot(x - o.center[0], y - o.center[1]) > _footprint(shape) + _footprint(o) for o in others)
 
 
 def _footprint(shape: Shape) -> float:

@@ -11,6 +11,7 @@ from torc.perception.privileged import LabelPerception
 from torc.records import OcclusionVolume, SegmentedScene
 from torc.testing.synthetic import Shape, random_clutter, synthetic_observation
 from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class View:
 
 def view_of(*shapes: Shape, workspace: Workspace | None = None) -> View:
     """One snapshot of shapes."""
-    workspace = Workspace() if workspace is None else workspace
+    workspace = load_workspace() if workspace is None else workspace
     scene = LabelPerception().perceive(synthetic_observation(shapes, workspace.camera))
     volume = update_volume(empty_volume(workspace.grid), scene, FIXED_CAMERA)
     return View(shapes, workspace, scene, volume)

@@ -8,19 +8,16 @@
         check_case(MyClient, case)
 
 or all at once: `check_client(MyClient)`. Both raise NonConformanceError, which lists what was broken. The questions are
-those that the shipped planners ask, so a client of a live model needs that model, or a stand-in for it. Clients of
-servers that speak a vendor's protocol have a suite with fake servers besides: `torc.testing.vlm_conformance`.
+those that the shipped planners ask, so a client of a live model needs that model, or a stand-in for it: servers that
+speak the vendors' protocols are in `torc.testing.vlm_server`.
 """
 
-import pickle
 from collections.abc import Callable
-from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
-from torc.errors import TorcError
-from torc.testing.conformance import NonConformanceError
-from torc.testing.vlm_conformance import sample_png
+from torc.testing.conformance import Case, called_twice, require
 from torc.vlm.answers import PLAN_SCHEMA, RELATIONS_SCHEMA
 from torc.vlm.failures import VlmError
 from torc.vlm.json_text import find_json
@@ -34,23 +31,16 @@ _RELATIONS = '[\n  {"source": 3, "relation": "behind", "target": 1}\n]'
 _HIDDEN = "It is not in sight: nothing in the picture carries the number 0."
 
 
-@dataclass(frozen=True)
-class Case:
-    """A question.
-
-    Attributes:
-        name: for reports.
-        question: what is asked.
-    """
-
-    name: str
-    question: Question
+def sample_png() -> bytes:
+    """A small picture."""
+    image = np.random.default_rng(1).integers(0, 255, (48, 64, 3)).astype(np.uint8)
+    return cv2.imencode(".png", image)[1].tobytes()
 
 
 def _case(name: str, prompt: str, state: str = "It is in sight.", **values: object) -> Case:
     schema = RELATIONS_SCHEMA if "relations" in values else PLAN_SCHEMA
     text = fill_prompt(prompt, target=0, target_state=state, **values)
-    return Case(name, Question(text, (sample_png(),), schema, repeat=3))
+    return Case(name, lambda: Question(text, (sample_png(),), schema, repeat=3))
 
 
 CASES: tuple[Case, ...] = (
@@ -63,9 +53,7 @@ CASES: tuple[Case, ...] = (
 
 def check_client(make: ClientFactory, cases: tuple[Case, ...] = CASES) -> None:
     """Runs all cases with fresh clients. Raises NonConformanceError with everything that was broken."""
-    broken = [text for case in cases for text in violations(make, case)]
-    if broken:
-        raise NonConformanceError("This client does not conform:\n- " + "\n- ".join(dict.fromkeys(broken)))
+    require("client", [text for case in cases for text in violations(make, case)])
 
 
 def check_case(make: ClientFactory, case: Case) -> None:
@@ -78,27 +66,23 @@ def violations(make: ClientFactory, case: Case) -> list[str]:
 
     A model that cannot be asked is no violation, if the client says so with a VlmError.
     """
-    before, drawn = pickle.dumps(case.question), str(np.random.get_state())
-    found: list[str] = []
-    try:
-        client = make()
-        if not isinstance(client, VlmClient):
-            return [f"{case.name}: it has no method `ask(question)`"]
-        # Twice: a client is asked many times, and one that was closed by its first answer is of no use.
-        found = [fault for _ in range(2) for fault in _faults(client.ask(case.question))]
-    except VlmError:
-        pass
-    except TorcError as error:
-        found.append(f"it raised {type(error).__name__}, not torc.vlm.failures.VlmError: {error}")
-    except (Exception, SystemExit) as error:  # whatever a stranger's client raises is the finding
-        found.append(
-            f"it raised {type(error).__name__}: {error}; a model that gives no reply is a torc.vlm.failures.VlmError"
-        )
-    if pickle.dumps(case.question) != before:
-        found.append("it changed the question")
-    if str(np.random.get_state()) != drawn:
-        found.append("it drew from numpy's global random generator; question.repeat is the seed")
-    return [f"{case.name}: {text}" for text in dict.fromkeys(found)]
+    question: Question = case.build()
+    client = make()
+    if not isinstance(client, VlmClient):
+        return [f"{case.name}: it has no method `ask(question)`"]
+
+    def ask() -> Reply | None:
+        try:
+            return client.ask(question)
+        except VlmError:
+            return None
+
+    # Twice: a client is asked many times, and one that was closed by its first answer is of no use.
+    replies, found = called_twice(ask, question, "the question")
+    if not replies:
+        found.append("a model that gives no reply is a torc.vlm.failures.VlmError")
+    found += [fault for reply in replies if reply is not None for fault in _faults(reply)]
+    return [f"{case.name}: {text}" for text in found]
 
 
 def _faults(reply: Reply) -> list[str]:

@@ -1,60 +1,90 @@
 """Fake VLM servers on the loopback interface: they speak the vendors' wire formats and do what a test tells them.
 
+Written after the public references of Gemini generateContent v1beta, OpenAI chat completions and Anthropic messages.
 They say that they are fakes: in their `Server` header, and in the model version of every reply.
 """
 
+import base64
 import json
+import re
 import threading
 import time
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from types import TracebackType
 from typing import Any
 
-from torc.testing.vlm_wire_formats import FORMATS, Asked, Fail, Say
+FAKE_MODEL = "fake-of-torc-testing"
+"""The model version that all fake replies carry."""
+BASE_PATHS = {"gemini": "", "openai": "/v1", "anthropic": ""}
+"""What a client's base URL ends in."""
+_Json = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Late:
-    """The reply comes after this time."""
+class Say:
+    """The model replies.
 
-    seconds: float
-    say: Say
+    Attributes:
+        text: what it writes.
+        finish: "complete", "truncated", "refused" or "empty".
+        thoughts: its thinking, where the format has a place for it.
+        late_s: the reply comes after this time.
+    """
+
+    text: str = ""
+    finish: str = "complete"
+    thoughts: str = ""
+    late_s: float = 0.0
 
 
 @dataclass(frozen=True)
-class Drip:
-    """A reply byte by byte that never ends, fast enough that no byte is late."""
+class Fail:
+    """The server reports an error: HTTP status, its words, the wait that it asks for."""
 
-    interval_s: float = 0.02
-
-
-@dataclass(frozen=True)
-class CutOff:
-    """The connection ends amid the reply; or before it, if `after_bytes` is 0."""
-
-    say: Say
-    after_bytes: int = 40
+    status: int
+    message: str = "this fake server was told to fail"
+    retry_after_s: float | None = None
 
 
 @dataclass(frozen=True)
 class Raw:
-    """Any body."""
+    """Any response."""
 
-    body: bytes
-    content_type: str = "application/json"
+    body: bytes = b""
     status: int = 200
+    headers: Mapping[str, str] = field(default_factory=lambda: {"content-type": "application/json"})
+
+
+class Broken(Enum):
+    """A connection that ends without a reply, or one whose reply comes byte by byte and never ends."""
+
+    HANG_UP = "hang up"
+    DRIP = "drip"
+
+
+Behavior = Say | Fail | Raw | Broken
 
 
 @dataclass(frozen=True)
-class Redirect:
-    """The client is sent elsewhere."""
+class Asked:
+    """A request, as the server understands it.
 
-    to: str
+    Attributes:
+        model, prompt: as sent.
+        images: the PNG files.
+        key: the key that came with it.
+        schema: the JSON schema that the answer is to have, or None.
+        options: temperature, thinking and so on, under the vendor's names.
+    """
 
-
-Behaviour = Say | Fail | Late | Drip | CutOff | Raw | Redirect
+    model: str
+    prompt: str
+    images: tuple[bytes, ...]
+    key: str
+    schema: Mapping[str, Any] | None
+    options: Mapping[str, Any]
 
 
 class FakeVlmServer:
@@ -70,8 +100,8 @@ class FakeVlmServer:
         headers: of all requests.
     """
 
-    def __init__(self, provider: str, script: Iterable[Behaviour], key: str | None = None) -> None:
-        self.format, self.key = FORMATS[provider], key
+    def __init__(self, provider: str, script: Iterable[Behavior], key: str | None = None) -> None:
+        self.provider, self.key = provider, key
         self.asked: list[Asked] = []
         self.headers: list[dict[str, str]] = []
         self.stopping = threading.Event()
@@ -83,37 +113,30 @@ class FakeVlmServer:
     @property
     def url(self) -> str:
         """Base URL for a client."""
-        return f"http://127.0.0.1:{self._server.server_port}{self.format.base_path}"
+        return f"http://127.0.0.1:{self._server.server_port}{BASE_PATHS[self.provider]}"
 
     def __enter__(self) -> "FakeVlmServer":
         self._thread.start()
         return self
 
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stopping.set()
         self._server.shutdown()
         self._thread.join()
         self._server.server_close()
 
-    def next_behaviour(self) -> Behaviour:
-        """What the next request gets."""
-        with self._lock:
-            return self._script.pop(0) if len(self._script) > 1 else self._script[0]
-
-    def judge(self, path: str, headers: dict[str, str], body: bytes) -> Fail | None:
-        """Records a request; the error that a real server would report of it, if any."""
+    def behavior_for(self, path: str, headers: dict[str, str], body: bytes) -> Behavior:
+        """Records a request; what it gets, an error for one that a real server would not take."""
         self.headers.append(headers)
         try:
-            asked = self.format.read(path, headers, json.loads(body))
-        except LookupError as error:
-            missing = error.args[0] if error.args else error
-            return Fail(404 if str(missing).startswith("/") else 400, f"missing or unknown: {missing}")
-        except (TypeError, ValueError) as error:
-            return Fail(400, f"bad request: {error}")
+            asked = _READERS[self.provider](path, headers, json.loads(body))
+        except (LookupError, TypeError, ValueError) as error:
+            return Fail(400, f"bad request: {type(error).__name__} {error}")
         if self.key is not None and asked.key != self.key:
             return Fail(401, f"Incorrect API key provided: {asked.key}")
         self.asked.append(asked)
-        return None
+        with self._lock:
+            return self._script.pop(0) if len(self._script) > 1 else self._script[0]
 
 
 def _handler(fake: FakeVlmServer) -> type[BaseHTTPRequestHandler]:
@@ -125,57 +148,145 @@ def _handler(fake: FakeVlmServer) -> type[BaseHTTPRequestHandler]:
         def do_POST(self) -> None:
             body = self.rfile.read(int(self.headers.get("content-length", 0)))
             headers = {name.lower(): value for name, value in self.headers.items()}
-            fault = fake.judge(self.path.partition("?")[0], headers, body)
             try:
-                self.behave(fault or fake.next_behaviour())
+                self.behave(fake.behavior_for(self.path.partition("?")[0], headers, body))
             except OSError:  # the client went away
                 self.close_connection = True
 
-        def behave(self, behaviour: Behaviour) -> None:
-            match behaviour:
-                case Say():
-                    self.answer(200, fake.format.reply(behaviour))
-                case Fail():
-                    content, headers = fake.format.error(behaviour)
-                    # Google's code for a wrong key differs from the others'.
-                    status = content["error"].get("code")
-                    self.answer(status if isinstance(status, int) else behaviour.status, content, headers)
-                case Late():
-                    fake.stopping.wait(behaviour.seconds)
-                    self.answer(200, fake.format.reply(behaviour.say))
-                case Drip():
-                    self.drip(behaviour.interval_s)
-                case CutOff():
-                    self.cut_off(json.dumps(fake.format.reply(behaviour.say)).encode(), behaviour.after_bytes)
-                case Raw():
-                    self.send(behaviour.status, behaviour.body, {"content-type": behaviour.content_type})
-                case Redirect():
-                    self.send(307, b"", {"location": behaviour.to})
+        def behave(self, behavior: Behavior) -> None:
+            if isinstance(behavior, Raw):
+                self.send(behavior)
+            elif isinstance(behavior, Fail):
+                self.send(_error(fake.provider, behavior))
+            elif isinstance(behavior, Say):
+                fake.stopping.wait(behavior.late_s)
+                self.send(Raw(json.dumps(_REPLIES[fake.provider](behavior)).encode()))
+            elif behavior is Broken.DRIP:
+                self.send(Raw(b"{"), length=10**9)
+                while not fake.stopping.is_set():
+                    self.wfile.write(b" ")
+                    time.sleep(0.02)
+            else:
+                self.close_connection = True
 
-        def answer(self, status: int, content: Any, headers: dict[str, str] | None = None) -> None:
-            form = {"content-type": "application/json", **(headers or {})}
-            self.send(status, json.dumps(content).encode(), form)
-
-        def send(self, status: int, body: bytes, headers: dict[str, str], length: int | None = None) -> None:
-            self.send_response(status)
-            for name, value in headers.items():
+        def send(self, raw: Raw, length: int | None = None) -> None:
+            self.send_response(raw.status)
+            for name, value in raw.headers.items():
                 self.send_header(name, value)
-            self.send_header("content-length", str(len(body) if length is None else length))
+            self.send_header("content-length", str(len(raw.body) if length is None else length))
             self.end_headers()
-            self.wfile.write(body)
-
-        def cut_off(self, body: bytes, after_bytes: int) -> None:
-            if after_bytes:
-                self.send(200, body[:after_bytes], {"content-type": "application/json"}, length=len(body))
-            self.close_connection = True
-
-        def drip(self, interval_s: float) -> None:
-            self.send(200, b"{", {"content-type": "application/json"}, length=10**9)
-            while not fake.stopping.is_set():
-                self.wfile.write(b" ")
-                time.sleep(interval_s)
+            self.wfile.write(raw.body)
 
         def log_message(self, format: str, *arguments: Any) -> None:
             """Nothing on stderr."""
 
     return Handler
+
+
+def _read_gemini(path: str, headers: Mapping[str, str], body: Any) -> Asked:
+    model = re.fullmatch(r"/v1beta/models/(.+):generateContent", path)
+    if model is None:
+        raise LookupError(path)
+    parts = [part for content in body["contents"] for part in content["parts"]]
+    blobs = [p["inlineData"] for p in parts if "inlineData" in p]
+    # Google's servers take both spellings of a name, and its library sends a mixture.
+    images = tuple(_png(b.get("mimeType") or b["mime_type"], b["data"]) for b in blobs)
+    options = dict(body.get("generationConfig", {}))
+    schema = options.pop("responseJsonSchema", None)
+    if schema is not None and options["responseMimeType"] != "application/json":
+        raise ValueError("a schema needs responseMimeType application/json")
+    text = "".join(p["text"] for p in parts if "text" in p)
+    return Asked(model.group(1), text, images, headers["x-goog-api-key"], schema, options)
+
+
+def _read_openai(path: str, headers: Mapping[str, str], body: Any) -> Asked:
+    if path != "/v1/chat/completions":
+        raise LookupError(path)
+    (message,) = body["messages"]
+    urls = [part["image_url"]["url"] for part in message["content"] if part["type"] == "image_url"]
+    images = tuple(_png(*url.removeprefix("data:").split(";base64,")) for url in urls)
+    text = "".join(part["text"] for part in message["content"] if part["type"] == "text")
+    schema = body["response_format"]["json_schema"]["schema"] if "response_format" in body else None
+    options = {k: v for k, v in body.items() if k not in ("messages", "model", "response_format")}
+    return Asked(body["model"], text, images, _bearer(headers), schema, options)
+
+
+def _read_anthropic(path: str, headers: Mapping[str, str], body: Any) -> Asked:
+    if path != "/v1/messages":
+        raise LookupError(path)
+    if not headers["anthropic-version"] or not isinstance(body["max_tokens"], int):
+        raise ValueError("anthropic-version and max_tokens are required")
+    (message,) = body["messages"]
+    sources = [p["source"] for p in message["content"] if p["type"] == "image"]
+    images = tuple(_png(source["media_type"], source["data"]) for source in sources)
+    text = "".join(p["text"] for p in message["content"] if p["type"] == "text")
+    output = dict(body.get("output_config", {}))
+    schema = output.pop("format", {}).get("schema")
+    options = {k: v for k, v in body.items() if k not in ("messages", "model")} | output
+    return Asked(body["model"], text, images, headers.get("x-api-key") or _bearer(headers), schema, options)
+
+
+def _gemini_reply(say: Say) -> _Json:
+    usage = {"promptTokenCount": 300, "candidatesTokenCount": 20, "thoughtsTokenCount": 5}
+    head: _Json = {"usageMetadata": usage, "modelVersion": FAKE_MODEL}
+    if say.finish == "refused":
+        return head | {"promptFeedback": {"blockReason": "SAFETY"}}
+    content: _Json = {"role": "model"}
+    if say.finish != "empty":
+        thoughts = [{"text": say.thoughts, "thought": True}] if say.thoughts else []
+        content["parts"] = [*thoughts, {"text": say.text}]
+    reason = "MAX_TOKENS" if say.finish == "truncated" else "STOP"
+    return head | {"candidates": [{"content": content, "finishReason": reason, "index": 0}]}
+
+
+def _openai_reply(say: Say) -> _Json:
+    message: _Json = {"role": "assistant", "content": say.text or None, "refusal": None}
+    if say.thoughts:
+        message["reasoning_content"] = say.thoughts
+    if say.finish == "refused":
+        message |= {"content": None, "refusal": say.text or "I cannot help with that."}
+    details = {"reasoning_tokens": 5}
+    usage = {"prompt_tokens": 300, "completion_tokens": 25, "completion_tokens_details": details}
+    reason = "length" if say.finish == "truncated" else "stop"
+    choice = {"index": 0, "message": message, "finish_reason": reason, "logprobs": None}
+    head = {"id": "chatcmpl-fake", "object": "chat.completion", "created": 0, "model": FAKE_MODEL}
+    return head | {"choices": [choice], "usage": usage | {"total_tokens": 325}}
+
+
+def _anthropic_reply(say: Say) -> _Json:
+    thoughts = {"type": "thinking", "thinking": say.thoughts, "signature": "fake"}
+    text = {"type": "text", "text": say.text}
+    content = [thoughts] * bool(say.thoughts) + [text] * bool(say.text and say.finish != "empty")
+    reason = {"truncated": "max_tokens", "refused": "refusal"}.get(say.finish, "end_turn")
+    usage = {"input_tokens": 300, "output_tokens": 25, "output_tokens_details": {"thinking_tokens": 5}}
+    head = {"id": "msg_fake", "type": "message", "role": "assistant", "model": FAKE_MODEL}
+    return head | {"content": content, "stop_reason": reason, "stop_sequence": None, "usage": usage}
+
+
+_READERS = {"gemini": _read_gemini, "openai": _read_openai, "anthropic": _read_anthropic}
+_REPLIES = {"gemini": _gemini_reply, "openai": _openai_reply, "anthropic": _anthropic_reply}
+
+
+def _error(provider: str, fail: Fail) -> Raw:
+    headers = {"content-type": "application/json"}
+    status, error = fail.status, {"message": fail.message, "type": "error"}
+    wait = None if fail.retry_after_s is None else f"{fail.retry_after_s:g}"
+    if provider != "gemini":
+        headers |= {} if wait is None else {"retry-after": wait}
+        return Raw(json.dumps({"type": "error", "error": error}).encode(), status, headers)
+    details = [] if wait is None else [{"@type": "google.rpc.RetryInfo", "retryDelay": f"{wait}s"}]
+    if status == 401:  # Google refuses a wrong key with an ordinary 400
+        status, details = 400, [{"@type": "google.rpc.ErrorInfo", "reason": "API_KEY_INVALID"}]
+    google = {"code": status, "message": fail.message, "status": "FAILED", "details": details}
+    return Raw(json.dumps({"error": google}).encode(), status, headers)
+
+
+def _png(kind: str, data: str) -> bytes:
+    if kind != "image/png":
+        raise ValueError(kind)
+    # Google's library writes the URL-safe alphabet.
+    return base64.b64decode(data.replace("-", "+").replace("_", "/"), validate=True)
+
+
+def _bearer(headers: Mapping[str, str]) -> str:
+    return headers["authorization"].removeprefix("Bearer ")

@@ -17,8 +17,6 @@ ACTIONS = ("remove", "pick")
 _NUMERAL = re.compile(r"\s*(?:object|id)?\s*#?([0-9]{1,3})\s*", re.IGNORECASE)
 _MAX_QUOTED = 40
 _KINDS = EdgeKind.BEHIND, EdgeKind.BELOW
-_Words = Callable[[DependencyEdge], str]
-"""Says a relation."""
 
 
 def _schema(name: str, entry: dict[str, Any]) -> dict[str, Any]:
@@ -109,22 +107,38 @@ def read_corrections(
     refused: list[str] = []
     for item in items:
         relation = _relation(item)
-        if isinstance(relation, Useless):
-            refused.append(relation.reason)
+        if relation is None:
+            refused.append(f"{_quoted(item)} is no relation of two objects")
             continue
         pair = frozenset((relation.source, relation.target))
-        fault = _fault(relation, pairs.get(pair), stated.get(pair), words)
+        before, earlier = pairs.get(pair), stated.get(pair)
+        if before is None:
+            fault = "not a pair that was asked about"
+        elif earlier is not None:
+            fault = "" if _same(earlier, relation) else f"it said before that {words(earlier)}"
+        elif relation.kind is EdgeKind.BEHIND and relation.source != before.source:
+            fault = "a pair may be turned round only when it becomes 'below'"
+        else:
+            fault = ""
+            # The depths, which are the candidate's evidence, have nothing to say on a corrected relation.
+            changed = replace(relation, evidence=MappingProxyType({"corrected_from": words(before)}))
+            stated[pair] = before if _same(before, relation) else changed
         if fault:
             refused.append(f"{words(relation)}: {fault}")
             disputed.add(pair)
-        else:
-            stated.setdefault(pair, _corrected(pairs[pair], relation, words))
     if items and not stated and not disputed & pairs.keys():
         return Useless(
             f"None of its entries speaks of a pair that was asked about: {'; '.join(refused[:3])}."
         )
-    left = tuple(stated.get(p, r) for p, r in pairs.items() if p in stated or p in disputed)
-    return Corrected(left, tuple(_changes(pairs, stated, disputed, words)), tuple(refused))
+    left, changes = [], []
+    for pair, before in pairs.items():
+        if pair not in stated and pair not in disputed:
+            changes.append(f"dropped: {words(before)}")
+            continue
+        left.append(stated.get(pair, before))
+        if not _same(left[-1], before):
+            changes.append(f"{words(before)} became {words(left[-1])}")
+    return Corrected(tuple(left), tuple(changes), tuple(refused))
 
 
 def read_id(value: Any) -> int | None:
@@ -149,55 +163,17 @@ def _items(reply: Reply, key: str) -> list[Any] | Useless:
     return Useless(f'The reply has no JSON array, alone or under "{key}".')
 
 
-def _relation(item: Any) -> DependencyEdge | Useless:
+def _relation(item: Any) -> DependencyEdge | None:
     if not isinstance(item, dict):
-        return Useless(f"{_quoted(item)} is no relation")
-    source, target = read_id(item.get("source")), read_id(item.get("target"))
-    kind = item.get("relation")
+        return None
+    source, target, kind = read_id(item.get("source")), read_id(item.get("target")), item.get("relation")
     if source is None or target is None or kind not in _KINDS:
-        return Useless(f"{_quoted(item)} is no relation of two objects")
+        return None
     return DependencyEdge(source, target, EdgeKind(kind))
 
 
-def _fault(
-    relation: DependencyEdge, candidate: DependencyEdge | None, earlier: DependencyEdge | None, words: _Words
-) -> str:
-    """Why an entry is refused; empty if it is not."""
-    if candidate is None:
-        return "not a pair that was asked about"
-    if earlier is not None:
-        same = _direction(earlier) == _direction(relation)
-        return "" if same else f"it said before that {words(earlier)}"
-    if relation.kind is EdgeKind.BEHIND and relation.source != candidate.source:
-        return "a pair may be turned round only when it becomes 'below'"
-    return ""
-
-
-def _corrected(candidate: DependencyEdge, relation: DependencyEdge, words: _Words) -> DependencyEdge:
-    """The candidate itself, if nothing was changed; else the relation, the depths having nothing to say on it."""
-    if _direction(candidate) == _direction(relation):
-        return candidate
-    return replace(relation, evidence=MappingProxyType({"corrected_from": words(candidate)}))
-
-
-def _direction(relation: DependencyEdge) -> tuple[int, int, EdgeKind]:
-    return relation.source, relation.target, relation.kind
-
-
-def _changes(
-    pairs: dict[frozenset[int], DependencyEdge],
-    stated: dict[frozenset[int], DependencyEdge],
-    disputed: set[frozenset[int]],
-    words: _Words,
-) -> list[str]:
-    changes = []
-    for pair, before in pairs.items():
-        after = stated.get(pair)
-        if after is None and pair not in disputed:
-            changes.append(f"dropped: {words(before)}")
-        elif after is not None and _direction(after) != _direction(before):
-            changes.append(f"{words(before)} became {words(after)}")
-    return changes
+def _same(a: DependencyEdge, b: DependencyEdge) -> bool:
+    return (a.source, a.target, a.kind) == (b.source, b.target, b.kind)
 
 
 def _quoted(value: Any) -> str:

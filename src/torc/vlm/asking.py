@@ -11,6 +11,7 @@ from torc.errors import InputError
 from torc.perception.marking import mark_image
 from torc.records import TARGET_ID, Exchange, PlanningContext
 from torc.records.files import png_bytes
+from torc.records.serialization import to_plain
 from torc.task_planning.protocol import MAX_ATTEMPTS
 from torc.vlm.answers import Useless
 from torc.vlm.prompt_files import fill_prompt
@@ -103,11 +104,10 @@ def filled_prompt(name: str, target_visible: bool, **values: object) -> str:
 
 def _try_facts(reply: Reply, answer: object) -> dict[str, Any]:
     """A try as plain data. "seconds": wall times stand under that name only, so that logs can be compared."""
-    t = reply.tokens
     return {
         "useless": answer.reason if isinstance(answer, Useless) else None,
         "finish": reply.finish.value,
         "model_version": reply.model_version,
-        "tokens": {"prompt": t.prompt, "reply": t.reply, "thinking": t.thinking},
+        "tokens": to_plain(reply.tokens),
         "seconds": round(reply.latency_s, 4),
     }

@@ -8,16 +8,17 @@ are part of what was measured: the question that follows one has a repetition of
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
 from torc.records.files import write_json
+from torc.records.serialization import to_plain
 from torc.vlm.config import VlmConfig
 from torc.vlm.protocol import Finish, Question, Reply, Tokens, VlmClient
-from torc.vlm.replies import ask_client, reply_of
+from torc.vlm.replies import ask_client, reply_faults, reply_of
 
 FORMAT = "torc-vlm-cache/1"
 _MAX_FILE_BYTES = 4_000_000
@@ -33,12 +34,7 @@ class CacheMode(StrEnum):
 
 @dataclass(frozen=True)
 class CacheConfig:
-    """Where replies are kept, and how they are used.
-
-    Attributes:
-        directory: of the cache; not used when off.
-        mode: see CacheMode.
-    """
+    """In which directory replies are kept, and how they are used."""
 
     directory: Path
     mode: CacheMode = CacheMode.RECORD
@@ -67,7 +63,8 @@ class CachedClient:
         client, for a damaged file, and for a directory that cannot be written.
         """
         request = request_facts(self.config, question)
-        path = self.path(request)
+        key = cache_key(request)
+        path = self.directory / key[:2] / f"{key}.json"
         if path.exists():
             return _read(path, request)
         if self._client is None:
@@ -84,11 +81,6 @@ class CachedClient:
                 f"Cannot write to the VLM cache '{self.directory}': {error.strerror}."
             ) from error
         return reply
-
-    def path(self, request: Mapping[str, Any]) -> Path:
-        """The file of a request's reply."""
-        key = cache_key(request)
-        return self.directory / key[:2] / f"{key}.json"
 
 
 def request_facts(config: VlmConfig, question: Question) -> dict[str, Any]:
@@ -116,17 +108,9 @@ def cache_key(request: Mapping[str, Any]) -> str:
 
 def _reply_facts(reply: Reply) -> dict[str, Any]:
     """A reply without its answer, which is read from the text again: a better reader profits old recordings."""
-    return {
-        "text": reply.text,
-        "finish": reply.finish.value,
-        "model_version": reply.model_version,
-        "tokens": {
-            "prompt": reply.tokens.prompt,
-            "reply": reply.tokens.reply,
-            "thinking": reply.tokens.thinking,
-        },
-        "latency_s": round(reply.latency_s, 4),
-    }
+    facts: dict[str, Any] = to_plain(replace(reply, answer=None, latency_s=round(reply.latency_s, 4)))
+    del facts["answer"]
+    return facts
 
 
 def _read(path: Path, request: Mapping[str, Any]) -> Reply:
@@ -137,20 +121,14 @@ def _read(path: Path, request: Mapping[str, Any]) -> Reply:
         data = json.loads(path.read_text(encoding="utf-8"))
         if data["format"] != FORMAT or data["request"] != json.loads(json.dumps(request)):
             raise ValueError("it answers another question")
-        return _reply(data["reply"])
+        facts = data["reply"]
+        finish, tokens = Finish(facts["finish"]), Tokens(**facts["tokens"])
+        reply = reply_of(facts["text"], facts["model_version"], finish, tokens, facts["latency_s"])
+        for fault in reply_faults(reply):
+            raise ValueError(fault)
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(
             f"'{path}' in the VLM cache is damaged ({type(error).__name__}: {error}). Delete it to have it recorded "
             "again, or get the cache anew."
         ) from error
-
-
-def _reply(facts: Mapping[str, Any]) -> Reply:
-    text, version, latency_s = facts["text"], facts["model_version"], facts["latency_s"]
-    tokens = {name: facts["tokens"][name] for name in ("prompt", "reply", "thinking")}
-    if not isinstance(text, str) or not isinstance(version, str) or not isinstance(latency_s, int | float):
-        raise ValueError("text, model_version or latency_s is of the wrong kind")
-    if not all(v is None or (isinstance(v, int) and v >= 0) for v in tokens.values()):
-        raise ValueError("a number of tokens is none")
-    finish = Finish(facts["finish"])
-    return reply_of(text, version, finish, Tokens(**tokens), float(latency_s))
+    return reply

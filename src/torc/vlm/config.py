@@ -1,14 +1,15 @@
 """Which model is asked, and how."""
 
 import difflib
-import importlib.util
 import math
+import re
 from dataclasses import dataclass
+from importlib.util import find_spec
 from types import MappingProxyType
 from urllib.parse import urlsplit
 
 from torc.errors import InputError
-from torc.plugins import PartKind, own_spelling, part_paths, short_part_name, unknown_part
+from torc.plugins import PartKind, part_paths, short_part_name, unknown_part
 
 PROVIDERS = {
     "gemini": "https://generativelanguage.googleapis.com",
@@ -25,7 +26,7 @@ CLIENTS = PartKind(
     "torc.vlm_clients",
     "ask(question)",
     MappingProxyType(
-        dict.fromkeys(PROVIDERS, "torc.vlm.clients.opening:open_api_client")
+        dict.fromkeys(PROVIDERS, "torc.vlm.clients.api:open_api_client")
         | {SIMULATED: "torc.vlm.simulated.client:open_simulated"}
     ),
 )
@@ -74,7 +75,11 @@ class VlmConfig:
             known = part_paths(CLIENTS)
             if self.provider not in known:
                 raise unknown_part(CLIENTS, self.provider, known)
-        _check_model(self.model, may_lack=self.third_party)
+        named = self.model.isprintable() and " " not in self.model and len(self.model) <= _MAX_NAME
+        if not named or not (self.model or self.third_party):
+            raise InputError(
+                f"'{self.model[:_MAX_NAME]}' is no model name: write gemini:MODEL or openai:MODEL@URL."
+            )
         if self.base_url is not None:
             _check_url(self.base_url)
         _check_thinking(self.provider, self.thinking)
@@ -123,63 +128,38 @@ def parse_vlm(text: str) -> tuple[str, str, str | None]:
     model and a URL behind it as behind any provider's name. Raises InputError, also for a vendor's model
     with an "@" that no URL follows.
     """
-    # Model names may hold "@" (a version), so the URL is what follows the last one before a scheme.
-    base_url = None
-    for scheme in ("@http://", "@https://"):
-        rest, at, address = text.partition(scheme)
-        if at:
-            text, base_url = rest, scheme[1:] + address
-            break
-    provider, colon, model = text.partition(":")
+    # Model names may hold "@" (a version), so the URL is what follows an "@" before a scheme.
+    name, *address = re.split(r"@(?=https?://)", text, maxsplit=1)
+    base_url = address[0] if address else None
+    provider, colon, model = name.partition(":")
     if provider in PROVIDERS and base_url is None and "@" in model:
         # Maybe an address that lacks its scheme: pictures meant for one's own server would go to the vendor.
-        raise InputError(_no_scheme(text))
-    if provider == SIMULATED and not colon:
+        before, _, after = name.partition("@")
+        raise InputError(
+            f"'{name}': what follows an @ must be the address of a server, with http:// or https://. "
+            f"Write {before}@http://{after or 'localhost:8000/v1'}, or leave out the @."
+        )
+    if name == SIMULATED:
         return SIMULATED, DEFAULT_PROFILE, base_url
-    if provider in part_paths(CLIENTS):
-        if model or (provider not in CLIENTS.built_in and not colon):
-            return provider, model, base_url
-    elif provider and model and not _misspelt(provider):
-        name, _, model = model.partition(":")
-        return f"{provider}:{name}", model, base_url
-    elif provider and model:
-        return provider, model, base_url  # refused by VlmConfig, which tells the nearest name
+    known = part_paths(CLIENTS)
+    if provider in known and (model or (provider not in CLIENTS.built_in and not colon)):
+        return provider, model, base_url
+    if provider not in known and provider and model:
+        near = "." not in provider and difflib.get_close_matches(provider, known, cutoff=_NEAR)
+        if near and find_spec(provider) is None:
+            raise unknown_part(CLIENTS, provider, known)
+        class_name, _, model = model.partition(":")
+        return f"{provider}:{class_name}", model, base_url
     raise InputError(
-        f"'{text}' names no VLM. Write gemini:MODEL, anthropic:MODEL, openai:MODEL, or, for a server of your own, "
+        f"'{name}' names no VLM. Write gemini:MODEL, anthropic:MODEL, openai:MODEL, or, for a server of your own, "
         "openai:MODEL@URL, e.g. openai:qwen2.5-vl@http://localhost:8000/v1; simulated, or simulated:PROFILE, in "
         "simulated trials; module:Class or path/to/file.py:Class for a client of your own."
-        + own_spelling(text)
     )
-
-
-def _no_scheme(text: str) -> str:
-    model, _, address = text.partition("@")
-    return (
-        f"'{text}': what follows an @ must be the address of a server, with http:// or https://. "
-        f"Write {model}@http://{address or 'localhost:8000/v1'}, or leave out the @."
-    )
-
-
-def _misspelt(provider: str) -> bool:
-    """Whether this is no module, but nearly the name of a provider."""
-    if not difflib.get_close_matches(provider, list(part_paths(CLIENTS)), cutoff=_NEAR):
-        return False
-    try:
-        return importlib.util.find_spec(provider) is None
-    except Exception:  # looking for a.b imports a, which may fail in any way; the import itself will tell
-        return False
 
 
 def parse_thinking(text: str | None) -> str | int | None:
     """ "512" -> 512, anything else as it is."""
     return int(text) if text is not None and text.isascii() and text.isdigit() else text
-
-
-def _check_model(model: str, may_lack: bool) -> None:
-    if may_lack and not model:
-        return
-    if not model or len(model) > _MAX_NAME or not model.isprintable() or " " in model:
-        raise InputError(f"'{model[:_MAX_NAME]}' is no model name: write gemini:MODEL or openai:MODEL@URL.")
 
 
 def _check_url(url: str) -> None:
@@ -199,12 +179,10 @@ def _check_url(url: str) -> None:
 
 
 def _check_thinking(provider: str, thinking: str | int | None) -> None:
-    if thinking is None or (isinstance(thinking, str) and thinking in LEVELS):
+    if thinking is None or thinking in LEVELS:
         return
-    if isinstance(thinking, str | bool):
+    if isinstance(thinking, str | bool) or thinking < 0:
         raise InputError(f"Thinking is '{thinking}'; it must be {', '.join(LEVELS)}, or a number of tokens.")
-    if thinking < 0:
-        raise InputError(f"Thinking is {thinking} tokens; it must be at least 0.")
     if provider == "openai":
         raise InputError(
             "OpenAI-compatible servers take thinking in words (off, low, medium, high), not in tokens."

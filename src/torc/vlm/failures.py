@@ -18,15 +18,7 @@ class FailureKind(StrEnum):
     BAD_RESPONSE = "not an answer of this kind of server"
 
 
-RETRYABLE = frozenset(
-    {
-        FailureKind.RATE_LIMIT,
-        FailureKind.SERVER,
-        FailureKind.TIMEOUT,
-        FailureKind.CONNECTION,
-        FailureKind.BAD_RESPONSE,
-    }
-)
+RETRYABLE = frozenset(FailureKind) - {FailureKind.AUTH, FailureKind.NOT_FOUND, FailureKind.BAD_REQUEST}
 """What may pass by itself."""
 
 REMEDIES = {
@@ -39,6 +31,13 @@ REMEDIES = {
     FailureKind.TIMEOUT: "Raise --vlm-timeout, or choose a faster model.",
     FailureKind.CONNECTION: "Check that the server runs and that the URL is right.",
     FailureKind.BAD_RESPONSE: "Check the URL (OpenAI-compatible servers mostly end in /v1) and the kind of server.",
+}
+_KINDS = {
+    401: FailureKind.AUTH,
+    403: FailureKind.AUTH,
+    404: FailureKind.NOT_FOUND,
+    408: FailureKind.TIMEOUT,
+    429: FailureKind.RATE_LIMIT,
 }
 
 
@@ -57,30 +56,10 @@ class VlmError(TorcError):
         self.kind = kind
 
 
-class SendFailure(Exception):  # noqa: N818 - a value between a vendor's module and the retries, never seen outside
-    """One request that brought no reply.
-
-    Attributes:
-        kind: why.
-        detail: the server's words; may hold anything, so it is scrubbed before anybody sees it.
-        retry_after_s: how long the server asks to wait, if it says.
-    """
-
-    def __init__(self, kind: FailureKind, detail: str, retry_after_s: float | None = None) -> None:
-        super().__init__(kind.value)
-        self.kind, self.detail, self.retry_after_s = kind, detail, retry_after_s
-
-
 def kind_of_status(status: int) -> FailureKind:
     """What an HTTP status means, for all vendors."""
-    if status in (401, 403):
-        return FailureKind.AUTH
-    if status == 404:
-        return FailureKind.NOT_FOUND
-    if status == 408:
-        return FailureKind.TIMEOUT
-    if status == 429:
-        return FailureKind.RATE_LIMIT
+    if status in _KINDS:
+        return _KINDS[status]
     if status >= 500:
         return FailureKind.SERVER
     return FailureKind.BAD_REQUEST if status >= 400 else FailureKind.BAD_RESPONSE

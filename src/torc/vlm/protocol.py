@@ -71,7 +71,7 @@ class Reply:
 
 @runtime_checkable
 class VlmClient(Protocol):
-    """Asks one model. `torc.testing.vlm_conformance` checks an implementation."""
+    """Asks one model. `torc.testing.vlm_client_conformance` checks an implementation."""
 
     def ask(self, question: Question) -> Reply:
         """The model's reply. Raises VlmError if the server gives none."""

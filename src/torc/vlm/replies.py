@@ -20,15 +20,7 @@ def reply_of(
     tokens: Tokens | None = None,
     latency_s: float = 0.0,
 ) -> Reply:
-    """A reply of a text, with the answer that is found in it.
-
-    Args:
-        text: what the model wrote.
-        model_version: the model that wrote it.
-        finish: how it ended.
-        tokens: what it took, where known.
-        latency_s: how long it took.
-    """
+    """A reply of a text, with the answer that is found in it; the rest as `Reply` has it."""
     return Reply(text, find_json(text), finish, model_version, tokens or Tokens(), latency_s)
 
 

@@ -7,15 +7,13 @@ script of another site (Origin and Sec-Fetch-Site tell).
 
 import hmac
 import secrets
-from http.cookies import CookieError, SimpleCookie
 from ipaddress import ip_address
-from urllib.parse import parse_qs, urlencode, urlsplit
+from urllib.parse import urlsplit
 
-from starlette.datastructures import Headers, MutableHeaders
+from starlette.datastructures import MutableHeaders
+from starlette.requests import Request
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
-
-from torc.errors import InputError
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -32,15 +30,12 @@ _NO_TOKEN = (
     "This page needs the token. Open the address that torc printed when it started; it ends in ?token=...\n"
 )
 _FOREIGN = "This request comes from another site or under another name, and is refused.\n"
-_SAFE = ("GET", "HEAD")
 
 
 def is_loopback(host: str) -> bool:
     """Whether only this machine reaches a server that is bound there."""
-    if host == "localhost":
-        return True
     try:
-        return ip_address(host).is_loopback
+        return host == "localhost" or ip_address(host).is_loopback
     except ValueError:
         return False
 
@@ -60,11 +55,6 @@ class Gate:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request, or pass it on."""
-        if scope["type"] != "http":
-            # No page opens a web socket; the life of the server itself is nobody's request.
-            if scope["type"] == "lifespan":
-                await self._app(scope, receive, send)
-            return
 
         async def with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -73,25 +63,31 @@ class Gate:
                     headers.setdefault(name, value)
             await send(message)
 
-        refusal = self._refusal(scope)
-        await (refusal or self._app)(scope, receive, with_headers)
+        if scope["type"] == "http":
+            await (self._refusal(Request(scope)) or self._app)(scope, receive, with_headers)
 
-    def _refusal(self, scope: Scope) -> Response | None:
-        headers = Headers(scope=scope)
-        if not self._same_site(scope["method"], headers):
+    def _refusal(self, request: Request) -> Response | None:
+        if not self._same_site(request):
             return PlainTextResponse(_FOREIGN, 403)
-        if self._token is None or self._knows_token(headers):
+        bearer = request.headers.get("authorization", "").removeprefix("Bearer ")
+        given = bearer, request.cookies.get(self._cookie, "")
+        if self._token is None or any(map(self._is_token, given)):
             return None
-        return self._let_in(scope) or PlainTextResponse(_NO_TOKEN, 401)
+        if request.method != "GET" or not self._is_token(request.query_params.get("token", "")):
+            return PlainTextResponse(_NO_TOKEN, 401)
+        # From the address into a cookie, so that it does not stay in the address bar.
+        response = RedirectResponse("/", 303)
+        response.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
+        return response
 
-    def _same_site(self, method: str, headers: Headers) -> bool:
-        host = headers.get("host", "")
+    def _same_site(self, request: Request) -> bool:
+        host, origin = request.headers.get("host", ""), request.headers.get("origin")
         if self._token is None and not self._is_own_name(host):
             return False
-        origin = headers.get("origin")
         if origin is not None and urlsplit(origin).netloc != host:
             return False
-        return method in _SAFE or headers.get("sec-fetch-site", "same-origin") in ("same-origin", "none")
+        site = request.headers.get("sec-fetch-site", "same-origin")
+        return request.method in ("GET", "HEAD") or site in ("same-origin", "none")
 
     def _is_own_name(self, host: str) -> bool:
         try:
@@ -100,32 +96,5 @@ class Gate:
         except ValueError:
             return False
 
-    def _knows_token(self, headers: Headers) -> bool:
-        bearer = headers.get("authorization", "").removeprefix("Bearer ")
-        try:
-            cookies = SimpleCookie(headers.get("cookie", ""))
-        except CookieError:
-            cookies = SimpleCookie()
-        cookie = cookies[self._cookie].value if self._cookie in cookies else ""
-        return self._is_token(bearer) or self._is_token(cookie)
-
     def _is_token(self, text: str) -> bool:
-        return self._token is not None and hmac.compare_digest(
-            text.encode("utf-8", "replace"), self._token.encode()
-        )
-
-    def _let_in(self, scope: Scope) -> Response | None:
-        """Take the token out of the address into a cookie, so that it does not stay in the address bar."""
-        query = parse_qs(scope["query_string"].decode("latin-1"))
-        if scope["method"] != "GET" or not self._is_token(query.pop("token", [""])[0]):
-            return None
-        rest = urlencode(query, doseq=True)
-        response = RedirectResponse("/" + (f"?{rest}" if rest else ""), 303)
-        response.set_cookie(self._cookie, str(self._token), httponly=True, samesite="strict", path="/")
-        return response
-
-
-def check_port(port: int) -> None:
-    """Raises InputError for what is no port."""
-    if not 0 <= port < 65536:
-        raise InputError(f"--port must be 0 (any free one) to 65535, not {port}.")
+        return hmac.compare_digest(text.encode("utf-8", "replace"), str(self._token).encode())

@@ -3,47 +3,35 @@
 import asyncio
 import json
 import threading
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from dataclasses import asdict, dataclass
-from functools import cache
-from importlib import resources
-from typing import Any, Protocol
+from pathlib import Path
+from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
-from starlette.routing import Route
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
 
 from torc.episode.recorded import RecordedTrial
 from torc.errors import InputError
 from torc.web.access import Gate
 from torc.web.arrays import pack_view
 from torc.web.frames import FrameBoard
+from torc.web.human_queue import HumanQueue
 from torc.web.pick_page import pick_page, trial_page
 from torc.web.report_page import POLICY, has_report, report_page
 from torc.web.session import Choice, RefusedError, Session
 from torc.web.shelf import Shelf
 from torc.web.thumbnails import thumbnail
 
-MAX_BODY_BYTES = 4096
+PAGE = Path(__file__).parent / "page"
 _POLL_S, _HEARTBEAT_S, _FRAME_WAIT_S = 0.05, 10.0, 8.0
-_TYPES = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 _FRAME_NUMBER = "X-Frame"
-
-
-class TrialList(Protocol):
-    """What the page lists: a shelf, or the queue of experts."""
-
-    def lines(self) -> list[dict[str, Any]]:
-        """A line per trial."""
-        ...
-
-    def withholds(self, trial: RecordedTrial) -> bool:
-        """Whether a trial is not to be looked at yet: it would tell somebody who still has to play its problem."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -55,43 +43,41 @@ class Site:
         trials: those that are listed.
         session: the expert's session; None: nothing is played here.
         frames: pictures of the working robot from outside; None: nobody sees it.
-        token: None where only this machine reaches the server.
-        port: where it listens.
     """
 
     shelf: Shelf
-    trials: TrialList
-    session: Session | None
-    frames: FrameBoard | None
-    token: str | None
-    port: int
+    trials: Shelf | HumanQueue
+    session: Session | None = None
+    frames: FrameBoard | None = None
+
+
+_Body = TypeVar("_Body")
 
 
 class _Start(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
-    trial: str = Field(max_length=64)
+    trial: str
 
 
-class _Choose(_Start):
-    pick: int
-    object_id: int | None = None
-    give_up: bool = False
-    note: str = Field("", max_length=500)
+def make_app(site: Site, token: str | None, port: int) -> Starlette:
+    """The server's application; its `state.closing` is to be set when the server ends.
 
-
-def make_app(site: Site) -> Starlette:
-    """The server's application."""
+    Args:
+        token: None where only this machine reaches the server.
+        port: where it listens.
+    """
     app = _App(site)
+    pick = "/api/trials/{key}/picks/{pick:int}"
     routes = [
         Route("/", app.page),
-        Route("/page/{name}", app.part),
+        Mount("/page", StaticFiles(directory=PAGE)),
         Route("/api/trials", app.trials),
         Route("/api/trials/{key}", app.trial),
         Route("/api/trials/{key}/video.mp4", app.video),
-        Route("/api/trials/{key}/picks/{pick:int}", app.pick),
-        Route("/api/trials/{key}/picks/{pick:int}/seen.png", app.picture),
-        Route("/api/trials/{key}/picks/{pick:int}/small.jpg", app.small_picture),
-        Route("/api/trials/{key}/picks/{pick:int}/arrays", app.arrays),
+        Route(pick, app.pick),
+        Route(f"{pick}/seen.png", app.picture),
+        Route(f"{pick}/small.jpg", app.small_picture),
+        Route(f"{pick}/arrays", app.arrays),
     ]
     if site.session is None:
         routes.append(Route("/report", app.report))
@@ -101,10 +87,11 @@ def make_app(site: Site) -> Starlette:
             Route("/api/session/changes", app.changes),
             Route("/api/session/start", app.start, methods=["POST"]),
             Route("/api/session/choose", app.choose, methods=["POST"]),
-            Route("/api/robot.jpg", app.robot),
         ]
+    if site.frames is not None:
+        routes.append(Route("/api/robot.jpg", app.robot))
     middleware = [
-        Middleware(Gate, token=site.token, port=site.port),
+        Middleware(Gate, token=token, port=port),
         Middleware(GZipMiddleware, minimum_size=1000, compresslevel=1),
     ]
     starlette = Starlette(routes=routes, middleware=middleware, exception_handlers={InputError: _explained})
@@ -117,14 +104,12 @@ class _App:
 
     def __init__(self, site: Site) -> None:
         self._site = site
+        self._session, self._frames = site.session or Session(), site.frames or FrameBoard()
         self.closing = threading.Event()
         """Set when the server ends, so that answers without an end find theirs."""
 
     def page(self, request: Request) -> Response:
-        return _part("index.html")
-
-    def part(self, request: Request) -> Response:
-        return _part(request.path_params["name"])
+        return FileResponse(PAGE / "index.html")
 
     def report(self, request: Request) -> Response:
         page = report_page(self._site.shelf.root)
@@ -133,10 +118,8 @@ class _App:
     def trials(self, request: Request) -> Response:
         mode = "human" if self._site.session else "view"
         report = has_report(self._site.shelf.root)
-        outside = self._site.session is not None and self._site.frames is not None
-        return _json(
-            {"mode": mode, "report": report, "outside": outside, "trials": self._site.trials.lines()}
-        )
+        outside, lines = self._site.frames is not None, self._site.trials.lines()
+        return _json({"mode": mode, "report": report, "outside": outside, "trials": lines})
 
     def trial(self, request: Request) -> Response:
         return _json({"key": request.path_params["key"], **trial_page(self._read(request))})
@@ -175,7 +158,7 @@ class _App:
         return _json(asdict(self._session.state))
 
     async def choose(self, request: Request) -> Response:
-        self._session.choose(Choice(**(await _body(request, _Choose)).model_dump()))
+        self._session.choose(await _body(request, Choice))
         return _json(asdict(self._session.state))
 
     async def robot(self, request: Request) -> Response:
@@ -190,18 +173,6 @@ class _App:
                 break
             await asyncio.sleep(_POLL_S)
         return Response(status_code=204)
-
-    @property
-    def _session(self) -> Session:
-        if self._site.session is None:
-            raise InputError("Nothing is played here.")
-        return self._site.session
-
-    @property
-    def _frames(self) -> FrameBoard:
-        if self._site.frames is None:
-            raise InputError("Nobody sees the robot from outside.")
-        return self._site.frames
 
     async def _states(self) -> AsyncIterator[str]:
         told, waited = -1, 0.0
@@ -224,20 +195,6 @@ class _App:
         return trial
 
 
-@cache
-def _parts() -> dict[str, tuple[bytes, str]]:
-    """The files of the page, with their types."""
-    files = (resources.files("torc.web") / "page").iterdir()
-    return {f.name: (f.read_bytes(), _TYPES[f.name.rsplit(".")[-1]]) for f in files if f.name[-3:] != ".py"}
-
-
-def _part(name: str) -> Response:
-    if name not in _parts():
-        return _json({"error": "There is no such page."}, 404)
-    content, kind = _parts()[name]
-    return Response(content, media_type=kind)
-
-
 def _json(data: Any, status: int = 200) -> Response:
     try:
         # ASCII, since text from a stranger may hold half a surrogate pair, which UTF-8 refuses.
@@ -247,19 +204,14 @@ def _json(data: Any, status: int = 200) -> Response:
     return Response(text, status, media_type="application/json")
 
 
-async def _body(request: Request, model: Callable[..., Any]) -> Any:
+async def _body(request: Request, model: type[_Body]) -> _Body:
     """The request's JSON, checked. Raises InputError."""
     if request.headers.get("content-type", "").split(";")[0].strip() != "application/json":
         # Other sites' forms cannot send this type.
         raise InputError("Send JSON, with Content-Type: application/json.")
-    raw = bytearray()
-    async for chunk in request.stream():
-        raw += chunk
-        if len(raw) > MAX_BODY_BYTES:
-            raise InputError(f"At most {MAX_BODY_BYTES} bytes are taken.")
     try:
-        return model(**json.loads(raw))
-    except (ValidationError, ValueError, TypeError, RecursionError):
+        return TypeAdapter(model).validate_json(await request.body())
+    except ValidationError:
         raise InputError("This is not what the page sends. Reload it.") from None
 
 

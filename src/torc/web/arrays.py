@@ -30,14 +30,12 @@ def pack_view(view: PickView) -> bytes:
         "grasp_widths": grasps.widths_m,
         "grasp_status": grasps.status,
     }
-    listed, blobs, offset = [], [], 0
+    listed, data = [], b""
     for name, array in arrays.items():
+        entry = {"name": name, "type": array.dtype.str[1:], "shape": array.shape, "offset": len(data)}
+        listed.append(entry)
         raw = np.ascontiguousarray(array, array.dtype.newbyteorder("<")).tobytes()
-        listed.append(
-            {"name": name, "type": array.dtype.str[1:], "shape": list(array.shape), "offset": offset}
-        )
-        blobs.append(raw + bytes(-len(raw) % _ALIGN))
-        offset += len(blobs[-1])
+        data += raw + bytes(-len(raw) % _ALIGN)
     header = {
         "arrays": listed,
         "point_unit_m": POINT_UNIT_M,
@@ -49,4 +47,4 @@ def pack_view(view: PickView) -> bytes:
     }
     text = json.dumps(header).encode()
     text += b" " * (-(len(text) + 4) % _ALIGN)
-    return b"".join([struct.pack("<I", len(text)), text, *blobs])
+    return struct.pack("<I", len(text)) + text + data

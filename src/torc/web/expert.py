@@ -22,27 +22,23 @@ class HumanPlanner:
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
         """The person's choice. Draws nothing from rng."""
         choice = self._session.ask_object(len(context.history), context.report.graspable_ids)
+        reply, reason = _told(choice)
         return Decision(
             choice.object_id,
-            choice.note or _reason(choice),
+            choice.note or reason,
             give_up=choice.give_up,
-            exchanges=(Exchange(ASKED, _reply(choice)),),
+            exchanges=(Exchange(ASKED, reply),),
             evidence={"expert": self._expert, "note": choice.note},
         )
 
 
-def _reply(choice: Choice) -> str:
+def _told(choice: Choice) -> tuple[str, str]:
+    """The choice as a reply, and as a reason."""
     if choice.give_up:
-        return "give up"
-    return "none" if choice.object_id is None else str(choice.object_id)
-
-
-def _reason(choice: Choice) -> str:
-    if choice.give_up:
-        return "The expert gave up."
+        return "give up", "The expert gave up."
     if choice.object_id is None:
-        return "The expert let this pick pass: nothing can be grasped."
-    return f"The expert chose object {choice.object_id}."
+        return "none", "The expert let this pick pass: nothing can be grasped."
+    return str(choice.object_id), f"The expert chose object {choice.object_id}."
 
 
 class SessionListener:
@@ -61,13 +57,8 @@ class SessionListener:
                 publish(phase=Phase.LOOKING, pick=event.pick, message="")
             case Decided():
                 publish(phase=Phase.PLANNING)
-            case Planned():
-                if isinstance(event.plan, PickPlan):
-                    publish(phase=Phase.EXECUTING, message=f"The robot picks object {event.plan.object_id}")
+            case Planned(plan=PickPlan() as plan):
+                publish(phase=Phase.EXECUTING, message=f"The robot picks object {plan.object_id}")
             case Executed():
-                publish(
-                    phase=Phase.LOOKING,
-                    message=f"Pick {event.pick + 1}: {event.outcome.as_felt.result.value}",
-                )
-            case _:
-                pass
+                felt = event.outcome.as_felt.result.value
+                publish(phase=Phase.LOOKING, message=f"Pick {event.pick + 1}: {felt}")

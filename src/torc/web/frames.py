@@ -1,6 +1,5 @@
 """Watching the robot: small pictures from outside while it works, for whoever looks at that moment."""
 
-import threading
 import time
 from dataclasses import replace
 
@@ -26,20 +25,17 @@ class FrameBoard:
     """The latest picture. Pages take it; the simulation puts a new one there while somebody watches."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._number, self._jpeg = 0, b""
+        self._latest = 0, b""
         self._watched_at = -WATCHED_FOR_S
 
     def put(self, jpeg: bytes) -> None:
         """The next picture."""
-        with self._lock:
-            self._number, self._jpeg = self._number + 1, jpeg
+        self._latest = self._latest[0] + 1, jpeg
 
     def watch(self) -> tuple[int, bytes]:
         """Number and content of the latest picture (0 and nothing before the first); says that somebody watches."""
-        with self._lock:
-            self._watched_at = time.monotonic()
-            return self._number, self._jpeg
+        self._watched_at = time.monotonic()
+        return self._latest
 
     @property
     def watched(self) -> bool:

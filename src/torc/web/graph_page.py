@@ -6,8 +6,8 @@ from typing import Any
 from torc.errors import InputError
 from torc.perception.palette import object_color
 from torc.records import MAX_OBJECTS
-from torc.task_planning.graph import DependencyEdge, DependencyGraph
-from torc.task_planning.layout import Layout, lay_out
+from torc.task_planning.graph import DependencyGraph
+from torc.task_planning.layout import lay_out
 
 MAX_EDGES = 1500
 
@@ -35,31 +35,26 @@ def graph_page(data: Mapping[str, Any], probabilities: Mapping[str, float]) -> d
             }
             for n in graph.nodes
         ]
+        edges = [
+            {
+                "source": e.source,
+                "target": e.target,
+                "kind": e.kind.value,
+                "weight": e.weight,
+                "evidence": dict(e.evidence),
+                "route": layout.routes[(e.source, e.target)],
+            }
+            for e in graph.edges
+        ]
     except (InputError, KeyError, TypeError, AttributeError):
         return None
-    return {
-        "target": graph.target,
-        "columns": layout.columns,
-        "rows": layout.rows,
-        "nodes": nodes,
-        "edges": [_edge(e, layout) for e in graph.edges],
-    }
+    size = {"columns": layout.columns, "rows": layout.rows}
+    return {"target": graph.target, **size, "nodes": nodes, "edges": edges}
 
 
 def hex_color(object_id: int) -> str:
     """The colour of an object in the marked image."""
     return "#{:02x}{:02x}{:02x}".format(*object_color(object_id))
-
-
-def _edge(edge: DependencyEdge, layout: Layout) -> dict[str, Any]:
-    return {
-        "source": edge.source,
-        "target": edge.target,
-        "kind": edge.kind.value,
-        "weight": edge.weight,
-        "evidence": dict(edge.evidence),
-        "route": layout.routes[(edge.source, edge.target)],
-    }
 
 
 def _probability(probabilities: Mapping[str, float], node_id: int) -> float | None:

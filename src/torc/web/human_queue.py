@@ -3,7 +3,7 @@
 import re
 import shutil
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -42,24 +42,35 @@ class QueuedTrial:
         result = self.directory / "result.json"
         if result.exists():
             return read_result(result).status
-        return (
-            "interrupted" if self.directory.with_name(self.directory.name + PARTIAL).exists() else "waiting"
-        )
+        partial = self.directory.with_name(self.directory.name + PARTIAL)
+        return "interrupted" if partial.exists() else "waiting"
+
+    @property
+    def problem(self) -> str:
+        """Name of the problem, or of its file."""
+        return Path(self.spec.problem).stem
+
+    @property
+    def line(self) -> dict[str, Any]:
+        """What the page lists of it."""
+        line: dict[str, Any] = {
+            "key": self.key,
+            "name": self.directory.name,
+            "problem": self.problem,
+            "planner": NAME,
+            "expert": self.spec.planner.expert,
+            "seed": self.spec.seed,
+            "status": self.status,
+        }
+        result = self.directory / "result.json"
+        return line | (read_result(result).summary if result.exists() else {})
 
 
-@dataclass
+@dataclass(frozen=True)
 class HumanQueue:
-    """The trials in order. `lines` is what the page shows of them."""
+    """The trials in order."""
 
     trials: tuple[QueuedTrial, ...]
-    _by_key: dict[str, QueuedTrial] = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        self._by_key = {t.key: t for t in self.trials}
-        if len(self._by_key) < len(self.trials):
-            raise InputError(
-                "Two problems have the same file name, so their trials would be mixed up. Rename one."
-            )
 
     def waiting(self) -> tuple[str, ...]:
         """Keys of what is left to play."""
@@ -69,7 +80,8 @@ class HumanQueue:
         """Play whatever the page starts, until nothing is left. Ctrl-C ends it: KeyboardInterrupt."""
         message = ""
         while waiting := self.waiting():
-            chosen = self._by_key[session.ask_start(waiting, message)]
+            key = session.ask_start(waiting, message)
+            chosen = next(t for t in self.trials if t.key == key)
             _set_aside(chosen.directory)
             try:
                 result = play(chosen.spec, chosen.directory).result
@@ -83,24 +95,21 @@ class HumanQueue:
         session.publish(phase=Phase.DONE, waiting=(), message=message)
 
     def lines(self) -> list[dict[str, Any]]:
-        """A line per trial."""
+        """A line per trial. What tells of a problem is offered once nobody has to play it any more."""
         to_play = self._to_play()
         lines = []
         for t in self.trials:
-            open_to_all = _problem(t.spec) not in to_play
-            shown = {
-                "video": open_to_all and _has_video(t),
-                "replay": open_to_all and t.status == "completed",
-            }
-            lines.append({**_line(t), **shown})
+            video = t.problem not in to_play and (t.directory / VIDEO).is_file()
+            replay = t.problem not in to_play and t.status == "completed"
+            lines.append({**t.line, "video": video, "replay": replay})
         return lines
 
     def withholds(self, trial: RecordedTrial) -> bool:
         """Whether a trial has ended, and so tells all, while its problem is still to be played by anybody."""
-        return trial.result is not None and _problem(trial.spec) in self._to_play()
+        return trial.result is not None and Path(trial.spec.problem).stem in self._to_play()
 
     def _to_play(self) -> set[str]:
-        return {_problem(t.spec) for t in self.trials if t.status != "completed"}
+        return {t.problem for t in self.trials if t.status != "completed"}
 
 
 def make_queue(
@@ -129,22 +138,21 @@ def make_queue(
         for expert in names
         for problem in problems
     ]
-    queue = HumanQueue(tuple(QueuedTrial(spec, out / spec.default_name) for spec in specs))
-    for trial in queue.trials:
-        if trial.status == "completed":
-            _refuse_another_kind(trial)
-    return queue
-
-
-def _refuse_another_kind(trial: QueuedTrial) -> None:
-    """Raises InputError where a trial was played with other settings than it would be now."""
-    there = _around(read_spec(trial.directory / "spec.json"))
-    here = _around(RecordedSpec(trial.spec, sources(trial.spec.conditions)))
-    if there != here:
+    trials = tuple(QueuedTrial(spec, out / spec.default_name) for spec in specs)
+    if len({t.key for t in trials}) < len(trials):
         raise InputError(
-            f"The trial in '{trial.directory}' was played with {there}; now it would be {here}. Choose "
-            "another --out, or move it away."
+            "Two problems have the same file name, so their trials would be mixed up. Rename one."
         )
+    for trial in trials:
+        if trial.status == "completed":
+            there = _around(read_spec(trial.directory / "spec.json"))
+            here = _around(RecordedSpec(trial.spec, sources(conditions)))
+            if there != here:
+                raise InputError(
+                    f"The trial in '{trial.directory}' was played with {there}; now it would be {here}. Choose another "
+                    "--out, or move it away."
+                )
+    return HumanQueue(trials)
 
 
 def _around(recorded: RecordedSpec) -> str:
@@ -159,25 +167,3 @@ def _set_aside(directory: Path) -> None:
         aside = directory.with_name(directory.name + ".errored")
         shutil.rmtree(aside, ignore_errors=True)
         directory.rename(aside)
-
-
-def _problem(spec: TrialSpec) -> str:
-    return Path(spec.problem).stem
-
-
-def _has_video(trial: QueuedTrial) -> bool:
-    return (trial.directory / VIDEO).is_file()
-
-
-def _line(trial: QueuedTrial) -> dict[str, Any]:
-    line: dict[str, Any] = {
-        "key": trial.key,
-        "name": trial.directory.name,
-        "problem": _problem(trial.spec),
-        "planner": NAME,
-        "expert": trial.spec.planner.expert,
-        "seed": trial.spec.seed,
-        "status": trial.status,
-    }
-    result = trial.directory / "result.json"
-    return line | (read_result(result).summary if result.exists() else {})

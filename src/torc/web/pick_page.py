@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-from jaxtyping import Int8
+from scipy.ndimage import find_objects
 
 from torc.episode.log_lines import LookedLine
 from torc.episode.pick_view import ObjectView, PickView
@@ -26,8 +25,7 @@ WHY_NOT = {
 
 def trial_page(trial: RecordedTrial) -> dict[str, Any]:
     """The trial, and a line per pick."""
-    over = trial.result is not None
-    started = trial.started
+    over, started = trial.result is not None, trial.started
     return {
         "problem": started.problem if started else trial.spec.problem,
         "planner": trial.spec.planner.asking,
@@ -77,7 +75,7 @@ def _pick_line(number: int, pick: RecordedPick, over: bool) -> dict[str, Any]:
 
 
 def _objects(looked: LookedLine, view: PickView | None) -> list[dict[str, Any]]:
-    boxes = _boxes(view.label_image) if view else {}
+    boxes = find_objects(view.label_image.astype(int) + 1) if view else []
     detailed = {o.id: o for o in view.objects} if view else {}
     rows = []
     for seen in looked.objects:
@@ -94,7 +92,7 @@ def _objects(looked: LookedLine, view: PickView | None) -> list[dict[str, Any]]:
                 "why_not": "" if valid else why_not(o, blocked),
                 "score": o.best_score if o else None,
                 "hides_l": o.hidden_volume_m3 * 1000 if o else None,
-                "box": boxes.get(seen.id),
+                "box": _box(boxes[seen.id]) if seen.id < len(boxes) else None,
             }
         )
     return rows
@@ -116,10 +114,6 @@ def why_not(o: ObjectView | None, blocked: Mapping[int, int]) -> str:
     return "; ".join(f"{n} {text}" for n, text in counts) or "no grasp was found on it"
 
 
-def _boxes(label_image: Int8[np.ndarray, "h w"]) -> dict[int, list[int]]:
-    """Left, top, right, bottom of each object's pixels."""
-    boxes = {}
-    for k in np.unique(label_image[label_image >= 0]).tolist():
-        rows, cols = np.nonzero(label_image == k)
-        boxes[k] = [int(cols.min()), int(rows.min()), int(cols.max()), int(rows.max())]
-    return boxes
+def _box(place: tuple[slice, slice] | None) -> list[int] | None:
+    """Left, top, right, bottom."""
+    return [place[1].start, place[0].start, place[1].stop - 1, place[0].stop - 1] if place else None

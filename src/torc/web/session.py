@@ -7,7 +7,10 @@ replaced as a whole: whoever reads it, at any moment and however late, can show 
 import threading
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass as checked_dataclass
 
 from torc.errors import InputError
 
@@ -29,15 +32,17 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True)
 class SessionState:
-    """Attributes:
-    version: rises with every change.
-    phase: what is going on.
-    trial: key of the trial being played, or of the one that was played last.
-    pick: number of the pick.
-    allowed: ids that may be chosen while phase is CHOOSING.
-    chosen: id that was chosen in this pick.
-    message: a line for people.
-    waiting: keys of the trials that may be started.
+    """Where things stand.
+
+    Attributes:
+        version: rises with every change.
+        phase: what is going on.
+        trial: key of the trial being played, or of the one that was played last.
+        pick: number of the pick.
+        allowed: ids that may be chosen while phase is CHOOSING.
+        chosen: id that was chosen in this pick.
+        message: a line for people.
+        waiting: keys of the trials that may be started.
     """
 
     version: int = 0
@@ -50,7 +55,7 @@ class SessionState:
     waiting: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@checked_dataclass(frozen=True, config=ConfigDict(extra="forbid", strict=True))
 class Choice:
     """An answer of the expert.
 
@@ -65,7 +70,7 @@ class Choice:
     pick: int
     object_id: int | None = None
     give_up: bool = False
-    note: str = ""
+    note: Annotated[str, Field(max_length=500)] = ""
 
 
 class RefusedError(InputError):
@@ -88,15 +93,15 @@ class Session:
     def publish(self, **changes: Any) -> None:
         """Replace parts of the state; pages are told."""
         with self._changed:
-            self._set(changes)
+            self._set(**changes)
 
     def ask_object(self, pick: int, allowed: tuple[int, ...]) -> Choice:
         """Wait for the expert's choice. Called by the thread that plays."""
-        return self._ask({"phase": Phase.CHOOSING, "pick": pick, "allowed": allowed, "chosen": None})
+        return self._ask(phase=Phase.CHOOSING, pick=pick, allowed=allowed, chosen=None)
 
     def ask_start(self, waiting: tuple[str, ...], message: str) -> str:
         """Wait until somebody starts one of these trials; its key."""
-        return self._ask({"phase": Phase.READY, "waiting": waiting, "message": message})
+        return self._ask(phase=Phase.READY, waiting=waiting, message=message)
 
     def choose(self, choice: Choice) -> None:
         """Answer `ask_object`.
@@ -106,9 +111,9 @@ class Session:
         """
         with self._changed:
             self._check(choice)
-            self._answer = choice
             what = "The expert gave up" if choice.give_up else "Planning the motions"
-            self._set({"phase": Phase.PLANNING, "chosen": choice.object_id, "allowed": (), "message": what})
+            self._set(phase=Phase.PLANNING, chosen=choice.object_id, allowed=(), message=what)
+            self._answer = choice
 
     def start(self, key: str) -> None:
         """Answer `ask_start`. Raises RefusedError: a trial is being played, or this one does not wait."""
@@ -117,37 +122,33 @@ class Session:
                 raise RefusedError("A trial is being played; another one can be started when it is over.")
             if key not in self._state.waiting:
                 raise RefusedError("This trial is not in the queue any more.")
+            self._set(phase=Phase.PREPARING, trial=key, pick=0, chosen=None, waiting=())
             self._answer = key
-            self._set({"phase": Phase.PREPARING, "trial": key, "pick": 0, "chosen": None, "waiting": ()})
 
-    def _ask(self, question: dict[str, Any]) -> Any:
+    def _ask(self, **question: Any) -> Any:
         with self._changed:
             self._answer = None
-            self._set(question)
+            self._set(**question)
             while self._answer is None:
                 # With a time limit Ctrl-C gets through on every system.
                 self._changed.wait(1.0)
             return self._answer
 
     def _check(self, choice: Choice) -> None:
-        state = self._state
+        state, chosen = self._state, choice.object_id
         if choice.trial != state.trial:
-            raise RefusedError(
-                "That choice is for another trial. The page shows the present one after a reload."
-            )
+            raise RefusedError("That choice is for another trial. Reload the page to see the present one.")
         if choice.pick != state.pick:
             raise RefusedError(f"That choice is for pick {choice.pick + 1}; it is pick {state.pick + 1} now.")
         if state.phase is not Phase.CHOOSING:
             made = "" if state.chosen is None else f": object {state.chosen}"
             raise RefusedError(f"Pick {state.pick + 1} has been decided already{made}.")
-        if choice.give_up:
-            return
-        if choice.object_id is None and state.allowed:
+        if chosen is None and state.allowed and not choice.give_up:
             raise RefusedError("Name an object: some can be grasped.")
-        if choice.object_id is not None and choice.object_id not in state.allowed:
+        if chosen is not None and chosen not in state.allowed and not choice.give_up:
             graspable = ", ".join(map(str, state.allowed)) or "none"
-            raise RefusedError(f"Object {choice.object_id} cannot be grasped now; these can: {graspable}.")
+            raise RefusedError(f"Object {chosen} cannot be grasped now; these can: {graspable}.")
 
-    def _set(self, changes: dict[str, Any]) -> None:
+    def _set(self, **changes: Any) -> None:
         self._state = replace(self._state, version=self._state.version + 1, **changes)
         self._changed.notify_all()

@@ -12,14 +12,22 @@ from torc.errors import InputError
 
 @dataclass(frozen=True)
 class Shelf:
-    """Trials below `root`, or `root` itself if that is one."""
+    """Trials below `root`, or `root` itself if that is one.
+
+    Attributes:
+        only: name of the one trial in `root` that is shown, even before it begins; all of them if empty.
+    """
 
     root: Path
+    only: str = ""
     _finished: dict[str, Path] = field(default_factory=dict, repr=False)
     """Directories that were found before: finished trials stay where they are."""
 
     def directories(self) -> dict[str, Path]:
         """Key -> directory, sorted by name; a finished trial goes before its own unfinished remains."""
+        if self.only:
+            places = (self.root / self.only, self.root / (self.only + PARTIAL))
+            return {trial_key(self.only): p for p in places if (p / LOG).is_file()}
         found: dict[str, Path] = {}
         for path in sorted(find_trials(self.root)):
             key = trial_key(path.relative_to(self.root).as_posix())
@@ -29,15 +37,11 @@ class Shelf:
 
     def read(self, key: str) -> RecordedTrial:
         """The trial of that key. Raises InputError: there is none, or it cannot be read."""
-        directory = self._finished.get(key) or self._find(key)
         try:
-            return read_trial(directory)
+            return read_trial(self._finished.get(key) or self._find(key))
         except InputError:
             # A trial may just have been renamed: it is complete now, or it begins again.
-            again = self._find(key)
-            if again == directory:
-                raise
-            return read_trial(again)
+            return read_trial(self._find(key))
 
     def _find(self, key: str) -> Path:
         directory = self.directories().get(key)
@@ -46,13 +50,24 @@ class Shelf:
                 "There is no such trial here. Reload the page; if a report's link led here, start `torc view` with the "
                 "directory that was reported on."
             )
-        if not directory.name.endswith(PARTIAL):
+        if not directory.name.endswith(PARTIAL) and not self.only:
             self._finished[key] = directory
         return directory
 
     def lines(self) -> list[dict[str, Any]]:
         """A line per trial."""
-        return [{"key": key, **_line(path, self.root)} for key, path in self.directories().items()]
+        return [{"key": key, **self._line(path)} for key, path in self.directories().items()]
+
+    def _line(self, directory: Path) -> dict[str, Any]:
+        name = directory.relative_to(self.root).as_posix()
+        line: dict[str, Any] = {"name": directory.resolve().name if name == "." else name}
+        try:
+            spec, result = read_spec(directory / "spec.json").spec, directory / "result.json"
+            who = {"planner": spec.planner.name, "expert": spec.planner.expert}
+            ended = read_result(result).summary if result.exists() else {"status": "unfinished"}
+            return {**line, "problem": spec.problem, **who, "seed": spec.seed, **ended}
+        except InputError as error:
+            return {**line, "status": "unreadable", "error": str(error)}
 
     def withholds(self, trial: RecordedTrial) -> bool:
         """No: whoever looks here has nothing to play."""
@@ -68,23 +83,3 @@ def open_shelf(root: Path) -> Shelf:
             f"There is no recorded trial in '{root}': none of its directories holds {LOG}. `torc run` makes one."
         )
     return shelf
-
-
-def _line(directory: Path, root: Path) -> dict[str, Any]:
-    name = directory.relative_to(root).as_posix()
-    line: dict[str, Any] = {"name": directory.resolve().name if name == "." else name}
-    try:
-        spec = read_spec(directory / "spec.json").spec
-        line |= {
-            "problem": spec.problem,
-            "planner": spec.planner.name,
-            "seed": spec.seed,
-            "expert": spec.planner.expert,
-        }
-        result = directory / "result.json"
-        status: dict[str, Any] = {"status": "unfinished"}
-        if result.exists():
-            status = read_result(result).summary
-        return {**line, **status}
-    except InputError as error:
-        return {**line, "status": "unreadable", "error": str(error)}

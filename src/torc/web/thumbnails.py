@@ -23,7 +23,7 @@ def thumbnail(trial: RecordedTrial, number: int) -> bytes:
     if view is not None and view.label_image.shape == image.shape[:2]:
         if decided is not None and decided.object_id is not None:
             image = _ringed(image, view.label_image == decided.object_id)
-        image = crop_around_objects(view.label_image.astype(np.int16)).of(image)
+        image = image[crop_around_objects(view.label_image.astype(np.int16))]
     height = max(1, round(WIDTH * image.shape[0] / image.shape[1]))
     return jpeg(cv2.resize(image, (WIDTH, height), interpolation=cv2.INTER_AREA))
 

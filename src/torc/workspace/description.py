@@ -1,15 +1,15 @@
 """The fixed part of the world: table, bin, camera, and the region that the occlusion volume covers.
 
-Geometry of the paper's set-up: shoulders 1.20 m above the floor, table top at z = 1.05 m, one camera on the torso
-at (.10, 0, 1.38) m. World frame = robot base: x forward, y left, z up, z = 0 on the floor.
+World frame = robot base: x forward, y left, z up, z = 0 on the floor. The paper's set-up is `data/paper.yaml`, which
+`torc.workspace.files.load_workspace` reads.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from torc.geometry.projection import intrinsics
-from torc.geometry.transforms import Pose, look_at
+from torc.geometry.transforms import Pose
 from torc.records import VoxelGrid
 
 
@@ -32,9 +32,9 @@ class Bin:
         wall_m: thickness of walls and floor.
     """
 
-    center: tuple[float, float, float] = (0.24, -0.88, 0.60)
-    inner_size: tuple[float, float, float] = (0.36, 0.34, 0.34)
-    wall_m: float = 0.02
+    center: tuple[float, float, float]
+    inner_size: tuple[float, float, float]
+    wall_m: float
 
     def boxes(self) -> tuple[Box, ...]:
         """Floor and walls."""
@@ -51,7 +51,7 @@ class Bin:
 
 @dataclass(frozen=True)
 class CameraMount:
-    """The torso camera: ideal pinhole.
+    """The camera: an ideal pinhole.
 
     Attributes:
         T_world_camera: pose, OpenCV frame.
@@ -59,19 +59,15 @@ class CameraMount:
         vertical_fov_rad: vertical field of view.
     """
 
-    T_world_camera: Pose = field(default_factory=lambda: look_at((0.10, 0.0, 1.38), (0.65, 0.0, 1.11)))
-    width: int = 640
-    height: int = 480
-    vertical_fov_rad: float = float(np.deg2rad(80.0))
+    T_world_camera: Pose
+    width: int
+    height: int
+    vertical_fov_rad: float
 
     @property
     def K(self) -> np.ndarray:
         """Intrinsics, pixels."""
         return intrinsics(self.width, self.height, self.vertical_fov_rad)
-
-
-def _default_grid() -> VoxelGrid:
-    return VoxelGrid(np.array([0.42, -0.62, 1.05]), 0.01, (60, 102, 42))
 
 
 @dataclass(frozen=True)
@@ -86,17 +82,17 @@ class Workspace:
         drop_position: TCP position above the bin at which the gripper opens.
         obstacles: further boxes that are always there.
         name: of the set-up.
-        source: fingerprint of the file that it was read from; "" if none was.
+        source: fingerprint of the file that it was read from.
     """
 
-    table: Box = Box("table", (0.76, -0.06, 1.00), (0.68, 1.24, 0.10))
-    bin: Bin = Bin()
-    camera: CameraMount = field(default_factory=CameraMount)
-    grid: VoxelGrid = field(default_factory=_default_grid)
-    drop_position: tuple[float, float, float] = (0.26, -0.84, 1.12)
-    obstacles: tuple[Box, ...] = ()
-    name: str = "paper"
-    source: str = ""
+    table: Box
+    bin: Bin
+    camera: CameraMount
+    grid: VoxelGrid
+    drop_position: tuple[float, float, float]
+    obstacles: tuple[Box, ...]
+    name: str
+    source: str
 
     @property
     def support_z_m(self) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from torc.errors import InputError, UnknownNameError
-from torc.files.strict_yaml import Number, parse_plain_yaml
+from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
 from torc.fingerprints import fingerprint
 from torc.geometry.transforms import look_at
 from torc.records import VoxelGrid
@@ -26,6 +26,7 @@ Vec = tuple[Number, Number, Number]
 Size = tuple[Positive, Positive, Positive]
 
 
+@cache
 def workspace_names() -> tuple[str, ...]:
     """The workspaces that are shipped."""
     return tuple(sorted(p.stem for p in DATA.glob("*.yaml")))
@@ -95,7 +96,6 @@ class _CameraEntry(_Strict):
         return self
 
     def mount(self) -> CameraMount:
-        """As the pipeline takes it."""
         if self.position is not None and self.look_at is not None:
             T = look_at(self.position, self.look_at)
         else:
@@ -146,20 +146,9 @@ def _read(path: Path) -> Workspace:
     try:
         entry = _WorkspaceFile.model_validate(content)
     except ValidationError as error:
-        lines = [f"  {'.'.join(map(str, e['loc'])) or 'file'}: {e['msg']}" for e in error.errors()]
         raise InputError(
-            "\n".join(
-                [
-                    f"{path} is not a valid workspace file:",
-                    *lines,
-                    f"Compare it with a shipped one: {EXAMPLE}.",
-                ]
-            )
+            f"{path} is not a valid workspace file:\n{explain_faults(error)}\nCompare it with a shipped one: {EXAMPLE}."
         ) from None
-    return _workspace(entry)
-
-
-def _workspace(entry: _WorkspaceFile) -> Workspace:
     bin_, region = entry.bin, entry.region
     return Workspace(
         table=Box("table", entry.table.center, entry.table.size),

@@ -16,15 +16,8 @@ State = tuple[Choice, ...]
 class ToySpace:
     """Objects that lie on each other; picks sometimes fail, drop things, or lose the target.
 
-    Everything is drawn from the seed and the picks so far, so that the same picks have the same outcome.
-
-    Attributes:
-        seed: decides all.
-        count: how many objects, the target included.
-        failing, dropping, losing: how likely that is, percent.
-        lying: share of the peeks that tell nonsense, percent.
-        asked: number of looks, picks and peeks.
-        seen: outlooks of the states that were looked at.
+    Everything is drawn from the seed and the picks so far, so that the same picks have the same outcome. `failing`,
+    `dropping` and `losing` are percent; so is `lying`, the share of the peeks that tell nonsense.
     """
 
     seed: int
@@ -34,13 +27,10 @@ class ToySpace:
     losing: int = 8
     lying: int = 0
     asked: dict[str, int] = field(default_factory=lambda: {"look": 0, "pick": 0, "peek": 0})
-    seen: list[float] = field(default_factory=list)
 
     def look(self, state: State) -> Options:
         self.asked["look"] += 1
-        options = self._options(self.gone(state), state)
-        self.seen.append(options.outlook)
-        return options
+        return self._options(self.gone(state), state)
 
     def peek(self, state: State, removed: frozenset[int]) -> Options:
         self.asked["peek"] += 1

@@ -1,8 +1,8 @@
 """Scenes of a small tree in the data set's format, settled."""
 
 from tests.helpers.graspclutter6d_tree import upright, write_tree
-from torc.generation.graspclutter6d.annotations import read_scene
-from torc.generation.graspclutter6d.settling import ImportConfig, settle_scene
+from torc.generation.graspclutter6d.placing import ImportConfig, settle_scene
+from torc.generation.graspclutter6d.reading import read_scene
 from torc.sim.stillness import StillnessConfig
 
 OBJECTS = (

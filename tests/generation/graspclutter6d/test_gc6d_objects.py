@@ -61,15 +61,16 @@ def test_an_object_is_converted_once_and_then_comes_from_the_store(tmp_path, pla
     assert object_description("gc6d_000017") == "the potted meat can"
 
 
-@pytest.mark.parametrize(
-    "folder", ["models_obj_m", "models_m", "models_obj", "models", "models_obj_eval", "models_eval"]
-)
+@pytest.mark.parametrize("folder", ["models_obj_m", "models_m", "models_obj", "models", "models_obj_eval"])
 def test_every_folder_of_meshes_gives_metres(tmp_path, plain, folder):
-    root = _tree(tmp_path / "tree", folder)
+    root = _tree(tmp_path / "tree", folder, "models_eval")
     for object_id in IDS:
         converted = convert_object(root, object_id, "a thing", str)
         assert converted.notes == ()
         _covers(converted, object_id, 1e-6)
+    assert {read_in for read_in, _ in plain} == {folder}  # the best of those that are there
+    with pytest.raises(InputError, match=r"no mesh of obj_000043.* models_obj_m is the best"):
+        convert_object(root, 43, "a thing", str)
 
 
 @pytest.mark.parametrize(("folder", "calls_itself"), [("models_obj", "models_obj_m"), ("models_m", "models")])
@@ -79,21 +80,6 @@ def test_a_folder_in_the_wrong_unit_is_noticed_and_noted(tmp_path, plain, folder
     converted = convert_object(root, 44, "a can", str)
     assert "against the folder's name" in converted.notes[0]
     _covers(converted, 44, 1e-6)
-
-
-def test_words_that_another_object_has_get_a_number(tmp_path, plain):
-    root = _tree(tmp_path / "tree", "models_obj_m")
-    convert_object(root, 17, "the toy animal", str)
-    convert_object(root, 44, "the toy animal", str)
-    assert object_description("gc6d_000044") == "the toy animal 2"
-
-
-def test_a_mesh_of_no_possible_size_is_refused_by_its_folders_unit(tmp_path, plain):
-    root = _tree(tmp_path / "tree", "models_m")
-    mesh = root / "models_m" / "obj_000017.ply"
-    mesh.write_text(mesh.read_text().replace("0.05", "70.0").replace("-0.05", "-70.0"))
-    with pytest.raises(InputError, match=r"obj_000017\.ply is \d+ m large"):
-        convert_object(root, 17, "a can", str)
 
 
 def test_somebody_elses_object_of_that_name_is_left_alone(tmp_path, plain, store):

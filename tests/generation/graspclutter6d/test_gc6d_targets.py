@@ -1,33 +1,33 @@
-"""Targets of imported scenes: named by users, or chosen by the paper's rules."""
+"""Targets of imported scenes: named by users, or chosen by the paper's rules; labels, and where problems come from."""
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from settled_scenes import OBJECTS, QUICK, settled
 
-from tests.helpers.graspclutter6d_tree import upright
 from torc.errors import InputError
-from torc.generation.graspclutter6d.settling import SceneFailure
-from torc.generation.graspclutter6d.targets import choose_target, find_target
+from torc.generation.graspclutter6d.targets import category_of, choose_target, find_target, make_problem
 from torc.generation.surroundings import Surroundings
+from torc.problems.problem import parse_problem, problem_text
 
 
-def test_targets_are_named_by_object_and_instance(tmp_path):
-    scene = settled(tmp_path / "tree", OBJECTS)
+@pytest.fixture
+def scene(tmp_path):
+    return settled(tmp_path / "tree", OBJECTS)
+
+
+def test_targets_are_named_by_object_and_instance(scene):
     assert find_target(scene, "17") == find_target(scene, "17_0") == "obj_000017_0"
     assert find_target(scene, "obj_000044_1") == "obj_000044_1"
-    with pytest.raises(InputError, match=r"44 2 times: say which: obj_000044_0, obj_000044_1"):
-        find_target(scene, "44")
-    with pytest.raises(InputError, match=r"has no object 44_2\. It has: obj_000017_0"):
-        find_target(scene, "44_2")
-
-
-def test_a_target_that_fell_off_is_told(tmp_path):
-    beyond = (upright(48, 0.0, 0.80), upright(48, 0.0, -0.80))
-    scene = settled(tmp_path / "tree", (*OBJECTS, *beyond), config=replace(QUICK, patience=1))
-    failure = find_target(scene, "48_0")
-    assert isinstance(failure, SceneFailure)
-    assert "fell off" in failure.reason
+    for wanted, told in (
+        ("44", r"44 2 times: say which: obj_000044_0, obj_000044_1"),
+        ("44_2", r"has no object 44_2\. It has: obj_000017_0"),
+    ):
+        with pytest.raises(InputError, match=told):
+            find_target(scene, wanted)
+    with pytest.raises(InputError, match="fell off"):
+        find_target(replace(scene, fell=("obj_000017_0",)), "17")
 
 
 class _Inspector:
@@ -54,8 +54,7 @@ class _View:
         return self.fractions[name]
 
 
-def test_the_least_visible_possible_object_is_chosen(tmp_path):
-    scene = settled(tmp_path / "tree", OBJECTS)
+def test_the_least_visible_possible_object_is_chosen(scene):
     names = [o.name for o in scene.problem.objects]
     view = _View(**dict(zip(names, (0.1, 0.2, 0.3, 0.4))))
     assert choose_target(scene, view, _Inspector()) == names[0]
@@ -63,6 +62,31 @@ def test_the_least_visible_possible_object_is_chosen(tmp_path):
     assert choose_target(scene, view, _Inspector(at_once=names[:2])) == names[2]
     blocked = _Inspector(impossible=[names[3]], around={names[0]: [names[3]], names[1]: [names[2]]})
     assert choose_target(scene, view, blocked) == names[1]
-    none = choose_target(scene, view, _Inspector(impossible=names[:3], at_once=names[3:]))
-    assert isinstance(none, SceneFailure)
-    assert "3 cannot be retrieved, 1 can be picked at once" in none.reason
+    with pytest.raises(InputError, match="3 cannot be retrieved, 1 can be picked at once"):
+        choose_target(scene, view, _Inspector(impossible=names[:3], at_once=names[3:]))
+
+
+def test_a_problem_says_where_it_comes_from_and_survives_the_disk(scene):
+    problem = make_problem(scene, "obj_000044_1", 0.254, QUICK, facts={"target_by": "the paper"})
+    assert (problem.name, problem.category) == ("gc6d-249-obj_000044_1", "structured")
+    assert (problem.description, problem.target) == ("the can of peaches", "obj_000044_1")
+    assert "25% of the target is in sight" in problem.notes
+    assert "2 objects like the target" in problem.notes
+    assert problem.origin["scene"] == 249
+    assert problem.origin["target_by"] == "the paper"
+    assert "CC-BY-SA" in problem.origin["licence"]
+    assert parse_problem(problem_text(problem)) == problem
+
+
+def test_the_label_is_the_users_else_the_published_one_else_computed(scene):
+    assert category_of(scene) == ("structured", "the authors' label")
+    assert category_of(replace(scene, number=30))[0] == "unstructured"
+    unknown = replace(scene, number=5000)
+    assert category_of(unknown) == ("structured", "most objects' resting pose")
+    names = list(scene.annotated)[:2]
+    for angle, category in ((0.4, "unstructured"), (np.pi / 2, "structured")):  # leaning, or lying on a side
+        wxyz = (np.cos(angle / 2), np.sin(angle / 2), 0.0, 0.0)
+        turned = {name: replace(scene.annotated[name], wxyz=wxyz) for name in names}
+        assert category_of(replace(unknown, annotated=scene.annotated | turned))[0] == category
+    by_user = make_problem(scene, "obj_000017_0", 1.0, QUICK, "unstructured")
+    assert (by_user.category, by_user.origin["category_by"]) == ("unstructured", "the user")

@@ -48,8 +48,3 @@ def die(request: dict[str, Any], directory: Path) -> dict[str, Any]:
 
 def leave(request: dict[str, Any], directory: Path) -> dict[str, Any]:
     sys.exit(7)
-
-
-def lie(request: dict[str, Any], directory: Path) -> dict[str, Any]:
-    (directory / "answer.json").write_text("[" * 100_000)
-    os._exit(0)

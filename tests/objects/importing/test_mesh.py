@@ -11,9 +11,6 @@ from mesh_files import L_OUTLINE, MUG, SIZE, box, prism, revolved, textured_box,
 from torc.errors import InputError, MissingDependencyError
 from torc.objects.files import load_object_directory, save_object
 from torc.objects.importing import MeshOptions, read_mesh
-from torc.objects.importing.guard import ChildError
-from torc.objects.importing.making import make_object
-from torc.objects.importing.mesh import READ_FILE
 from torc.objects.models import pieces_bounds
 
 
@@ -66,32 +63,6 @@ def test_the_source_tells_where_the_meshs_frame_lies(tmp_path: Path, here) -> No
     np.testing.assert_allclose(as_is.source.T_object_mesh[:3, :3], np.eye(3))
 
 
-def test_options_are_taken(tmp_path: Path, here) -> None:
-    box(SIZE).export(tmp_path / "box.stl")
-    options = MeshOptions(
-        name="n", kind="k", description="the thing", mass_kg=0.3, friction=0.5, rolls=True, textures=False
-    )
-    model = read_mesh(tmp_path / "box.stl", options).model
-    assert (model.name, model.kind, model.description) == ("n", "k", "the thing")
-    assert (model.mass_kg, model.friction, model.rolls) == (0.3, 0.5, True)
-
-
-@pytest.mark.parametrize(
-    ("offset", "up", "told"),
-    [
-        ((0.0, 0.0, 0.105), "auto", True),  # stands on z = 0
-        ((0.0, 0.105, 0.0), "auto", False),  # on y = 0, as it should
-        ((0.0, 0.0, 0.0), "auto", False),  # about 0: nobody can tell
-        ((0.0, 0.0, 0.105), "z", False),
-        ((0.0, 0.0, 0.105), "y", False),
-    ],
-)
-def test_a_glb_that_stands_on_z_is_told_of(offset, up, told: bool, tmp_path: Path, here) -> None:
-    box((0.06, 0.21, 0.21)).apply_translation(offset).export(tmp_path / "tower.glb")
-    notes = read_mesh(tmp_path / "tower.glb", MeshOptions(up=up)).notes
-    assert any("--up z" in note for note in notes) == told
-
-
 def test_large_coloured_meshes_are_simplified(tmp_path: Path, here) -> None:
     ball = trimesh.creation.icosphere(4, 0.04)
     ball.visual.vertex_colors = np.where(ball.vertices[:, 2:] > 0, (200, 30, 30, 255), (30, 30, 200, 255))
@@ -141,33 +112,6 @@ def test_a_mug_is_hollow_and_an_l_has_two_arms(tmp_path: Path, here) -> None:
     assert arms.mass_kg == pytest.approx(850 * 0.05 * 0.0051, rel=0.06)  # CoACD is generous
 
 
-def test_the_convex_hull_stands_in_where_the_decomposition_ends_the_process(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def run(task, request, directory, limit_s, memory_bytes):
-        if request["undecomposed"] is None:
-            (directory / READ_FILE).touch()
-            raise ChildError("it took longer than 300 s of computing")
-        return make_object(request, directory)
-
-    monkeypatch.setattr("torc.objects.importing.mesh.run_child", run)
-    revolved([(0.0, 0.0), (0.05, 0.0), (0.05, 0.01), (0.01, 0.01), (0.01, 0.08), (0.0, 0.08)], 6).export(
-        tmp_path / "stool.stl"
-    )
-    found = read_mesh(tmp_path / "stool.stl")
-    assert len(found.model.pieces) == 1
-    assert any("is its convex hull" in note and "longer than" in note for note in found.notes)
-
-
-def test_the_same_file_gives_the_same_object(tmp_path: Path, here) -> None:
-    scene = trimesh.Scene([textured_box((0.1, 0.1, 0.1), 2, two_tone(), True), box((0.05, 0.05, 0.3))])
-    scene.export(tmp_path / "box.glb")
-    for folder in ("a", "b"):
-        save_object(read_mesh(tmp_path / "box.glb").model, tmp_path / folder / "box")
-    for file in (tmp_path / "a" / "box").iterdir():
-        assert file.read_bytes() == (tmp_path / "b" / "box" / file.name).read_bytes()
-
-
 @pytest.mark.parametrize(
     ("size", "options", "message"),
     [
@@ -182,15 +126,6 @@ def test_absurd_sizes_are_refused_with_a_hint(size, options, message: str, tmp_p
     box(size).export(tmp_path / "box.stl")
     with pytest.raises(InputError, match=message):
         read_mesh(tmp_path / "box.stl", options)
-
-
-def test_parts_that_the_physics_takes_for_lines_are_left_out(tmp_path: Path, here) -> None:
-    """Besides a box, a triangle of 10 cm by 2 nm."""
-    needle = trimesh.Trimesh([(0, 0, 0), (0.1, 0, 0), (0, 2e-9, 0)], [[0, 1, 2]], process=False)
-    trimesh.Scene([box(SIZE), needle]).export(tmp_path / "box.glb")
-    found = read_mesh(tmp_path / "box.glb")
-    assert "Parts that are but points or lines were left out (1)." in found.notes
-    assert len(found.model.visuals) == 1
 
 
 def test_what_takes_too_much_time_or_memory_is_given_up(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from torc.pipeline.frames.support_plane import estimate_support_z_m, grid_around
 from torc.records import BACKGROUND
 from torc.testing.contexts import small_mount
 from torc.testing.synthetic import SyntheticBox, random_clutter, synthetic_observation
-from torc.workspace.description import CameraMount, Workspace
+from torc.workspace.files import load_workspace
 
 
 @pytest.mark.parametrize("support_z_m", [0.0, 0.4, 0.85, 1.05])
@@ -21,7 +21,7 @@ from torc.workspace.description import CameraMount, Workspace
 def test_support_height_is_found_above_the_floor(
     support_z_m: float, noise_m: float, rng: np.random.Generator
 ) -> None:
-    o = observe(support_z_m, CameraMount())
+    o = observe(support_z_m, load_workspace().camera)
     depth = o.depth_m + rng.normal(0, noise_m, o.depth_m.shape).astype(np.float32) * (o.depth_m > 0)
     assert estimate_support_z_m(replace(o, depth_m=depth)) == pytest.approx(support_z_m, abs=0.004)
 
@@ -29,7 +29,7 @@ def test_support_height_is_found_above_the_floor(
 @pytest.mark.parametrize("seed", range(4))
 def test_support_height_is_found_under_clutter(seed: int) -> None:
     o = synthetic_observation(random_clutter(np.random.default_rng(seed), 18), small_mount())
-    assert estimate_support_z_m(o) == pytest.approx(Workspace().support_z_m, abs=0.004)
+    assert estimate_support_z_m(o) == pytest.approx(load_workspace().support_z_m, abs=0.004)
 
 
 def test_a_platform_beside_the_objects_is_not_their_support() -> None:

@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
-from tools.grasp_model.collect import Bench, CollectConfig, collect, evaluate, look, scene_stages
+from tools.grasp_model.collect import CollectConfig, collect, evaluate
 from tools.grasp_model.dataset import Policy, column_names, concatenate, load_shard, shard_ranges
 from tools.grasp_model.export import export
 from tools.grasp_model.refresh import refresh
-from tools.grasp_model.sampling import SamplingConfig, choose_for_training
-from tools.grasp_model.scenes import SceneConfig, draw_models, make_scene
+from tools.grasp_model.sampling import SamplingConfig
+from tools.grasp_model.scenes import SceneConfig
 from tools.grasp_model.train import TrainConfig, fit
-from torc.objects.library import load_object
-from torc.robots.loading import load_robot
-from torc.workspace.description import Workspace
 
 SMALL = CollectConfig(
     scenes=SceneConfig(min_objects=3, max_objects=4, structured_share=1.0),
@@ -55,17 +52,6 @@ def test_rows_say_what_was_tried(collected):
     assert (trials.p_hand <= 1).all()
 
 
-def test_a_snapshot_can_be_taken_again(collected):
-    trials = table(collected)
-    bench = Bench(load_robot(), Workspace(), 7, SMALL)
-    problem = next(iter(scene_stages(bench, 1, False)))
-    snapshot = look(bench, problem, 1, 0)
-    rows = np.flatnonzero((trials.scene == 1) & (trials.stage == 0))
-    known = {T.tobytes(): f for T, f in zip(snapshot.grasps.Ts_world_tcp, snapshot.features)}
-    for i in rows:
-        assert np.array_equal(known[trials.T_world_tcp[i].tobytes()], trials.features[i])
-
-
 def test_refreshed_trials_are_the_same_while_features_are(collected, tmp_path):
     refresh(collected, tmp_path)
     old, new = table(collected), table(tmp_path)
@@ -92,32 +78,3 @@ def test_evaluation_tries_each_object_by_each_rule(collected, tmp_path):
         ]
     assert set(tried.scene[tried.held_out]) <= {2}
     assert tried.held_out.any()
-
-
-def test_training_scenes_hold_no_unseen_kinds(rng):
-    for _ in range(20):
-        assert not any(load_object(n).held_out for n in draw_models(rng, False, SceneConfig()))
-    mixed = draw_models(rng, True, SceneConfig(min_objects=10, max_objects=10))
-    assert sum(load_object(n).held_out for n in mixed) == 5
-
-
-@pytest.mark.parametrize("structured", [0.0, 1.0])
-def test_scenes_are_settled_on_the_table(structured):
-    config = SceneConfig(min_objects=4, max_objects=6, structured_share=structured)
-    problem = make_scene(np.random.default_rng(3), Workspace(), False, config)
-    assert problem is not None
-    assert problem.category == ("structured" if structured else "unstructured")
-    assert all(o.position[2] > Workspace().support_z_m for o in problem.objects)
-
-
-def test_choice_has_no_duplicates_and_the_best(rng):
-    bench = Bench(load_robot(), Workspace(), 7, SMALL)
-    snapshot = look(bench, next(iter(scene_stages(bench, 0, False))), 0, 0)
-    chosen = choose_for_training(snapshot, 0, rng, SamplingConfig())
-    index = [i for i, _ in chosen]
-    assert len(set(index)) == len(index)
-    for i, policy in chosen:
-        mine = snapshot.valid & (snapshot.grasps.object_ids == snapshot.grasps.object_ids[i])
-        assert snapshot.valid[i] == (policy != Policy.INVALID)
-        if policy == Policy.TOP_HAND:
-            assert snapshot.p_hand[i] == snapshot.p_hand[mine].max()

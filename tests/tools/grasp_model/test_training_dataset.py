@@ -40,23 +40,11 @@ def test_broken_physics_is_not_trained_on(tmp_path):
     assert len(load_trials([tmp_path])) == 33
 
 
-def test_damaged_shard_is_named(tmp_path):
-    path = tmp_path / "trials-000000-000001.npz"
-    path.write_bytes(b"not an archive")
-    with pytest.raises(InputError, match="trials-000000-000001"):
-        load_shard(path)
-
-
 def test_mixed_features_are_refused():
     a, b = make_trials(5, seed=1), make_trials(5, seed=2)
     object.__setattr__(b, "feature_names", ("extent", "contacts", "noise_a", "noise_b", "other"))
     with pytest.raises(InputError, match="other"):
         concatenate([a, b])
-
-
-def test_no_trials_says_what_to_run(tmp_path):
-    with pytest.raises(InputError, match="collect"):
-        load_trials([tmp_path])
 
 
 def test_keys_separate_scenes_stages_and_objects():

@@ -12,6 +12,7 @@ from torc.objects.library import load_object
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 Bench = tuple[RobotDescription, GeometricGraspPlanner, Workspace]
 QUICK = FeasibilityConfig(turns=1, falls=1, tries=4)
@@ -19,7 +20,7 @@ QUICK = FeasibilityConfig(turns=1, falls=1, tries=4)
 
 @pytest.fixture(scope="module")
 def bench() -> Bench:
-    robot, workspace = load_robot(), Workspace()
+    robot, workspace = load_robot(), load_workspace()
     return robot, GeometricGraspPlanner(robot.gripper, workspace.support_z_m), workspace
 
 

@@ -27,9 +27,3 @@ def test_report_on_a_small_set(tmp_path):
         assert part in text
     assert "nan" not in text
     assert picture.read_bytes().startswith(b"\x89PNG")
-
-
-def test_report_without_held_out_scenes(tmp_path):
-    out = tmp_path / "r.md"
-    write_report(make_trials(500, seed=1, scenes=40), None, out, tmp_path / "c.png", QUICK)
-    assert "One try per object" not in out.read_text()

@@ -185,7 +185,7 @@ def test_the_profiles_get_better_one_after_the_other():
 
 def test_it_takes_a_profile_alone_and_needs_a_truth():
     truth = lambda: HIDDEN  # noqa: E731
-    assert open_client(VlmConfig("simulated", "good"), truth=truth).name == "simulated:good"
+    assert open_client(VlmConfig("simulated", "good"), truth=truth).profile.name == "good"
     for options in ({"temperature": 0.5}, {"base_url": "http://host/v1"}):
         with pytest.raises(InputError, match="profile alone"):
             open_client(VlmConfig("simulated", "good", **options), truth=truth)

@@ -1,6 +1,7 @@
-"""The figures: the paper's 9 and 10 from our trials, with the paper's own values beside them, and three more.
+"""The figures: the paper's 9 and 10 from our trials, with the paper's own values beside them, and two more.
 
-matplotlib is imported when the first figure is drawn.
+Colors are those of M. Okabe and K. Ito, which people of every color vision can tell apart; hatches and markers say the
+same again. matplotlib is imported when the first figure is drawn.
 """
 
 from __future__ import annotations
@@ -8,212 +9,254 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from torc.benchmark.intervals import Estimate
 from torc.benchmark.measures import COST, DROP_FREE, SUCCESS
-from torc.benchmark.paper import paper_success
-from torc.benchmark.report.content import CATEGORIES
-from torc.benchmark.report.drawing import (
-    GREY,
-    INK,
-    boxes,
-    colour,
-    heat_map,
-    legend,
-    load_matplotlib,
-    name_planners,
-    new_figure,
-    paper_marks,
-    whisker,
-)
-from torc.benchmark.rows import Table
+from torc.benchmark.paper import PaperMethod, paper_method, paper_success
+from torc.benchmark.report.tables import CATEGORIES
+from torc.benchmark.rows import Table, TrialRow
+from torc.errors import MissingDependencyError, extra_remedy
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_WORDS = {
-    "success": (
-        "Success (the paper's figure 9, left)",
-        "Share of trials in which the target was retrieved. Coloured: with no drop; grey, hatched: with drops. Lines: "
-        "95 % intervals. Diamonds: the paper's values, upper one for all successes, lower one for those with no drop.",
-    ),
-    "picks": (
-        "Picks required (the paper's figure 9, right)",
-        "Picks of every completed trial, failed attempts included. Box: quartiles and median. Diamonds: the paper's "
-        "medians.",
-    ),
-    "drops": (
-        "Objects dropped (the paper's figure 10, left)",
-        "Objects other than the target that fell off the table, of every completed trial. Diamonds: the paper's "
-        "medians.",
-    ),
-    "decision_time": (
-        "Decision time (the paper's figure 10, right)",
-        "Wall time of every decision on a logarithmic scale (0.1 ms is the least that is shown). Diamonds: the paper's "
-        "medians, on other machines.",
-    ),
-    "categories": (
-        "Structured against unstructured scenes",
-        "Left: share of trials with the target retrieved. Right: picks to retrieval. Lines: 95 % intervals.",
-    ),
-    "problems": (
-        "Every problem",
-        "A row per problem. Left: share of trials with the target retrieved (in brackets the paper's, for its own "
-        "problems). Right: mean picks to retrieval. Yellow is good, dark blue is bad.",
-    ),
+_COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#666666")
+_GRAY, _INK = "#C8C8C8", "#1E1E1E"
+_PAPER_MARK: dict[str, Any] = {"marker": "D", "s": 46, "facecolor": "white", "edgecolor": _INK}
+_PAPER_MARK |= {"linewidth": 1.3, "zorder": 5}
+_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "font.family": "sans-serif",
+    "font.size": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "hatch.linewidth": 0.6,
 }
-"""Title and text of each figure."""
+_MAX_POINTS = 400
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure, drawn.
-
-    Attributes:
-        name: of its files.
-        title: what it shows.
-        text: the same in words, for those who do not see it.
-        svg: the drawing.
-        png: the drawing as pixels.
-    """
+    """A figure, drawn: `name` of its files, `text` is for those who do not see it; `wide`: of the whole page."""
 
     name: str
     title: str
     text: str
     svg: bytes
     png: bytes
-
-    def save(self, directory: Path) -> None:
-        """NAME.svg and NAME.png."""
-        (directory / f"{self.name}.svg").write_bytes(self.svg)
-        (directory / f"{self.name}.png").write_bytes(self.png)
+    wide: bool = False
 
 
 def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
     """All figures, planners in the given order; those without a completed trial are left out.
 
-    Raises:
-        MissingDependencyError: matplotlib is not installed.
+    Raises MissingDependencyError: matplotlib is not installed.
     """
     shown = [p for p in planners if table.completed(p)]
     if not shown:
         return []
-    draws = {
-        "success": _success,
-        "picks": _picks,
-        "drops": _drops,
-        "decision_time": _decision_time,
-        "categories": _categories,
-        "problems": _problems,
-    }
-    return [Picture(name, *_WORDS[name], *_drawn(name, draw, table, shown)) for name, draw in draws.items()]
-
-
-def _drawn(
-    name: str, draw: Callable[[Table, list[str]], Figure], table: Table, planners: list[str]
-) -> tuple[bytes, bytes]:
-    matplotlib = load_matplotlib()
-    settings = {
-        "svg.fonttype": "none",
-        "svg.hashsalt": name,
-        "font.family": "sans-serif",
-        "font.size": 10,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "hatch.linewidth": 0.6,
-    }
-    with matplotlib.rc_context(settings):
-        figure = draw(table, planners)
-        figure.tight_layout()
+    try:
+        import matplotlib
+    except ImportError:
+        raise MissingDependencyError("matplotlib, which draws the figures,", extra_remedy("report")) from None
+    pictures = []
+    for name, (draw, title, text) in _FIGURES.items():
         svg, png = io.BytesIO(), io.BytesIO()
-        figure.savefig(svg, format="svg", metadata={"Date": None})
-        figure.savefig(png, format="png", dpi=150)
-    return svg.getvalue(), png.getvalue()
+        with matplotlib.rc_context({**_STYLE, "svg.hashsalt": name}):
+            figure = draw(table, shown)
+            figure.tight_layout()
+            figure.savefig(svg, format="svg", metadata={"Date": None})
+            figure.savefig(png, format="png", dpi=150)
+        wide = draw in (_categories, _problems)
+        pictures.append(Picture(name, title, text, svg.getvalue(), png.getvalue(), wide))
+    return pictures
 
 
 def _success(table: Table, planners: list[str]) -> Figure:
-    figure, (axes,) = new_figure(max(5.4, 1.8 + 0.85 * len(planners)), 3.8)
+    figure, (axes,) = _new_figure(max(5.4, 1.8 + 0.85 * len(planners)), 3.8)
     for i, planner in enumerate(planners):
         done = table.completed(planner)
         success, clean = SUCCESS.of(done), DROP_FREE.of(done)
-        axes.bar(i, clean.value, 0.62, color=colour(i), label="with no drop" if i == 0 else None)
-        axes.bar(
-            i,
-            success.value - clean.value,
-            0.62,
-            clean.value,
-            color=GREY,
-            hatch="///",
-            edgecolor="white",
-            label="with drops" if i == 0 else None,
-        )
-        whisker(axes, i, success)
-        paper_marks(axes, i, planner, lambda m: [m.success, m.drop_free], first=i == 0)
+        axes.bar(i, clean.value, 0.62, color=_color(i), label=None if i else "with no drop")
+        hatched: dict[str, Any] = {"color": _GRAY, "hatch": "///", "edgecolor": "white"}
+        dropped = success.value - clean.value
+        axes.bar(i, dropped, 0.62, clean.value, label=None if i else "with drops", **hatched)
+        _whisker(axes, i, success)
+        _mark_paper(axes, i, planner, lambda m: [m.success, m.drop_free])
     axes.set_ylim(0, 1.04)
     axes.set_ylabel("share of trials")
-    name_planners(axes, planners)
-    legend(axes)
+    _name_planners(axes, planners)
     return figure
 
 
 def _picks(table: Table, planners: list[str]) -> Figure:
-    return boxes(table, planners, lambda r: [r.picks], lambda m: [m.picks], "picks per trial")
+    return _boxes(table, planners, lambda r: [r.picks], lambda m: [m.picks], "picks per trial")
 
 
 def _drops(table: Table, planners: list[str]) -> Figure:
-    return boxes(table, planners, lambda r: [r.drops], lambda m: [m.drops], "objects dropped per trial")
+    return _boxes(table, planners, lambda r: [r.drops], lambda m: [m.drops], "objects dropped per trial")
 
 
 def _decision_time(table: Table, planners: list[str]) -> Figure:
-    figure = boxes(
-        table,
-        planners,
-        lambda r: [max(p.decision_s, 1e-4) for p in r.picked],
-        lambda m: [] if m.decision_s is None else [m.decision_s],
-        "seconds per decision",
-    )
+    def seconds(row: TrialRow) -> list[float]:
+        return [max(p.decision_s, 1e-4) for p in row.picked]
+
+    def papers(method: PaperMethod) -> list[float]:
+        return [] if method.decision_s is None else [method.decision_s]
+
+    figure = _boxes(table, planners, seconds, papers, "seconds per decision")
     figure.axes[0].set_yscale("log")
     return figure
 
 
+def _boxes(
+    table: Table,
+    planners: list[str],
+    values: Callable[[TrialRow], list[float]],
+    papers: Callable[[PaperMethod], list[float]],
+    label: str,
+) -> Figure:
+    """A box, and points, of all values of each planner's completed trials."""
+    figure, (axes,) = _new_figure(max(5.4, 1.8 + 0.85 * len(planners)), 3.8)
+    rng = np.random.default_rng(0)
+    for i, planner in enumerate(planners):
+        points = np.array([v for row in table.completed(planner) for v in values(row)], dtype=float)
+        if len(points):
+            box = {"facecolor": _color(i), "alpha": 0.35, "edgecolor": _INK}
+            median = {"color": _INK, "linewidth": 2.2}
+            look: dict[str, Any] = {"patch_artist": True, "boxprops": box, "medianprops": median}
+            axes.boxplot(points, positions=[i], widths=0.5, showfliers=False, **look)
+            if len(points) > _MAX_POINTS:
+                points = rng.choice(points, _MAX_POINTS, replace=False)
+            beside = i + rng.uniform(-0.2, 0.2, len(points))
+            axes.scatter(beside, points, 7, color=_color(i), alpha=0.6, zorder=3)
+        _mark_paper(axes, i, planner, papers)
+    axes.set_ylabel(label)
+    _name_planners(axes, planners)
+    return figure
+
+
 def _categories(table: Table, planners: list[str]) -> Figure:
-    figure, all_axes = new_figure(max(8.4, 3.0 + 1.7 * len(planners)), 3.8, 2)
+    figure, all_axes = _new_figure(max(8.4, 3.0 + 1.7 * len(planners)), 3.8, 2)
     for axes, measure in zip(all_axes, (SUCCESS, COST)):
-        for k, (category, marker) in enumerate(zip(CATEGORIES, ("s", "o"))):
+        for category, marker, shift in zip(CATEGORIES, ("s", "o"), (-0.12, 0.12)):
             for i, planner in enumerate(planners):
                 found = measure.of(table.completed(planner, category))
                 if found.count:
-                    x = i + 0.24 * k - 0.12
-                    whisker(axes, x, found)
-                    axes.scatter(x, found.value, 52, marker=marker, color=colour(i), edgecolor=INK, zorder=4)
-            axes.scatter([], [], 52, marker=marker, color="white", edgecolor=INK, label=category)
+                    x, look = i + shift, {"color": _color(i), "edgecolor": _INK, "zorder": 4}
+                    _whisker(axes, x, found)
+                    axes.scatter(x, found.value, 52, marker=marker, **look)
+            axes.scatter([], [], 52, marker=marker, color="white", edgecolor=_INK, label=category)
         axes.set_ylabel("share retrieved" if measure is SUCCESS else measure.name)
-        name_planners(axes, planners)
-        legend(axes)
+        _name_planners(axes, planners)
     all_axes[0].set_ylim(0, 1.04)
     return figure
 
 
 def _problems(table: Table, planners: list[str]) -> Figure:
-    problems = table.problems
-    figure, all_axes = new_figure(max(7.0, 3.4 + 1.5 * len(planners)), 1.8 + 0.27 * len(problems), 2)
-    success, cost = (np.full((len(problems), len(planners)), np.nan) for _ in range(2))
-    words = [["" for _ in planners] for _ in problems]
+    names, budget = table.problems, max(r.max_picks for r in table.rows)
+    figure, (left, right) = _new_figure(max(7.0, 3.4 + 1.5 * len(planners)), 1.8 + 0.27 * len(names), 2)
+    good = np.full((2, len(names), len(planners)), np.nan)
+    texts = np.full(good.shape, "", dtype=object)
     for j, planner in enumerate(planners):
         done = table.completed(planner)
-        for i, problem in enumerate(problems):
-            rows = [r for r in done if r.problem == problem]
-            if rows:
-                success[i, j] = np.mean([r.retrieved for r in rows])
-                cost[i, j] = np.mean([r.cost for r in rows])
+        for i, problem in enumerate(names):
+            if rows := [r for r in done if r.problem == problem]:
+                success, cost = np.mean([r.retrieved for r in rows]), np.mean([r.cost for r in rows])
                 published = paper_success(problem, planner)
-                words[i][j] = "" if published is None else f" ({published:.2f})"
-    budget = max(r.max_picks for r in table.rows)
-    heat_map(all_axes[0], success, planners, "share retrieved", "cividis", (0, 1), 2, words)
-    heat_map(all_axes[1], cost, planners, "picks to retrieval", "cividis_r", (1, budget), 1)
-    all_axes[0].set_yticks(range(len(problems)), problems)
-    all_axes[1].set_yticks([])
+                good[:, i, j] = success, (budget - cost) / max(budget - 1, 1)
+                texts[0, i, j] = f"{success:.2f}" + ("" if published is None else f" ({published:.2f})")
+                texts[1, i, j] = f"{cost:.1f}"
+    for k, (axes, title) in enumerate(((left, "share retrieved"), (right, "picks to retrieval"))):
+        axes.imshow(good[k], cmap="cividis", vmin=0, vmax=1, aspect="auto")
+        for (i, j), text in np.ndenumerate(texts[k]):
+            ink = "black" if good[k, i, j] > 0.5 else "white"
+            axes.text(j, i, text, ha="center", va="center", color=ink, fontsize=8)
+        axes.set_title(title, fontsize=10)
+        axes.spines[:].set_visible(False)
+        _name_planners(axes, planners, legend=False)
+        axes.set_xlim(-0.5, len(planners) - 0.5)
+    left.set_yticks(range(len(names)), names)
+    right.set_yticks([])
     return figure
+
+
+def _new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, Any]:
+    """A figure with axes side by side; inches."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height))
+    return figure, figure.subplots(1, columns, squeeze=False)[0]
+
+
+def _color(index: int) -> str:
+    return _COLORS[index % len(_COLORS)]
+
+
+def _name_planners(axes: Axes, planners: list[str], legend: bool = True) -> None:
+    """Planners along the x axis, the legend above."""
+    axes.set_xticks(range(len(planners)), [p.replace("[", "\n[") for p in planners], rotation=20, ha="right")
+    axes.set_xlim(-0.6, len(planners) - 0.4)
+    if legend:
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.16), ncols=3, frameon=False, fontsize=9)
+
+
+def _whisker(axes: Axes, x: float, found: Estimate) -> None:
+    """An interval as a line; none where it has no end."""
+    if np.isfinite(found.high):
+        below, above = max(found.value - found.low, 0.0), max(found.high - found.value, 0.0)
+        axes.errorbar(x, found.value, [[below], [above]], color=_INK, capsize=4, linewidth=1.3, zorder=3)
+
+
+def _mark_paper(axes: Axes, i: int, planner: str, values: Callable[[PaperMethod], list[float]]) -> None:
+    """The paper's values beside a planner's; an entry of the legend with the first."""
+    method = paper_method(planner)
+    marks = values(method) if method else []
+    if marks:
+        axes.scatter([i + 0.36] * len(marks), marks, **_PAPER_MARK)
+    if i == 0:
+        axes.scatter([], [], **_PAPER_MARK, label="the paper")
+
+
+_FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
+    "success": (
+        _success,
+        "Success (the paper's figure 9, left)",
+        "Share of trials in which the target was retrieved. Colored: with no drop; gray, hatched: with drops. Lines: "
+        "95 % intervals. Diamonds: the paper's values, upper one for all successes, lower one for those with no drop.",
+    ),
+    "picks": (
+        _picks,
+        "Picks required (the paper's figure 9, right)",
+        "Picks of every completed trial, failed attempts included. Box: quartiles and median. Diamonds: the paper's "
+        "medians.",
+    ),
+    "drops": (
+        _drops,
+        "Objects dropped (the paper's figure 10, left)",
+        "Objects other than the target that fell off the table, of every completed trial. Diamonds: the paper's "
+        "medians.",
+    ),
+    "decision_time": (
+        _decision_time,
+        "Decision time (the paper's figure 10, right)",
+        "Wall time of every decision on a logarithmic scale (0.1 ms is the least that is shown). Diamonds: the paper's "
+        "medians, on other machines.",
+    ),
+    "categories": (
+        _categories,
+        "Structured against unstructured scenes",
+        "Left: share of trials with the target retrieved. Right: picks to retrieval. Lines: 95 % intervals.",
+    ),
+    "problems": (
+        _problems,
+        "Every problem",
+        "A row per problem. Left: share of trials with the target retrieved (in brackets the paper's, for its own "
+        "problems). Right: mean picks to retrieval. Yellow is good, dark blue is bad.",
+    ),
+}
+"""How each figure is drawn, its title and text."""

@@ -2,12 +2,12 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from torc.benchmark.measures import DECISION_S
-from torc.benchmark.ranking import Standing
-from torc.benchmark.report.bounding import bound_sentence
-from torc.benchmark.report.wording import seconds_text, signed_text
+from torc.benchmark.ranking import Standing, rank
+from torc.benchmark.report.bounds import bound_sentence
+from torc.benchmark.report.cells import seconds_text, signed_text
 from torc.benchmark.rows import Table
 
 FEW_PROBLEMS = 10
@@ -18,19 +18,53 @@ _ONLY_REFERENCES = (
 
 @dataclass(frozen=True)
 class Verdict:
-    """The answer to "which planner should I use?".
-
-    Attributes:
-        planner: its label; None where no trial was completed.
-        answer: a sentence.
-        reasons: sentences with the numbers behind it.
-        warnings: what stands in the way of believing it.
-    """
+    """The answer: a planner's label, or None where no trial was completed; and sentences."""
 
     planner: str | None
     answer: str
     reasons: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Planners in order, and the trials that count in it.
+
+    Attributes:
+        comparable: False where some planners share no problem with the others: then the order means nothing.
+    """
+
+    table: Table
+    standings: list[Standing]
+    verdict: Verdict
+    comparable: bool = True
+
+
+def rank_on_common_ground(table: Table) -> Ranking:
+    """The ranking over the problems that every planner has trials of: means over different ones do not compare.
+
+    References may have fewer.
+    """
+    standings = rank(table)
+    ranked = [s.planner for s in standings if not s.reference]
+    problems = {planner: {r.problem for r in table.of(planner)} for planner in ranked}
+    everything = set().union(*problems.values())
+    common = everything.intersection(*problems.values())
+    if common == everything:
+        return Ranking(table, standings, verdict(table, standings))
+    counts = ", ".join(f"{planner} {len(mine)}" for planner, mine in problems.items())
+    if not common:
+        answer = f"These planners cannot be ranked: there is no problem that all of them were played on ({counts})."
+        told = Verdict(None, answer, (), verdict(table, standings).warnings)
+        return Ranking(table, standings, told, comparable=False)
+    shared = replace(table, rows=tuple(r for r in table.rows if r.problem in common))
+    standings = rank(shared)
+    told = verdict(shared, standings)
+    warning = (
+        f"The planners were not played on the same problems ({counts}). Answer and ranking count only the "
+        f"{len(common)} that all of them have; what follows counts all."
+    )
+    return Ranking(shared, standings, replace(told, warnings=(warning, *told.warnings)))
 
 
 def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
@@ -44,23 +78,21 @@ def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
     ties = [s for s in standings if s.ties and not s.reference]
     cleaner = [s for s in ties if s.behind is not None and s.behind.drops.high < 0]
     best = min(cleaner, key=lambda s: s.drops.value) if cleaner else leader
-    reasons = [_numbers(table, best)]
-    if told := bound_sentence(table, best.planner):
-        reasons.append(told)
-    others = [s for s in (leader, *ties) if s is not best]
+    reasons = [_numbers(table, best), bound_sentence(table, best.planner)]
     if cleaner:
         reasons.append(f"It is chosen for the objects that it does not drop: {leader.planner} drops more.")
+    others = [s for s in (leader, *ties) if s is not best]
     if others:
         told = "; ".join(_gap(s, leader) for s in others)
         reasons.append(f"By picks it may be no better than: {told}. Trials of more problems would tell.")
-        answer = (
-            f"Use {best.planner}; these trials cannot tell it from {_listed([s.planner for s in others])}."
-        )
+        *some, last = [s.planner for s in others]
+        names = f"{', '.join(some)} or {last}" if some else last
+        answer = f"Use {best.planner}; these trials cannot tell it from {names}."
     elif sum(not s.reference and s.completed > 0 for s in standings) > 1:
         answer = f"Use {best.planner}: it needs fewer picks than every other planner here."
     else:
         answer = f"There is only {best.planner} to judge: add planners to compare it with."
-    return Verdict(best.planner, answer, tuple(reasons), warnings)
+    return Verdict(best.planner, answer, tuple(filter(None, reasons)), warnings)
 
 
 def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
@@ -79,15 +111,16 @@ def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
                 f"{s.planner}: {s.played - s.completed} of {s.played} trials errored and are not scored; if these were "
                 "the hard ones, it looks better than it is."
             )
-    problems = len({r.problem for r in table.rows if r.completed})
+    done = [r for r in table.rows if r.completed]
+    problems = len({r.problem for r in done})
     if 0 < problems < FEW_PROBLEMS:
         found.append(
             f"Only {problems} problems: intervals are wide, and another choice of problems may say otherwise."
         )
-    budgets = {r.max_picks for r in table.rows if r.completed}
+    budgets = {r.max_picks for r in done}
     if len(budgets) > 1:
         found.append(f"Trials have different budgets of picks ({', '.join(map(str, sorted(budgets)))}).")
-    versions = {r.version for r in table.rows if r.completed}
+    versions = {r.version for r in done}
     if len(versions) > 1:
         found.append(f"Trials come from several versions of torc ({', '.join(sorted(versions))}).")
     if table.left_out:
@@ -96,16 +129,12 @@ def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
 
 
 def _numbers(table: Table, s: Standing) -> str:
-    done = table.completed(s.planner)
+    decision = seconds_text(DECISION_S.of(table.completed(s.planner)))
     return (
         f"It needs {s.cost.text(1)} picks to retrieve the target, gets it in {100 * s.success.value:.0f} % of the "
-        f"trials, drops {s.drops.text()} objects a trial and takes {seconds_text(DECISION_S.of(done))} s "
+        f"trials, drops {s.drops.text()} objects a trial and takes {decision} s "
         f"for a decision ({s.completed} trials of {s.cost.problems} problems)."
     )
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
 
 
 def _gap(s: Standing, leader: Standing) -> str:

@@ -1,23 +1,21 @@
-"""From a directory of trials to a directory with the report."""
+"""From directories of trials to a directory with the report."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from torc.benchmark import intervals
+from torc.benchmark.intervals import Estimate
 from torc.benchmark.measures import MEASURES
 from torc.benchmark.paper import CITATION
 from torc.benchmark.reading import read_tables
-from torc.benchmark.report import content
-from torc.benchmark.report.board import trial_board
-from torc.benchmark.report.bounding import beaten_table, bound_summary, bounds_table
-from torc.benchmark.report.common_ground import Ranking, rank_on_common_ground
-from torc.benchmark.report.figures import draw_all
-from torc.benchmark.report.gallery import failures
-from torc.benchmark.report.links import address_of
-from torc.benchmark.report.markdown import markdown_page
-from torc.benchmark.report.page import Content, html_page
+from torc.benchmark.report import tables
+from torc.benchmark.report.bounds import beaten_table, bound_summary, bounds_table
+from torc.benchmark.report.cells import Link, address_of
+from torc.benchmark.report.figures import Picture, draw_all
+from torc.benchmark.report.pages import Page, Section, html_page, markdown_page
+from torc.benchmark.report.trials import KEY, failures, trial_board
+from torc.benchmark.report.verdict import Ranking, rank_on_common_ground
 from torc.benchmark.rows import Table
 from torc.benchmark.store import Store
 from torc.benchmark.table_files import write_tables
@@ -25,7 +23,7 @@ from torc.errors import InputError
 
 REPORT_FORMAT = "torc-report/1"
 _FIGURES = "figures"
-_PAPER_FIGURES = 4
+_MOST_LEFT_OUT = 20
 _INTERVALS = (
     "Intervals: trials of one problem are alike, so that problems are the sample. Shares have Wilson's interval for "
     "the effective number of trials, means Student's t corrected for skewness (Hall), differences Student's t, medians "
@@ -71,77 +69,88 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
     """
     table = read_tables(roots)
     ranking = rank_on_common_ground(table)
-    made = _content(table, ranking, gallery)
+    pictures = draw_all(table, [s.planner for s in ranking.standings])
+    view_command = table.view_command if any(address_of(table, row) for row in table.rows) else ""
+    page = _page(table, ranking, pictures, gallery, view_command)
     try:
         (out / _FIGURES).mkdir(parents=True, exist_ok=True)
-        for picture in (*made.paper_figures, *made.figures):
-            picture.save(out / _FIGURES)
+        for picture in pictures:
+            (out / _FIGURES / f"{picture.name}.svg").write_bytes(picture.svg)
+            (out / _FIGURES / f"{picture.name}.png").write_bytes(picture.png)
         write_tables(table, out)
-        (out / "index.html").write_text(html_page(made), encoding="utf-8")
-        (out / "report.md").write_text(markdown_page(made, _FIGURES), encoding="utf-8")
+        (out / "index.html").write_text(html_page(page), encoding="utf-8")
+        (out / "report.md").write_text(markdown_page(page, _FIGURES), encoding="utf-8")
     except OSError as error:
         raise InputError(f"Cannot write to '{out}': {error.strerror}. Choose another --out.") from error
-    return Report(out, out / "index.html", made.view_command, _summary(ranking, made))
+    return Report(out, out / "index.html", view_command, _summary(ranking))
 
 
-def _content(table: Table, ranking: Ranking, gallery: int) -> Content:
+def _page(
+    table: Table, ranking: Ranking, pictures: Sequence[Picture], gallery: int, view_command: str
+) -> Page:
     planners = [s.planner for s in ranking.standings]
-    pictures = draw_all(table, planners)
-    shown, failed = failures(table, planners, gallery)
     trials = sum(r.completed for r in table.rows)
-    linked = any(address_of(table, row) for row in table.rows)
     counts = f"{trials} trials, {len(table.problems)} problems, {len(planners)} planners"
     conditions = f", with {table.conditions}" if table.conditions else ""
-    return Content(
-        title=f"{table.root.resolve().name}: {counts}{conditions}",
-        verdict=ranking.verdict,
-        ranking=content.ranking_table(ranking.standings, ranking.table, ranking.comparable),
-        references=content.references_table(ranking.standings, ranking.table),
-        paper_figures=pictures[:_PAPER_FIGURES],
-        figures=pictures[_PAPER_FIGURES:],
-        tables=[
-            content.comparison_table(table, planners),
-            content.measures_table(table, planners),
-            content.paper_table(planners, table),
-            *content.causes_tables(table, planners),
-            content.promises_table(table, planners),
-            content.times_table(table, planners),
-            content.difficulty_table(table),
-            beaten_table(table),
-            bounds_table(table),
-            content.errors_table(table),
-        ],
-        details=[content.problems_table(table, planners), content.trials_table(table)],
-        failures=shown,
-        failed=failed,
-        board=trial_board(table, planners),
-        view_command=table.view_command if linked else "",
-        method=[_OBJECTIVE, _INTERVALS, f"Diamonds: {CITATION}.", *_provenance(table)],
+    references = tables.references_table(ranking.standings, ranking.table)
+    open_tables = [
+        tables.comparison_table(table, planners),
+        tables.measures_table(table, planners),
+        tables.paper_table(table, planners),
+        *tables.causes_tables(table, planners),
+        tables.promises_table(table, planners),
+        tables.times_table(table, planners),
+        tables.difficulty_table(table),
+        beaten_table(table),
+        bounds_table(table),
+        tables.errors_table(table),
+    ]
+    shown, failed = failures(table, planners, gallery)
+    told = (
+        f"{len(shown)} of {failed} failed trials, causes in turn. A picture leads to that pick in the viewer."
     )
+    how = " Each is a link to the trial, pick by pick. Links to trials work while "
+    links = (how, Link(view_command, kind="code"), " runs.") if view_command else ()
+    numbers = tables.problems_table(table, planners), tables.trials_table(table)
+    sections = [
+        Section("", [tables.ranking_table(ranking.standings, ranking.table, ranking.comparable)]),
+        *([Section(references.title, [references])] if references.rows else []),
+        Section("The paper's figures, from these trials", pictures, "figures"),
+        *(
+            Section(t.title, [t], "" if i else "tables")
+            for i, t in enumerate(t for t in open_tables if t.rows)
+        ),
+        Section("Every trial", [(*KEY, *links), trial_board(table, planners)], "trials"),
+        Section("Failures", [told if failed else "No completed trial failed.", *shown], "failures"),
+        Section("Every problem and trial in numbers", [t for t in numbers if t.rows], "details", folded=True),
+        Section(
+            "How this was made",
+            [_OBJECTIVE, _INTERVALS, f"Diamonds: {CITATION}.", *_origins(table)],
+            "method",
+        ),
+    ]
+    return Page(f"{table.root.resolve().name}: {counts}{conditions}", ranking.verdict, sections)
 
 
-def _provenance(table: Table) -> list[str]:
+def _origins(table: Table) -> list[str]:
     """Sentences on where the trials come from."""
     store, told = Store(table.root), []
     for call in store.calls() if store.is_there else []:
         commit, machine = call.get("commit"), call.get("machine", {})
-        source = (
-            f"commit {commit['id'][:12]}{', changed' if commit['changed'] else ''}"
-            if commit
-            else "no checkout"
-        )
+        changed = ", changed" if commit and commit["changed"] else ""
+        source = f"commit {commit['id'][:12]}{changed}" if commit else "no checkout"
         told.append(
             f"{call.get('started', '?')}: {' '.join(call.get('command', []))}; torc "
             f"{call.get('versions', {}).get('torc', '?')} ({source}); {machine.get('processor', '?')}, "
             f"{machine.get('cores', '?')} cores, {call.get('workers', '?')} workers; played {call.get('played', '?')}."
         )
-    told += [f"Left out: {directory}: {why}." for directory, why in table.left_out[:20]]
-    if len(table.left_out) > 20:
-        told.append(f"... and {len(table.left_out) - 20} more.")
+    told += [f"Left out: {directory}: {why}." for directory, why in table.left_out[:_MOST_LEFT_OUT]]
+    if len(table.left_out) > _MOST_LEFT_OUT:
+        told.append(f"... and {len(table.left_out) - _MOST_LEFT_OUT} more.")
     return told
 
 
-def _summary(ranking: Ranking, made: Content) -> dict[str, Any]:
+def _summary(ranking: Ranking) -> dict[str, Any]:
     planners = []
     for s in ranking.standings:
         done = ranking.table.completed(s.planner)
@@ -151,15 +160,14 @@ def _summary(ranking: Ranking, made: Content) -> dict[str, Any]:
         planners.append({**facts, **counts, "measures": measures})
     return {
         "format": REPORT_FORMAT,
-        "answer": made.verdict.answer,
-        "planner": made.verdict.planner,
-        "warnings": list(made.verdict.warnings),
+        "answer": ranking.verdict.answer,
+        "planner": ranking.verdict.planner,
+        "warnings": list(ranking.verdict.warnings),
         "ranking": planners,
         "oracle_bound": bound_summary(ranking.table),
     }
 
 
-def _plain(found: intervals.Estimate) -> dict[str, float | int | None]:
+def _plain(found: Estimate) -> dict[str, float | int | None]:
     """JSON has no NaN and no infinity."""
-    facts = asdict(found)
-    return {k: (None if isinstance(v, float) and not abs(v) < float("inf") else v) for k, v in facts.items()}
+    return {k: v if abs(v) < float("inf") else None for k, v in asdict(found).items()}

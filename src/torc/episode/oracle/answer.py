@@ -5,7 +5,7 @@ from typing import Any
 
 from torc.episode.bound import Bound
 from torc.episode.oracle.found import Found
-from torc.episode.privileged import Moment
+from torc.episode.privileged import SimulatedState
 from torc.problems.problem import Problem
 from torc.records import PickOutcome
 from torc.records.serialization import to_plain
@@ -15,13 +15,8 @@ PASS_NAME = "(nothing)"
 
 @dataclass(frozen=True)
 class ForeseenPick:
-    """One pick of the order.
-
-    Attributes:
-        object_id: what is picked; None: nothing can be, and the pick passes.
-        name: the object's name.
-        outcome: what comes of it.
-        after: the target's situation after it, in words; empty after the last.
+    """One pick of the order: its object (None: nothing can be picked, and the pick passes), what comes of it, and the
+    target's situation after it, in words (empty after the last).
     """
 
     object_id: int | None
@@ -35,7 +30,6 @@ class OracleAnswer:
     """The best order of picks that was found. All numbers hold for the problem with this seed.
 
     Attributes:
-        problem, seed, budget: what was asked.
         solved: the order ends with the target in the bin.
         foreseen: the picks in order; where not solved, those that looked most promising.
         drops: objects other than the target that fall off the table.
@@ -45,7 +39,6 @@ class OracleAnswer:
             with a pick of something else that brings the target along by luck.
         rough_bound: picks that would be needed at least if a pick did nothing but take its object away, as far as
             that was found out.
-        picks_tried, looks: what the search took.
         likely: every order that would take less if a pick did nothing but take its object away was tried, and took not
             less.
         limit: picks that an order may have, where not solved and longer ones were not tried for that reason.
@@ -119,13 +112,14 @@ class OracleAnswer:
         return "\n".join([*lines, "", f"({self.effort()})"])
 
 
-def answer_from(found: Found[Moment], problem: Problem, seed: int, budget: float) -> OracleAnswer:
+def answer_from(found: Found[SimulatedState], problem: Problem, seed: int, budget: float) -> OracleAnswer:
     """The record of what a search has found."""
     path, names = found.best or found.outlook, [placement.name for placement in problem.ordered()]
     foreseen = tuple(
         ForeseenPick(choice, PASS_NAME if choice is None else names[choice], state.episode.outcomes[-1], note)
         for choice, state, note in zip(path.choices, path.states[1:], path.notes[1:], strict=True)
     )
+    lower_bound = None if found.bound is None else found.bound.picks
     return OracleAnswer(
         problem=problem.name,
         seed=seed,
@@ -134,7 +128,7 @@ def answer_from(found: Found[Moment], problem: Problem, seed: int, budget: float
         foreseen=foreseen,
         drops=path.cost.drops,
         proved=found.proved,
-        lower_bound=None if found.bound is None else found.bound.picks,
+        lower_bound=lower_bound,
         rough_bound=found.rough_bound,
         picks_tried=found.spent.picks,
         looks=found.spent.looks,

@@ -5,11 +5,11 @@ from collections import OrderedDict
 import numpy as np
 
 from torc.episode.oracle.space import Arrival, Choice, Fate, Options
-from torc.episode.privileged import Moment, Sandbox
+from torc.episode.privileged import Sandbox, SimulatedState
 from torc.episode.state import EndReason
 from torc.errors import PhysicsError
 from torc.pipeline.look import Look
-from torc.records import TARGET_ID, PickOutcome, PlanningContext
+from torc.records import TARGET_ID, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.random_choice import graspable_ids
 
@@ -18,50 +18,45 @@ _LOOKS_KEPT = 12
 
 
 class Branches:
-    """All that the robot can pick, from any moment on."""
+    """All that the robot can pick, from any state on."""
 
     def __init__(self, sandbox: Sandbox) -> None:
         self._sandbox = sandbox
-        self._looks: OrderedDict[int, tuple[Moment, Look]] = OrderedDict()
+        self._looks: OrderedDict[int, tuple[SimulatedState, Look]] = OrderedDict()
 
-    def look(self, state: Moment) -> Options:
-        """What can be picked at that moment."""
+    def look(self, state: SimulatedState) -> Options:
+        """What can be picked in that state."""
         return options(self._look(state).context)
 
-    def pick(self, state: Moment, choice: Choice) -> Arrival[Moment]:
+    def pick(self, state: SimulatedState, choice: Choice) -> Arrival[SimulatedState]:
         """What comes of a pick. One that breaks the simulation leads nowhere."""
         try:
-            moment = self._sandbox.pick(state, self._look(state), choice)
+            after = self._sandbox.pick(state, self._look(state), choice)
         except PhysicsError:
             return Arrival(state, fate=Fate.LOST)
-        fate = {None: Fate.OPEN, EndReason.RETRIEVED: Fate.SOLVED}.get(moment.episode.end, Fate.LOST)
-        outcome = moment.episode.outcomes[-1]
-        return Arrival(moment, len(outcome.dropped), fate, _gone(outcome))
+        fate = {None: Fate.OPEN, EndReason.RETRIEVED: Fate.SOLVED}.get(after.episode.end, Fate.LOST)
+        outcome = after.episode.outcomes[-1]
+        delivered = () if outcome.held_id is None or not outcome.delivered else (outcome.held_id,)
+        return Arrival(after, len(outcome.dropped), fate, frozenset((*delivered, *outcome.dropped)))
 
-    def peek(self, state: Moment, removed: frozenset[int]) -> Options:
+    def peek(self, state: SimulatedState, removed: frozenset[int]) -> Options:
         """What could be picked if these objects were gone."""
         try:
             return options(self._sandbox.look_without(state, removed).context)
         except PhysicsError:
             return Options(())
 
-    def _look(self, moment: Moment) -> Look:
-        """The look at a moment; taken again, with the same result, if it was long ago."""
-        key = id(moment)
+    def _look(self, state: SimulatedState) -> Look:
+        """The look at a state; taken again, with the same result, if it was long ago."""
+        key = id(state)
         if key in self._looks:
             self._looks.move_to_end(key)
         else:
-            # The moment is kept, too, so that its id stays its own.
-            self._looks[key] = moment, self._sandbox.look(moment)
+            # The state is kept, too, so that its id stays its own.
+            self._looks[key] = state, self._sandbox.look(state)
             if len(self._looks) > _LOOKS_KEPT:
                 self._looks.popitem(last=False)
         return self._looks[key][1]
-
-
-def _gone(outcome: PickOutcome) -> frozenset[int]:
-    """Objects that left the table by a pick."""
-    delivered = () if outcome.held_id is None or not outcome.delivered else (outcome.held_id,)
-    return frozenset((*delivered, *outcome.dropped))
 
 
 def options(context: PlanningContext) -> Options:
@@ -71,25 +66,15 @@ def options(context: PlanningContext) -> Options:
     """
     graspable, target_seen = graspable_ids(context), context.scene.target_id is not None
     target = TARGET_ID if TARGET_ID in graspable else None
-    choices: tuple[Choice, ...] = ()
+    choices: tuple[Choice, ...] = (None,) if context.scene.objects else ()
     if graspable:
-        choices = _promising_first(context, graspable)
-    elif context.scene.objects:
-        choices = (None,)
+        # DG-SELECT draws nothing.
+        first = DgSelectPlanner().decide(context, np.random.default_rng(0))
+        p = first.evidence["probabilities"]
+        places = [(k != TARGET_ID, k != first.object_id, -p.get(str(k), 0.0), k) for k in graspable]
+        choices = tuple(k for *_, k in sorted(places))
     outlook = 2.0 * (target is not None) + target_seen + float(np.mean(context.volume.seen))
-    if not target_seen:
-        note = "the target is hidden"
-    else:
+    note = "the target is hidden"
+    if target_seen:
         note = "the target is in sight, " + ("and can be picked" if target is not None else "but blocked")
     return Options(choices, target, outlook, note)
-
-
-def _promising_first(context: PlanningContext, graspable: tuple[int, ...]) -> tuple[int, ...]:
-    # DG-SELECT draws nothing.
-    decision = DgSelectPlanner().decide(context, np.random.default_rng(0))
-    probabilities = decision.evidence["probabilities"]
-
-    def place(k: int) -> tuple[bool, bool, float, int]:
-        return k != TARGET_ID, k != decision.object_id, -probabilities.get(str(k), 0.0), k
-
-    return tuple(sorted(graspable, key=place))

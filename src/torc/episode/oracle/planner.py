@@ -7,10 +7,9 @@ import numpy as np
 
 from torc.episode.bound import Bound
 from torc.episode.oracle.answer import OracleAnswer, answer_from
-from torc.episode.oracle.budget import DEFAULT_BUDGET, check_budget
-from torc.episode.oracle.found import Path
+from torc.episode.oracle.found import DEFAULT_BUDGET, Path, check_budget
 from torc.episode.oracle.solve import best_order
-from torc.episode.privileged import Moment, Simulation
+from torc.episode.privileged import SimulatedState, Simulation
 from torc.errors import InputError
 from torc.records import Decision, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner
@@ -20,17 +19,13 @@ from torc.task_planning.dg_select import DgSelectPlanner
 class _Plan:
     """An order of picks that is being followed. `step` is the next one."""
 
-    path: Path[Moment]
+    path: Path[SimulatedState]
     answer: OracleAnswer
     step: int = 0
 
     @property
     def ended(self) -> bool:
         return self.step >= len(self.path.choices)
-
-    def foresaw(self, now: Moment) -> bool:
-        """Whether there is a next pick, and everything is as it was foreseen before it."""
-        return not self.ended and self.path.states[self.step].same_as(now)
 
 
 class OraclePlanner:
@@ -59,10 +54,8 @@ class OraclePlanner:
         self._simulation, self._plan, self._bound = simulation, None, None
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object of the best order that was found. Draws nothing from rng.
-
-        Raises:
-            InputError: there is no simulation to try picks in.
+        """The next object of the best order that was found. Draws nothing from rng. Raises InputError without a
+        simulation.
         """
         if self._simulation is None:
             raise InputError(
@@ -70,8 +63,15 @@ class OraclePlanner:
                 "torc run --planner oracle."
             )
         now, plan = self._simulation.now(), self._plan
-        if plan is None or not plan.foresaw(now):
-            plan = self._search(self._simulation, now)
+        if plan is None or plan.ended or not plan.path.states[plan.step].same_as(now):
+            simulation, config = self._simulation, self._simulation.config
+            left = config.max_picks - now.episode.pick
+            # A trial needs the order; the proof that it is the best only where it takes little.
+            found = best_order(
+                simulation.sandbox, now, left, self.budget, simulation.say, likely_suffices=True
+            )
+            answer = answer_from(found, simulation.problem, config.seed, self.budget)
+            plan = _Plan(found.best or found.outlook, answer)
             # Who searches again has not followed one answer from the start.
             self._bound = plan.answer.bound if self._bound is None and plan.answer.solved else Bound.FOUND
         self._plan = replace(plan, step=plan.step + 1)
@@ -83,14 +83,6 @@ class OraclePlanner:
             return replace(decision, reason=reason, evidence=evidence)
         evidence["step"] = plan.step
         return Decision(plan.path.choices[plan.step], _reason(plan.answer, plan.step), evidence=evidence)
-
-    def _search(self, simulation: Simulation, now: Moment) -> _Plan:
-        config = simulation.config
-        left = config.max_picks - now.episode.pick
-        # A trial needs the order; the proof that it is the best only where it takes little.
-        found = best_order(simulation.sandbox, now, left, self.budget, simulation.say, likely_suffices=True)
-        answer = answer_from(found, simulation.problem, config.seed, self.budget)
-        return _Plan(found.best or found.outlook, answer)
 
 
 def _reason(answer: OracleAnswer, step: int) -> str:

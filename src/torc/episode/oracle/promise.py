@@ -1,25 +1,69 @@
-"""What promises to lead to the target, if every pick did nothing but take its object away. A guess, never a proof."""
+"""What promises to lead to the target, if every pick did nothing but take its object away. A guess, never a proof.
 
+Then the order of picks does not matter, and a state is the set of objects that are gone: far fewer than there are
+sequences, and no pick has to be tried to look at one.
+"""
+
+import heapq
+import itertools
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic
 
-from torc.episode.oracle.budget import LOOK_COST
-from torc.episode.oracle.found import Cost
-from torc.episode.oracle.rough import RoughPlan, rough_plans
+from torc.episode.oracle.found import LOOK_COST, Cost
 from torc.episode.oracle.space import Choice, Options, State
 from torc.episode.oracle.tree import Tree, Trial
 
 
-@dataclass(frozen=True, order=True)
-class Prospect:
-    """What the cheapest sequence that begins with a trial would cost, as far as is known.
+@dataclass(frozen=True)
+class RoughPlan:
+    """One step of the search for plans.
 
     Attributes:
-        expected: picks, failures to be expected by experience included.
-        cost: if no pick failed.
+        picks: no plan that has not been given yet is shorter.
+        plan: the objects to pick in order, the target last; None: nothing found in this step.
     """
+
+    picks: int
+    plan: tuple[int, ...] | None = None
+
+
+def rough_plans(peek: Callable[[frozenset[int]], Options], now: Options) -> Iterator[RoughPlan]:
+    """All plans, the shortest first, one per set of objects to take away. Each step but the first takes one peek, which
+    tells what a look would if these objects were gone. Among sets of one size those come first without whose last
+    object the target looked nearest.
+    """
+    if now.target is not None:
+        yield RoughPlan(1, (now.target,))
+    numbers = itertools.count()
+    waiting: list[tuple[int, float, int, int, tuple[int, ...]]] = []
+    known: set[frozenset[int]] = set()
+
+    def extend(taken: tuple[int, ...], detour: int, options: Options) -> None:
+        others = [k for k in options.choices if k is not None and k != options.target]
+        for rank, k in enumerate(others):
+            gone = frozenset((*taken, k))
+            if gone not in known:
+                known.add(gone)
+                place = (len(gone), -options.outlook, detour + rank, next(numbers))
+                heapq.heappush(waiting, (*place, (*taken, k)))
+
+    extend((), 0, now)
+    while waiting:
+        size, _, detour, _, taken = heapq.heappop(waiting)
+        options = peek(frozenset(taken))
+        if options.target is not None:
+            yield RoughPlan(size + 1, (*taken, options.target))
+        else:
+            yield RoughPlan(size + 1)
+            extend(taken, detour, options)
+
+
+@dataclass(frozen=True, order=True)
+class Prospect:
+    """What the cheapest sequence that begins with a trial would cost, as far as is known: picks with the failures to
+    be expected by experience, and the cost if no pick failed."""
 
     expected: float
     cost: Cost
@@ -33,8 +77,6 @@ class Promise(Generic[State]):
 
     Attributes:
         rough_bound: no rough plan that is not known yet has fewer picks; None: all are known.
-        spent: what peeks took.
-        lessons: how often something was learned: what is promised changes with it.
     """
 
     def __init__(self, tree: Tree[State], share: float) -> None:
@@ -138,10 +180,7 @@ def closure(
     wanted: frozenset[int], offered: Mapping[int, Collection[frozenset[int]]]
 ) -> frozenset[int] | None:
     """Objects that can be picked one after the other until all that are wanted are gone; None where none are known.
-
-    Args:
-        wanted: objects.
-        offered: sets of objects with which gone an object could be picked; it still can be when more are gone.
+    `offered` are sets of objects with which gone an object could be picked; it still can be when more are gone.
     """
     needed, gone = wanted, frozenset[int]()
     while gone < needed:

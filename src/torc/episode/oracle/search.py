@@ -18,7 +18,7 @@ from typing import Generic
 import numpy as np
 
 from torc.episode.oracle.found import Cost, Found, Spent
-from torc.episode.oracle.promise import Promise, Prospect
+from torc.episode.oracle.promise import Promise
 from torc.episode.oracle.space import Space, State
 from torc.episode.oracle.tree import Node, Tree, Trial
 
@@ -37,49 +37,36 @@ def search(
     likely_suffices: bool = False,
     tell: Callable[[Found[State]], None] | None = None,
 ) -> Found[State]:
-    """The sequence of at most max_picks picks that costs least, or the best that the budget finds.
-
-    Args:
-        space: what to search.
-        start: where from.
-        max_picks: longer sequences do not count.
-        budget: in picks; a look counts LOOK_COST. It is never exceeded.
-        likely_suffices: end as soon as the best sequence is likely the best there is (`Found.likely`), unless the
-            budget allows for the proof.
-        tell: called after every pick and look with the answer so far.
+    """The sequence of at most max_picks picks that costs least, or the best that the budget finds, which is never
+    exceeded. `likely_suffices` ends it as soon as the best sequence is likely the best there is (`Found.likely`),
+    unless the budget allows for the proof. `tell` is called after every pick and look with the answer so far.
     """
-    run = _Search(space, start, max_picks, budget, likely_suffices, tell or (lambda found: None))
-    run.run()
+    run: _Search[State]
+    tell = tell or (lambda found: None)
+    tree = Tree(space, start, max_picks, budget, lambda: tell(run.found()))
+    run = _Search(tree)
+    run.run(likely_suffices)
     return run.found()
 
 
 class _Search(Generic[State]):
-    def __init__(
-        self,
-        space: Space[State],
-        start: State,
-        max_picks: int,
-        budget: float,
-        likely_suffices: bool,
-        tell: Callable[[Found[State]], None],
-    ) -> None:
-        self.tree: Tree[State] = Tree(space, start, max_picks, budget, lambda: tell(self.found()))
-        self.promise: Promise[State] = Promise(self.tree, _PEEK_SHARE)
-        self.likely_suffices = likely_suffices
+    def __init__(self, tree: Tree[State]) -> None:
+        self.tree = tree
+        self.promise: Promise[State] = Promise(tree, _PEEK_SHARE)
         self.rng = np.random.default_rng(0)
         self.reached: dict[frozenset[int], int] = {}
         """Sets of objects that were gone in a state, and after how few picks."""
         self.spent_on_promises = 0.0
         self._promising: tuple[tuple[Spent, int], Trial[State] | None] | None = None
 
-    def run(self) -> None:
+    def run(self, likely_suffices: bool) -> None:
         tree = self.tree
         if not tree.affords(looks=1):
             return
         tree.look(tree.root)
         self.follow_first_choices()
         while tree.next() is not None and tree.affords(picks=1, looks=1):
-            if self.likely_suffices and self.likely and not self.proof_in_reach():
+            if likely_suffices and self.likely and not self.proof_in_reach():
                 return
             self.advance()
 
@@ -110,22 +97,21 @@ class _Search(Generic[State]):
         trial = self.most_promising()
         prospect = None if trial is None else self.promise.of(trial)
         unknown = self.unknown_plans()
-        if unknown is not None and self.promise.affords_peek and self.unknown_first(unknown, prospect):
+        # Neither the search for promises nor trying them should take much more of the budget than the other.
+        unknown_first = unknown is not None and (
+            prospect is None
+            or (unknown.picks < prospect.expected and self.promise.spent <= self.spent_on_promises)
+        )
+        if unknown_first and self.promise.affords_peek:
             self.promise.extend()
         elif trial is not None:
             before = self.tree.spent.total
             self.attempt(trial)
             self.spent_on_promises += self.tree.spent.total - before
-        elif self.proof_in_reach() or (trial := self.drawn(self.tree.open())) is None:
-            self.attempt_next()
-        else:
+        elif not self.proof_in_reach() and (trial := self.drawn(self.tree.open())) is not None:
             self.wander(trial)
-
-    def unknown_first(self, unknown: Cost, prospect: Prospect | None) -> bool:
-        """Whether to look for more promises, where neither side should take much more of the budget than the other."""
-        if prospect is None:
-            return True
-        return unknown.picks < prospect.expected and self.promise.spent <= self.spent_on_promises
+        elif (trial := self.tree.next()) is not None:
+            self.attempt(trial)
 
     def most_promising(self) -> Trial[State] | None:
         """The open choice that promises the least cost, if it is less than that of the best sequence.
@@ -183,10 +169,6 @@ class _Search(Generic[State]):
             return None
         weights = 1.0 / (1.0 + np.array([t.detour for t in new]))
         return new[self.rng.choice(len(new), p=weights / weights.sum())]
-
-    def attempt_next(self) -> None:
-        if (trial := self.tree.next()) is not None:
-            self.attempt(trial)
 
     def attempt(self, trial: Trial[State]) -> Node[State] | None:
         """Try a choice, and learn from it."""

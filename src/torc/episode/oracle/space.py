@@ -22,8 +22,7 @@ class Options:
     """What a look at a state tells.
 
     At least one more pick is needed if the target can be picked now, else at least two: all bounds follow from this.
-    (A pick of something else that brings the target along by luck counts when it is met; bounds do not reckon with
-    it.)
+    (They do not reckon with a pick of something else that brings the target along by luck.)
 
     Attributes:
         choices: what can be picked, most promising first; the target is the first where it can be picked.
@@ -40,14 +39,8 @@ class Options:
 
 @dataclass(frozen=True)
 class Arrival(Generic[State]):
-    """Where a pick leads.
-
-    Attributes:
-        state: after it.
-        dropped: how many objects it dropped.
-        fate: whether the picks go on.
-        gone: the objects that left the table by it.
-    """
+    """Where a pick leads: the state after it, how many objects it dropped, whether the picks go on, and the objects
+    that left the table by it."""
 
     state: State
     dropped: int = 0
@@ -60,12 +53,9 @@ class Space(Protocol[State]):
 
     def look(self, state: State) -> Options:
         """What can be done in a state."""
-        ...
 
     def pick(self, state: State, choice: Choice) -> Arrival[State]:
         """What comes of it."""
-        ...
 
     def peek(self, state: State, removed: frozenset[int]) -> Options:
         """What a look would tell if these objects were gone from a state: a guess that costs no picks."""
-        ...

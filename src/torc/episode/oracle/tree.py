@@ -7,25 +7,20 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Generic
 
-from torc.episode.oracle.found import NOTHING, Cost, Path, Spent
+from torc.episode.oracle.found import Cost, Path, Spent
 from torc.episode.oracle.space import Choice, Fate, Options, Space, State
 
 
 @dataclass
 class Node(Generic[State]):
-    """A state and how it was reached.
-
-    Attributes:
-        gone: objects that have left the table since the start.
-        detour: by how much its choices differ from the most promising ones.
-        options: what a look tells; nothing where nobody looked.
-        trials: one per choice that may still lead to something better.
+    """A state and how it was reached: objects that have left the table since the start, by how much its choices differ
+    from the most promising ones, and a trial per choice that may still lead to something better.
     """
 
     state: State
     parent: "Node[State] | None" = None
     choice: Choice = None
-    cost: Cost = NOTHING
+    cost: Cost = field(default_factory=lambda: Cost(0, 0))
     gone: frozenset[int] = frozenset()
     detour: int = 0
     options: Options = field(default_factory=lambda: Options(()))
@@ -37,12 +32,9 @@ class Node(Generic[State]):
         while (parent := nodes[-1].parent) is not None:
             nodes.append(parent)
         nodes.reverse()
-        return Path(
-            choices=tuple(n.choice for n in nodes[1:]),
-            states=tuple(n.state for n in nodes),
-            notes=tuple(n.options.note for n in nodes),
-            cost=self.cost,
-        )
+        choices = tuple(n.choice for n in nodes[1:])
+        notes = tuple(n.options.note for n in nodes)
+        return Path(choices, tuple(n.state for n in nodes), notes, self.cost)
 
 
 @dataclass(order=True)
@@ -72,10 +64,8 @@ class Tree(Generic[State]):
     """All that was tried from a start, within a budget. It says what can still be tried, not what should be.
 
     Attributes:
-        root: the start.
         best: the end of the best sequence.
         leader: the most promising state that was looked at.
-        spent: what it took.
         cut: something was left untried because it needs too many picks.
     """
 

@@ -1,7 +1,7 @@
 """The objects of GraspClutter6D in the user's object store: each mesh is converted once."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,16 +9,26 @@ from jaxtyping import Float
 
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint
-from torc.generation.graspclutter6d.layout import MeshFile, find_mesh
+from torc.generation.graspclutter6d.reading import object_stem
 from torc.geometry.transforms import Pose
-from torc.objects.files import ObjectSource, load_source
+from torc.objects.files import load_source
 from torc.objects.importing.mesh import MeshImport, read_mesh
 from torc.objects.importing.options import MeshOptions
 from torc.objects.importing.storing import add_object
 from torc.objects.models import ObjectModel
+from torc.objects.schema import ObjectSource
 from torc.objects.store import find_stored, load_stored, store_directories
 
 _NOTE = "GraspClutter6D, CC-BY-SA-4.0"
+_FOLDERS = {
+    "models_obj_m": ("obj", 1.0),
+    "models_m": ("ply", 1.0),
+    "models_obj": ("obj", 1e-3),
+    "models": ("ply", 1e-3),
+    "models_obj_eval": ("obj", 1e-3),
+    "models_eval": ("ply", 1e-3),
+}
+"""Folders of meshes, the best first: ending and unit in metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +49,21 @@ class ConvertedObject:
     def visible_points(self) -> Float[np.ndarray, "n 3"]:
         """Vertices of its surfaces, model frame."""
         return np.concatenate([visual.vertices for visual in self.model.visuals])
+
+
+def find_mesh(root: Path, object_id: int) -> tuple[Path, float]:
+    """The best mesh of an object and its unit in metres: the full ones first, textured before coloured, metres before
+    millimetres. Raises InputError if there is none."""
+    name = object_stem(object_id)
+    for folder, (ending, unit_m) in _FOLDERS.items():
+        # obj2mjcf moves each mesh into a folder of its own.
+        for path in (root / folder / f"{name}.{ending}", root / folder / name / f"{name}.{ending}"):
+            if path.is_file():
+                return path, unit_m
+    raise InputError(
+        f"{root} has no mesh of {name}. Unpack one of {', '.join(f'{f}.7z' for f in _FOLDERS)} there; models_obj_m is "
+        "the best."
+    )
 
 
 def model_name(object_id: int) -> str:
@@ -71,7 +96,7 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
     stored = find_stored(name)
     if stored is None:
         say(f"converting {name}: {words}")
-        found, notes = _read(find_mesh(root, object_id), MeshOptions(name=name, description=words))
+        found, notes = _read(*find_mesh(root, object_id), name, words)
         add_object(found, note=_NOTE)
         stored = store_directories()[0] / name
     source = load_source(stored)
@@ -86,7 +111,7 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
 def _check_mesh(root: Path, object_id: int, source: ObjectSource, stored: Path) -> None:
     """Raises InputError where the stored object was made from another mesh than the data set's, which may be gone."""
     try:
-        path = find_mesh(root, object_id).path
+        path, _ = find_mesh(root, object_id)
     except InputError:
         return
     if source.sha256 not in ("", file_fingerprint(path)):
@@ -96,19 +121,15 @@ def _check_mesh(root: Path, object_id: int, source: ObjectSource, stored: Path) 
         )
 
 
-def _read(mesh: MeshFile, options: MeshOptions) -> tuple[MeshImport, tuple[str, ...]]:
+def _read(path: Path, unit_m: float, name: str, words: str) -> tuple[MeshImport, tuple[str, ...]]:
     """The mesh by its folder's unit; by the other one, and a note, where only that gives a thing of a possible size."""
     try:
-        found = read_mesh(mesh.path, replace(options, scale=mesh.unit_m))
+        found = read_mesh(path, MeshOptions(name=name, description=words, scale=unit_m))
         return found, found.notes
     except InputError as error:
-        other_m = 1.0 if mesh.unit_m != 1.0 else 1e-3
+        other_m, unit = (1.0, "metres") if unit_m != 1.0 else (1e-3, "millimetres")
         try:
-            found = read_mesh(mesh.path, replace(options, scale=other_m))
+            found = read_mesh(path, MeshOptions(name=name, description=words, scale=other_m))
         except InputError:
             raise error from None
-        unit = "metres" if other_m == 1.0 else "millimetres"
-        return found, (
-            f"its mesh in {mesh.path.parent} is in {unit}, against the folder's name",
-            *found.notes,
-        )
+        return found, (f"its mesh in {path.parent} is in {unit}, against the folder's name", *found.notes)

@@ -8,9 +8,10 @@ import re
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import cast
 
 from torc.errors import InputError
-from torc.generation.graspclutter6d.layout import MAX_ID, object_stem
+from torc.generation.graspclutter6d.reading import MAX_ID, object_stem
 from torc.problems.schema import Category
 
 LABELLED_SCENES = 1000
@@ -18,13 +19,8 @@ LABELLED_SCENES = 1000
 
 @dataclass(frozen=True)
 class PaperProblem:
-    """One of the 40 problems of the retrieval paper.
-
-    Attributes:
-        category: structured or unstructured, by the authors.
-        scene: number of the scene.
-        target: name of the wanted object, e.g. obj_000044_1.
-    """
+    """One of the 40 problems of the retrieval paper: the authors' label, the scene's number, and the wanted object,
+    e.g. obj_000044_1."""
 
     category: Category
     scene: int
@@ -34,14 +30,8 @@ class PaperProblem:
 @cache
 def paper_problems() -> tuple[PaperProblem, ...]:
     """The 40 problems, structured first, by scene."""
-    return tuple(
-        PaperProblem(
-            "structured" if row["category"] == "structured" else "unstructured",
-            int(row["scene"]),
-            row["target"],
-        )
-        for row in csv.DictReader(_lines("paper_problems.csv"))
-    )
+    rows = csv.DictReader(_lines("paper_problems.csv"))
+    return tuple(PaperProblem(cast(Category, r["category"]), int(r["scene"]), r["target"]) for r in rows)
 
 
 def published_category(scene: int) -> Category | None:
@@ -58,11 +48,7 @@ def object_words(object_id: int) -> str:
 
 
 def parse_object_name(text: str) -> tuple[int, int | None]:
-    """Object id and instance (None if not given) of "obj_000044_1", "44_1" or "44".
-
-    Raises:
-        InputError: another form.
-    """
+    """Object id and instance (None if not given) of "obj_000044_1", "44_1" or "44". Raises InputError."""
     found = re.fullmatch(r"(?:obj_)?(\d{1,6})(?:_(\d{1,3}))?", text, re.ASCII)
     if found is None or not 0 < int(found.group(1)) <= MAX_ID:
         raise InputError(

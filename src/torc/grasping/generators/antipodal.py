@@ -5,12 +5,12 @@ from numba import njit
 
 from torc.grasping.axes import approach_directions, in_cone
 from torc.grasping.generators.common import (
+    NO_CANDIDATES,
     GeneratorInput,
     RawCandidates,
     drawn,
     make_rotation,
-    no_candidates,
-    settle_on_points,
+    settled,
 )
 
 _PAIR_COS = float(np.cos(np.deg2rad(25.0)))
@@ -24,7 +24,7 @@ def propose_antipodal(given: GeneratorInput, rng: np.random.Generator) -> RawCan
     """Grasps that close along antipodal pairs, approached from every direction of the set that is across."""
     cloud, config = given.cloud, given.config
     if cloud.visible < given.min_points:
-        return no_candidates()
+        return NO_CANDIDATES
     sources = rng.permutation(cloud.visible)[:_MAX_SOURCES]
     start = rng.integers(len(cloud.points), size=len(sources))
     pairs = _pairs(cloud.points, cloud.normals, sources, start, given.hand.max_width_m - config.spread_m)
@@ -37,32 +37,8 @@ def propose_antipodal(given: GeneratorInput, rng: np.random.Generator) -> RawCan
     return settled(raw, given)
 
 
-def settled(raw: RawCandidates, given: GeneratorInput) -> RawCandidates:
-    """Candidates after `settle_on_points`, those without room or points left out."""
-    config, cells = given.config, given.cloud.cells
-    tips, widths, keep = raw.tips.copy(), np.zeros(len(raw)), np.zeros(len(raw), dtype=np.bool_)
-    limits = np.array([given.support_z_m, given.tip_margin_m, config.spread_m, max(config.depths_m)])
-    settle_on_points(
-        cells.points,
-        cells.tags,
-        cells.starts,
-        cells.centers,
-        cells.radii,
-        raw.Rs,
-        tips,
-        limits,
-        given.min_points,
-        given.hand.sizes,
-        widths,
-        keep,
-    )
-    return RawCandidates(raw.Rs[keep], tips[keep], widths[keep])
-
-
 @njit(cache=True)
-def _pairs(
-    points: np.ndarray, normals: np.ndarray, sources: np.ndarray, start: np.ndarray, max_gap_m: float
-) -> np.ndarray:
+def _pairs(points, normals, sources, start, max_gap_m):
     """For each source the best-opposed partner (index pairs); sources without one are left out.
 
     Both normals must lie within 25 degrees of the connecting line. The search starts at a random partner, so
@@ -94,14 +70,7 @@ def _pairs(
 
 
 @njit(cache=True)
-def _approach_pairs(
-    points: np.ndarray,
-    pairs: np.ndarray,
-    approaches: np.ndarray,
-    order: np.ndarray,
-    forward: np.ndarray,
-    yaw_cos: float,
-) -> tuple[np.ndarray, np.ndarray]:
+def _approach_pairs(points, pairs, approaches, order, forward, yaw_cos):
     """Rotations and TCPs: up to three approaches per pair, each at two depths of the contact on the pad."""
     per_pair = 3
     most = len(pairs) * per_pair * len(_CONTACT_DEPTHS_M)

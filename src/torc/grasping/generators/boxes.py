@@ -4,8 +4,14 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.grasping.completion import robust_range
-from torc.grasping.generators.antipodal import settled
-from torc.grasping.generators.common import GeneratorInput, RawCandidates, drawn, make_rotation, no_candidates
+from torc.grasping.generators.common import (
+    NO_CANDIDATES,
+    GeneratorInput,
+    RawCandidates,
+    drawn,
+    make_rotation,
+    settled,
+)
 
 _YAW_STEP_RAD = np.deg2rad(3.0)
 _MAX_POINTS = 250
@@ -17,7 +23,7 @@ def propose_boxes(given: GeneratorInput, rng: np.random.Generator) -> RawCandida
     """Grasps along the box's axes: from above at three places, from its near sides at three tilts and places."""
     cloud, config = given.cloud, given.config
     if cloud.visible < given.min_points:
-        return no_candidates()
+        return NO_CANDIDATES
     axes, center, half = upright_box(cloud.points)
     Rs, tips = [], []
     for closing_axis in (0, 1):
@@ -36,7 +42,7 @@ def propose_boxes(given: GeneratorInput, rng: np.random.Generator) -> RawCandida
                     Rs.append(R)
                     tips.append(center + shift * 2 * extent_y * R[:, 1] + (depth - reach) * approach)
     if not Rs:
-        return no_candidates()
+        return NO_CANDIDATES
     raw = RawCandidates(np.array(Rs), np.array(tips), np.zeros(len(Rs)))
     return settled(drawn(raw, config.max_raw, rng), given)
 

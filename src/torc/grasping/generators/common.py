@@ -9,7 +9,7 @@ from numba import njit
 from torc.grasping.cells import gather
 from torc.grasping.clouds import ObjectCloud
 from torc.grasping.config import CandidateConfig
-from torc.grasping.hand import FINGER_X, FINGER_Y, FINGER_Z, OPEN, PAD_Y, PAD_Z, HandGeometry
+from torc.grasping.hand import HandGeometry
 
 
 @dataclass(frozen=True)
@@ -52,22 +52,34 @@ class RawCandidates:
     def __len__(self) -> int:
         return len(self.widths_m)
 
+    def __getitem__(self, keep: np.ndarray) -> "RawCandidates":
+        return RawCandidates(self.Rs[keep], self.tips[keep], self.widths_m[keep])
 
-def no_candidates() -> RawCandidates:
-    """An empty set."""
-    return RawCandidates(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0))
+
+NO_CANDIDATES = RawCandidates(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
 def drawn(candidates: RawCandidates, limit: int, rng: np.random.Generator) -> RawCandidates:
     """At most `limit` candidates, evenly drawn, in their order."""
     if len(candidates) <= limit:
         return candidates
-    keep = np.sort(rng.choice(len(candidates), limit, replace=False))
-    return RawCandidates(candidates.Rs[keep], candidates.tips[keep], candidates.widths_m[keep])
+    return candidates[np.sort(rng.choice(len(candidates), limit, replace=False))]
+
+
+def settled(raw: RawCandidates, given: GeneratorInput) -> RawCandidates:
+    """Candidates raised off the support, centred between the points they enclose, with the width from those.
+
+    Those without room or points are left out.
+    """
+    spread_m, retreat_m = given.config.spread_m, max(given.config.depths_m)
+    limits = np.array([given.support_z_m, given.tip_margin_m, spread_m, retreat_m])
+    tips, widths, keep = raw.tips.copy(), np.zeros(len(raw)), np.zeros(len(raw), dtype=np.bool_)
+    _settle_on_points(given.cloud.cells, raw.Rs, tips, limits, given.min_points, given.hand, widths, keep)
+    return RawCandidates(raw.Rs, tips, widths)[keep]
 
 
 @njit(cache=True)
-def make_rotation(closing: np.ndarray, approach: np.ndarray, out: np.ndarray) -> None:
+def make_rotation(closing, approach, out):
     """Rotation with columns closing, approach x closing, approach (unit, perpendicular); closing turned to +y.
 
     A parallel gripper turned by half a turn about its approach is the same: one of the two is chosen.
@@ -82,82 +94,57 @@ def make_rotation(closing: np.ndarray, approach: np.ndarray, out: np.ndarray) ->
 
 
 @njit(cache=True)
-def lowest_tip_z(R: np.ndarray, sizes: np.ndarray, support_z_m: float, margin_m: float) -> float:
+def lowest_tip_z(R, hand, support_z_m, margin_m):
     """Least height of the TCP at which the open fingertips keep `margin_m` from the support."""
-    return (
-        support_z_m
-        + margin_m
-        + abs(R[2, 0]) * (0.5 * sizes[OPEN] + sizes[FINGER_X])
-        + abs(R[2, 1]) * sizes[FINGER_Y]
-    )
+    side = abs(R[2, 0]) * (0.5 * hand.max_width_m + hand.finger_x)
+    return support_z_m + margin_m + side + abs(R[2, 1]) * hand.finger_y
 
 
 @njit(cache=True)
-def fit_jaws(
-    local: np.ndarray, index: np.ndarray, count: int, seen: np.ndarray, center_x: float, sizes: np.ndarray
-) -> tuple[float, float, int]:
+def _fit_jaws(local, index, count, seen, center_x, hand):
     """Extent along the closing axis of the points that closing fingers meet, and the seen points between the pads.
 
     Points are given in the grasp frame and lie behind the fingertips. Looks at those within half an opening of
     `center_x` and within the fingers' width. Returns (low, high) (low > high: no points), and the count.
     """
     low, high, between = 1e9, -1e9, 0
-    half = 0.5 * sizes[OPEN]
+    half = 0.5 * hand.max_width_m
     for k in range(count):
         x, y = local[k, 0], local[k, 1]
-        if abs(y) > sizes[FINGER_Y] or abs(x - center_x) > half:
+        if abs(y) > hand.finger_y or abs(x - center_x) > half:
             continue
         low, high = min(low, x), max(high, x)
-        if seen[index[k]] == 1 and local[k, 2] > -sizes[PAD_Z] and abs(y) < sizes[PAD_Y]:
+        if seen[index[k]] == 1 and local[k, 2] > -hand.pad_z and abs(y) < hand.pad_y:
             between += 1
     return low, high, between
 
 
 @njit(cache=True)
-def settle_on_points(
-    points: np.ndarray,
-    seen: np.ndarray,
-    starts: np.ndarray,
-    centers: np.ndarray,
-    radii: np.ndarray,
-    Rs: np.ndarray,
-    tips: np.ndarray,
-    limits: np.ndarray,
-    min_points: int,
-    sizes: np.ndarray,
-    widths: np.ndarray,
-    keep: np.ndarray,
-) -> None:
-    """Raise tips off the support, centre them between the points they enclose, and take the width from those.
-
-    `limits` = (support height, tip margin, spread, largest retreat). Writes tips, widths and keep in place.
-    """
-    local, index = np.empty((len(points), 3)), np.empty(len(points), dtype=np.int64)
+def _settle_on_points(cells, Rs, tips, limits, min_points, hand, widths, keep):
+    """Writes tips, widths and keep in place. `limits`: support height, tip margin, spread, largest retreat."""
+    support_z, tip_margin, spread, most_back = limits
+    local, index = np.empty((len(cells.points), 3)), np.empty(len(cells.points), dtype=np.int64)
     box = np.empty((2, 3))
-    box[1, 0], box[1, 1], box[1, 2] = sizes[OPEN], sizes[FINGER_Y], 0.0
-    box[0, 0], box[0, 1], box[0, 2] = -sizes[OPEN], -sizes[FINGER_Y], -sizes[FINGER_Z]
+    box[1, 0], box[1, 1], box[1, 2] = hand.max_width_m, hand.finger_y, 0.0
+    box[0, 0], box[0, 1], box[0, 2] = -hand.max_width_m, -hand.finger_y, -hand.finger_z
     for n in range(len(Rs)):
         R = Rs[n]
-        keep[n] = False
-        lift = lowest_tip_z(R, sizes, limits[0], limits[1]) - tips[n, 2]
+        lift = lowest_tip_z(R, hand, support_z, tip_margin) - tips[n, 2]
         if lift > 0.0:
             if R[2, 2] > -0.05:
                 continue
             back = lift / -R[2, 2]
-            if back > limits[3]:
+            if back > most_back:
                 continue
             tips[n] -= back * R[:, 2]
-        count = gather(R, tips[n], box, points, starts, centers, radii, local, index)
-        low, high, _ = fit_jaws(local, index, count, seen, 0.0, sizes)
-        if high < low or high - low + limits[2] > sizes[OPEN]:
+        count = gather(R, tips[n], box, cells, local, index)
+        low, high, _ = _fit_jaws(local, index, count, cells.tags, 0.0, hand)
+        if high < low or high - low + spread > hand.max_width_m:
             continue
         middle = 0.5 * (low + high)
-        low, high, between = fit_jaws(local, index, count, seen, middle, sizes)
-        if (
-            between < min_points
-            or high - low + limits[2] > sizes[OPEN]
-            or abs(low + high - 2 * middle) > 0.004
-        ):
+        low, high, between = _fit_jaws(local, index, count, cells.tags, middle, hand)
+        fits = high - low + spread <= hand.max_width_m and abs(low + high - 2 * middle) <= 0.004
+        if between < min_points or not fits:
             continue
         tips[n] += middle * R[:, 0]
         widths[n] = high - low

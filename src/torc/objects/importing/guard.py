@@ -1,6 +1,6 @@
 """Child processes for work on hostile files: a hang, a crash or too much memory ends the child, not the parent.
 
-The two sides exchange files in a directory, never pickles; whatever the child wrote is validated like a stranger's.
+The two sides exchange files in a directory, never pickles; what the child made is validated like a stranger's.
 """
 
 import contextlib
@@ -18,8 +18,14 @@ from typing import Any
 from torc.errors import InputError, TorcError
 
 _REQUEST, _ANSWER, _LOG = "request.json", "answer.json", "log.txt"
-_MAX_ANSWER_BYTES = 1_000_000
 _MAX_FILE_BYTES = 2**30
+# One seed for sets of text, few threads and heaps: the same answer on every machine, within the memory allowed.
+_ENVIRONMENT = {
+    "PYTHONHASHSEED": "0",
+    "OMP_NUM_THREADS": "2",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MALLOC_ARENA_MAX": "2",
+}
 
 
 class ChildError(TorcError):
@@ -29,7 +35,7 @@ class ChildError(TorcError):
 def run_child(
     task: str, request: Mapping[str, Any], directory: Path, limit_s: float, memory_bytes: int
 ) -> dict[str, Any]:
-    """Runs `task` ("module:function", called with the request and the directory) in a child process.
+    """What `task` ("module:function", called with the request and the directory) returns in a child process.
 
     Args:
         task: a function that takes (request, directory) and returns plain data.
@@ -39,51 +45,38 @@ def run_child(
             clock it is killed too, with all that it started: a busy machine needs longer, a hanging child for ever.
         memory_bytes: its address space, where the system can limit that.
 
-    Returns:
-        What the function returned.
-
     Raises:
         InputError: the function raised one.
         ChildError: time or memory ran out, or the process crashed.
     """
-    order = {
-        "task": task,
-        "memory_bytes": memory_bytes,
-        "cpu_s": ceil(limit_s),
-        "request": dict(request),
-    }
+    order = {"task": task, "memory_bytes": memory_bytes, "cpu_s": ceil(limit_s), "request": dict(request)}
     (directory / _REQUEST).write_text(json.dumps(order), encoding="utf-8")
-    # -P: nothing is imported from the working directory, which may be a stranger's too
-    code = _run([sys.executable, "-P", "-m", __name__, str(directory)], directory, 4 * limit_s)
+    code = _run(directory, 4 * limit_s)
     if code in (None, -signal.SIGXCPU):
         raise ChildError(f"it took longer than {limit_s:g} s of computing")
-    answer = _read_answer(directory / _ANSWER)
-    if answer is None:
-        raise ChildError(_death(code))
+    try:
+        answer = json.loads((directory / _ANSWER).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        signals = {-s.value: s.name for s in signal.Signals}
+        how = f"was ended by {signals[code]}" if code in signals else f"ended with code {code} and no answer"
+        raise ChildError(f"the process {how}") from None
     if "refused" in answer:
-        raise InputError(str(answer["refused"]))
+        raise InputError(answer["refused"])
     if "failed" in answer:
-        raise ChildError(str(answer["failed"]))
-    result = answer.get("result")
-    return result if isinstance(result, dict) else {}
+        raise ChildError(answer["failed"])
+    return dict(answer["result"])
 
 
-def _run(command: list[str], directory: Path, timeout_s: float) -> int | None:
-    """Exit code, or None if the time was up."""
-    # One seed for sets of text, few threads and heaps: the same answer on every machine, within the memory allowed.
-    quiet = {
-        "PYTHONHASHSEED": "0",
-        "OMP_NUM_THREADS": "2",
-        "OPENBLAS_NUM_THREADS": "1",
-        "MALLOC_ARENA_MAX": "2",
-    }
+def _run(directory: Path, timeout_s: float) -> int | None:
+    """The child's exit code, or None if the time was up."""
     with open(directory / _LOG, "wb") as log:
         child = subprocess.Popen(
-            command,
+            # -P: nothing is imported from the working directory, which may be a stranger's too
+            [sys.executable, "-P", "-m", __name__, str(directory)],
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,
-            env={**os.environ, **quiet},
+            env={**os.environ, **_ENVIRONMENT},
             start_new_session=True,
         )
         try:
@@ -98,23 +91,6 @@ def _run(command: list[str], directory: Path, timeout_s: float) -> int | None:
             child.wait()
 
 
-def _read_answer(path: Path) -> dict[str, Any] | None:
-    try:
-        if path.is_symlink() or path.stat().st_size > _MAX_ANSWER_BYTES:
-            return None
-        answer = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return None
-    return answer if isinstance(answer, dict) else None
-
-
-def _death(code: int | None) -> str:
-    signals = {-s.value: s.name for s in signal.Signals}
-    if code in signals:
-        return f"the process was ended by {signals[code]}"
-    return f"the process ended with code {code} and no answer"
-
-
 def _serve(directory: Path) -> None:
     """The child's side."""
     order = json.loads((directory / _REQUEST).read_text(encoding="utf-8"))
@@ -127,13 +103,9 @@ def _serve(directory: Path) -> None:
         answer = {"refused": str(error)}
     except MemoryError:
         answer = {"failed": f"it needed more memory than {order['memory_bytes'] / 2**30:.1f} GB"}
-    except RecursionError:
-        answer = {"failed": "it is nested too deeply"}
     except Exception as error:  # third-party code on hostile files: anything may come
         answer = {"failed": f"{type(error).__name__}: {str(error)[:300]}"}
-    aside = directory / f"{_ANSWER}.tmp"
-    aside.write_text(json.dumps(answer), encoding="utf-8")
-    aside.replace(directory / _ANSWER)
+    (directory / _ANSWER).write_text(json.dumps(answer), encoding="utf-8")
 
 
 def _limit(memory_bytes: int, cpu_s: int) -> None:

@@ -12,18 +12,25 @@ from jaxtyping import Float
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint
 from torc.geometry.transforms import wxyz_from_rotation
-from torc.objects.checks import visible_area_m2
-from torc.objects.files import ObjectSource, save_object
-from torc.objects.importing.colours import baked
+from torc.objects.files import save_object
+from torc.objects.importing.baking import baked
 from torc.objects.importing.decomposing import convex_pieces, few_corners, solid_enough
 from torc.objects.importing.mesh import MADE_DIRECTORY, READ_FILE
 from torc.objects.importing.options import MeshOptions
 from torc.objects.importing.reading import Y_UP, read_surfaces
 from torc.objects.importing.resting import is_round, resting_rotation
-from torc.objects.importing.solids import Solid, simplified, solid
-from torc.objects.importing.surfaces import Surface, shaded, sound, welded, with_area
+from torc.objects.importing.surfaces import (
+    Solid,
+    Surface,
+    shaded,
+    simplified,
+    solid,
+    sound,
+    welded,
+    with_area,
+)
 from torc.objects.models import CollisionPiece, ObjectModel, Vec3, VisualMesh, pieces_bounds
-from torc.objects.schema import MAX_MASS_KG, MAX_SIZE_M, MAX_VISUALS, MIN_MASS_KG, MIN_SIZE_M
+from torc.objects.schema import MAX_MASS_KG, MAX_SIZE_M, MAX_VISUALS, MIN_MASS_KG, MIN_SIZE_M, ObjectSource
 
 _MAX_CONTACT_FACES = 4_000
 """Enough for contact; the decomposition's time grows with them."""
@@ -60,16 +67,26 @@ def make_object(request: Mapping[str, Any], directory: Path) -> dict[str, Any]:
     surfaces, notes = read_surfaces(path, options.scale, y_up, root, options.texture_px)
     surfaces = _sound(surfaces, path, notes)
     _check_size(surfaces, path, options.scale)
-    whole = _net(surfaces)
+    whole = welded(*trimesh.util.append_faces([s.vertices for s in surfaces], [s.faces for s in surfaces]))
     contact = solid(simplified(whole, _MAX_CONTACT_FACES))
     if len(contact.net.faces) > _MAX_READ_FACES:
         raise InputError(
             f"{path} cannot be simplified below {_MAX_READ_FACES} triangles: it is torn into pieces."
         )
-    visuals = _visuals(_visible(surfaces, path, notes), contact, whole, options, notes)
-    notes += _net_notes(contact)
-    if options.up == "auto" and y_up and _lies_maybe(contact.net.vertices):
-        notes.append(_LIES_MAYBE)
+    visible = [s for s in map(with_area, surfaces) if len(s.faces)]
+    if not visible:
+        raise InputError(f"{path} has next to no area: its triangles are points or lines.")
+    if len(visible) < len(surfaces):
+        notes.append(f"Parts that are but points or lines were left out ({len(surfaces) - len(visible)}).")
+    visuals = _visuals(visible, contact, whole, options, notes)
+    notes += ["Its triangles faced inwards; they were turned."] if contact.turned else []
+    notes += [f"{contact.closed_holes} holes were closed."] if contact.closed_holes else []
+    if not contact.closed:
+        notes.append("It is not watertight: open parts are touched as a shell around their surface.")
+    if options.up == "auto" and y_up:
+        _, y, z = (contact.net.vertices @ Y_UP).T  # in the file's own axes
+        if abs(z.min()) < _ON_ZERO * np.ptp(z) and abs(y.min()) > _OFF_ZERO * np.ptp(y):
+            notes.append(_LIES_MAYBE)
     (directory / READ_FILE).touch()
     hulls = _hulls(contact.net, options, path, request["undecomposed"], notes)
     model, source = _assembled(path, options, visuals, few_corners(hulls), y_up, notes)
@@ -109,24 +126,6 @@ def _length(metres: float) -> str:
     return f"{metres:.4g} m" if metres >= 1.0 else f"{1000 * metres:.3g} mm"
 
 
-def _net(surfaces: Sequence[Surface]) -> trimesh.Trimesh:
-    offsets = np.cumsum([0, *(len(s.vertices) for s in surfaces)])
-    return welded(
-        np.concatenate([s.vertices for s in surfaces]),
-        np.concatenate([s.faces + offset for s, offset in zip(surfaces, offsets)]),
-    )
-
-
-def _visible(surfaces: Sequence[Surface], path: Path, notes: list[str]) -> list[Surface]:
-    """Those that the physics takes for surfaces."""
-    found = [s for s in map(with_area, surfaces) if visible_area_m2(s.vertices, s.faces) > 0.0]
-    if not found:
-        raise InputError(f"{path} has next to no area: its triangles are points or lines.")
-    if len(found) < len(surfaces):
-        notes.append(f"Parts that are but points or lines were left out ({len(surfaces) - len(found)}).")
-    return found
-
-
 def _visuals(
     surfaces: list[Surface], contact: Solid, whole: trimesh.Trimesh, options: MeshOptions, notes: list[str]
 ) -> tuple[VisualMesh, ...]:
@@ -137,9 +136,9 @@ def _visuals(
     if contact.turned:
         surfaces = [replace(s, faces=s.faces[:, ::-1]) for s in surfaces]
     painted = [
-        s for s in surfaces if s.texture is not None or s.colours is not None or s.rgba != surfaces[0].rgba
+        s for s in surfaces if s.texture is not None or s.colors is not None or s.rgba != surfaces[0].rgba
     ]
-    if count <= allowed and len(surfaces) <= MAX_VISUALS // 2 and all(s.colours is None for s in surfaces):
+    if count <= allowed and len(surfaces) <= MAX_VISUALS // 2 and all(s.colors is None for s in surfaces):
         visuals = [shaded(s) for s in surfaces]
     else:
         net = simplified(whole, allowed)
@@ -157,22 +156,8 @@ def _visuals(
 
 def _back(visual: VisualMesh) -> VisualMesh:
     """The other side of a surface."""
-    normals = None if visual.normals is None else -visual.normals
-    return replace(visual, faces=visual.faces[:, ::-1], normals=normals)
-
-
-def _net_notes(contact: Solid) -> list[str]:
-    notes = ["Its triangles faced inwards; they were turned."] if contact.turned else []
-    notes += [f"{contact.closed_holes} holes were closed."] if contact.closed_holes else []
-    if not contact.closed:
-        notes.append("It is not watertight: open parts are touched as a shell around their surface.")
-    return notes
-
-
-def _lies_maybe(vertices: Float[np.ndarray, "n 3"]) -> bool:
-    """Whether a file that is read with y up looks as if z pointed up in it: it stands on z = 0, and not on y = 0."""
-    _, y, z = (vertices @ Y_UP).T  # in the file's own axes
-    return bool(abs(z.min()) < _ON_ZERO * np.ptp(z) and abs(y.min()) > _OFF_ZERO * np.ptp(y))
+    assert visual.normals is not None
+    return replace(visual, faces=visual.faces[:, ::-1], normals=-visual.normals)
 
 
 def _hulls(
@@ -229,7 +214,13 @@ def _assembled(
     )
     w, x, y, z = (float(v) for v in wxyz_from_rotation(R @ Y_UP if y_up else R))
     file = "".join(c if c.isprintable() else "_" for c in path.name)
-    return model, ObjectSource(file, "", options.scale, _vec3(shift), (w, x, y, z), file_fingerprint(path))
+    return model, ObjectSource(
+        file=file,
+        sha256=file_fingerprint(path),
+        scale=options.scale,
+        position=_vec3(shift),
+        wxyz=(w, x, y, z),
+    )
 
 
 def _mass_kg(path: Path, options: MeshOptions, pieces: Sequence[CollisionPiece]) -> float:
@@ -245,8 +236,8 @@ def _mass_kg(path: Path, options: MeshOptions, pieces: Sequence[CollisionPiece])
 
 
 def _moved(visual: VisualMesh, R: Float[np.ndarray, "3 3"], shift: Float[np.ndarray, "3"]) -> VisualMesh:
-    normals = None if visual.normals is None else visual.normals @ R.T
-    return replace(visual, vertices=visual.vertices @ R.T + shift, normals=normals)
+    assert visual.normals is not None
+    return replace(visual, vertices=visual.vertices @ R.T + shift, normals=visual.normals @ R.T)
 
 
 def _vec3(values: np.ndarray) -> Vec3:

@@ -2,17 +2,16 @@
 
 import importlib.util
 import tempfile
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from torc.errors import InputError, MissingDependencyError, extra_remedy
-from torc.objects.files import ObjectSource, load_object_directory, load_source
+from torc.objects.files import load_object_directory, load_source
 from torc.objects.importing.guard import ChildError, run_child
 from torc.objects.importing.options import FORMATS, MeshOptions
 from torc.objects.models import ObjectModel
+from torc.objects.schema import ObjectSource
 
-Say = Callable[[str], None]
 MAX_MESH_BYTES = 200 * 2**20
 MADE_DIRECTORY = "made"
 """Where the child process leaves the object, in a directory of its name."""
@@ -51,8 +50,13 @@ def read_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImpor
         MissingDependencyError: the extra `import` is not installed.
     """
     path, options = Path(path), options or MeshOptions()
-    _check_libraries()
-    path = _check_file(path)
+    for library in _LIBRARIES:
+        if importlib.util.find_spec(library) is None:
+            raise MissingDependencyError(
+                f"The library {library}, which reads meshes,", extra_remedy("import")
+            )
+    _check_file(path)
+    path = path.resolve()
     name = options.name_for(path)
     with tempfile.TemporaryDirectory(prefix="torc-import-") as folder:
         notes = _made(path, options, Path(folder))
@@ -60,26 +64,16 @@ def read_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImpor
         return MeshImport(load_object_directory(made), load_source(made), notes)
 
 
-def _check_libraries() -> None:
-    missing = [name for name in _LIBRARIES if importlib.util.find_spec(name) is None]
-    if missing:
-        raise MissingDependencyError(f"The library {missing[0]}, which reads meshes,", extra_remedy("import"))
-
-
-def _check_file(path: Path) -> Path:
+def _check_file(path: Path) -> None:
     if path.suffix[1:].lower() not in FORMATS:
         raise InputError(f"{path} is not of a format that is read: {', '.join(f.upper() for f in FORMATS)}.")
     if not path.is_file():
         raise InputError(f"There is no mesh file {path}.")
-    try:
-        size = path.stat().st_size
-    except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}.") from None
+    size = path.stat().st_size
     if size > MAX_MESH_BYTES:
         raise InputError(
             f"{path} is too large: {size // 2**20} MB; at most {MAX_MESH_BYTES // 2**20}. Simplify it first."
         )
-    return path.resolve()
 
 
 def _made(path: Path, options: MeshOptions, folder: Path) -> tuple[str, ...]:
@@ -100,5 +94,4 @@ def _made(path: Path, options: MeshOptions, folder: Path) -> tuple[str, ...]:
             f"{path} could not be read: {error}. If the file is sound, simplify it or leave its textures out "
             "(--no-textures)."
         ) from error
-    notes = [str(note)[:300] for note in answer.get("notes", ())]
-    return tuple("".join(c if c.isprintable() else "?" for c in note) for note in notes[:20])
+    return tuple("".join(c if c.isprintable() else "?" for c in note[:300]) for note in answer["notes"][:20])

@@ -34,8 +34,6 @@ def check_glb(data: bytes, textures: bool) -> None:
         raise _refusal("A skeleton bends it (skin)", "Apply the pose and export it without")
     if any(any(part.get("weights", ())) for part in (*nodes, *meshes)):
         raise _refusal("A shape key bends it (weights)", "Apply the shape keys")
-    if any("camera" in node and ("mesh" in node or "children" in node) for node in nodes):
-        raise _refusal("It hangs on a camera", "Export it without cameras")
     for part in (part for mesh in meshes for part in mesh["primitives"]):
         if part.get("mode") == _FAN_MODE:
             raise _refusal("It has fans of triangles")

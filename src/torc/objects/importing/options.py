@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
 from torc.errors import InputError
 from torc.objects.schema import (
     MAX_DESCRIPTION,
@@ -69,15 +67,18 @@ class MeshOptions:
     memory_bytes: int = 6 * 2**30
 
     def __post_init__(self) -> None:
-        _between("scale", self.scale, 1e-6, 1e6)
-        if self.mass_kg is not None:
-            _between("mass", self.mass_kg, MIN_MASS_KG, MAX_MASS_KG)
-        _between("density", self.density_kg_m3, 1.0, 25_000.0)
-        _between("friction", self.friction, MIN_FRICTION, MAX_FRICTION)
-        _between("max_faces", self.max_faces, 100, 100_000)
-        _between("texture_px", self.texture_px, 16, MAX_TEXTURE_PX)
-        _between("max_pieces", self.max_pieces, 1, MAX_PIECES)
-        _between("concavity", self.concavity, 0.01, 1.0)
+        for what, value, (low, high) in (
+            ("scale", self.scale, (1e-6, 1e6)),
+            ("mass", self.mass_kg, (MIN_MASS_KG, MAX_MASS_KG)),
+            ("density", self.density_kg_m3, (1.0, 25_000.0)),
+            ("friction", self.friction, (MIN_FRICTION, MAX_FRICTION)),
+            ("max_faces", self.max_faces, (100, 100_000)),
+            ("texture_px", self.texture_px, (16, MAX_TEXTURE_PX)),
+            ("max_pieces", self.max_pieces, (1, MAX_PIECES)),
+            ("concavity", self.concavity, (0.01, 1.0)),
+        ):
+            if value is not None and not low <= value <= high:
+                raise InputError(f"The {what} must be between {low:g} and {high:g}, not {value}.")
         words = self.description
         if words is not None and not (
             0 < len(words.strip()) <= len(words) <= MAX_DESCRIPTION and words.isprintable()
@@ -88,10 +89,10 @@ class MeshOptions:
             )
         if self.up not in ("auto", "y", "z"):
             raise InputError(f"The axis that points up is auto, y or z, not '{self.up}'.")
-        for what, value in (("name", self.name), ("kind", self.kind)):
-            if value is not None and not re.fullmatch(NAME_PATTERN, value):
+        for what, name in (("name", self.name), ("kind", self.kind)):
+            if name is not None and not re.fullmatch(NAME_PATTERN, name):
                 raise InputError(
-                    f"'{value}' cannot be a {what}: 1 to 64 letters, digits, '_', '-' or '.', starting with a letter "
+                    f"'{name}' cannot be a {what}: 1 to 64 letters, digits, '_', '-' or '.', starting with a letter "
                     "or digit."
                 )
 
@@ -112,10 +113,4 @@ class MeshOptions:
         """The description given, or the name in words."""
         if self.description is not None:
             return self.description
-        words = re.sub(r"[_.\-\s]+", " ", self.name_for(path)).strip()
-        return f"the {words}"
-
-
-def _between(what: str, value: float, low: float, high: float) -> None:
-    if not (np.isfinite(value) and low <= value <= high):
-        raise InputError(f"The {what} must be between {low:g} and {high:g}, not {value}.")
+        return "the " + re.sub(r"[_.\-\s]+", " ", self.name_for(path)).strip()

@@ -147,30 +147,30 @@ def _dressed(mesh: trimesh.Trimesh, path: Path, texture_px: int, notes: list[str
     """A mesh with its material, texture, or colours of corners or triangles."""
     visual: Any = mesh.visual
     surface, is_glb = _plain(mesh), path.suffix.lower() == ".glb"
-    image = factor = colours = None
+    image = factor = colors = None
     if visual.kind == "vertex":
-        colours = visual.vertex_colors
+        colors = visual.vertex_colors
     elif visual.kind == "face":  # every triangle gets corners of its own
         corners = surface.vertices[surface.faces].reshape(-1, 3)
         surface = Surface(corners, np.arange(len(corners)).reshape(-1, 3))
-        colours = np.repeat(visual.face_colors, 3, axis=0)
+        colors = np.repeat(visual.face_colors, 3, axis=0)
     elif visual.kind == "texture" and is_glb:
         image, factor = visual.material.baseColorTexture, visual.material.baseColorFactor
         factor = (255, 255, 255) if factor is None else factor
-        colours = visual.vertex_attributes.get("color")
+        colors = visual.vertex_attributes.get("color")
         if visual.material.alphaMode in _SEE_THROUGH:
             notes.append("Transparent parts are shown opaque.")
     elif visual.kind == "texture":
-        image, colours = visual.material.image, mesh.vertex_attributes.get("color")
+        image, colors = visual.material.image, mesh.vertex_attributes.get("color")
         if image is None:
             factor = visual.material.diffuse
         elif image.format is None:  # where there is no material, trimesh paints a picture
             image = None
         else:  # many exporters write a grey colour beside a picture and do not mean it
-            factor, colours = (255, 255, 255), None
+            factor, colors = (255, 255, 255), None
     tints = None if factor is None else np.array(factor)[None, :3] / 255
-    if colours is not None and len(colours) == len(surface.vertices):
-        shares = np.array(colours)[:, :3] / (1 if colours.dtype.kind == "f" else 255)
+    if colors is not None and len(colors) == len(surface.vertices):
+        shares = np.array(colors)[:, :3] / (1 if colors.dtype.kind == "f" else 255)
         tints = shares * tints if is_glb and tints is not None else shares
     if tints is not None:
         surface = _tinted(surface, tints, is_glb)
@@ -192,15 +192,15 @@ def _tinted(surface: Surface, tints: Float[np.ndarray, "k 3"], is_linear: bool) 
     if (tints == tints[0]).all():
         r, g, b = (float(c) for c in tints[0])
         return replace(surface, rgba=(r, g, b, 1.0))
-    return replace(surface, colours=np.round(255 * tints).astype(np.uint8))
+    return replace(surface, colors=np.round(255 * tints).astype(np.uint8))
 
 
 def _picture(image: Image.Image, path: Path, texture_px: int) -> UInt8[np.ndarray, "h w 3"]:
     try:
-        colours = image.convert("RGB")
+        colors = image.convert("RGB")
     except (OSError, SyntaxError, ValueError) as error:
         raise InputError(
             f"{path}: a texture cannot be used ({error}). Repair it, or leave textures out (--no-textures)."
         ) from None
-    colours.thumbnail((texture_px, texture_px), Image.Resampling.LANCZOS)
-    return np.asarray(colours, np.uint8)
+    colors.thumbnail((texture_px, texture_px), Image.Resampling.LANCZOS)
+    return np.asarray(colors, np.uint8)

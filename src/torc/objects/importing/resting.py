@@ -39,12 +39,6 @@ def resting_rotation(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> Float[np.ndar
     return rotation_about(axis / sine if sine > 1e-9 else (1, 0, 0), angle)
 
 
-def center_of_mass(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> Float[np.ndarray, "3"]:
-    """Of the pieces together; where they overlap counts twice."""
-    solids = [trimesh.convex.convex_hull(hull) for hull in hulls]
-    return np.average([s.center_mass for s in solids], axis=0, weights=[s.volume for s in solids])
-
-
 def is_round(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> bool:
     """Whether the cross-section along some axis of the bounding box, or of inertia, is nearly a circle."""
     points = np.concatenate(list(hulls))
@@ -75,7 +69,8 @@ def _steady_faces(hulls: Sequence[np.ndarray]) -> list[np.ndarray]:
     points = np.concatenate(list(hulls))
     hull = ConvexHull(points)
     corners = points[hull.vertices]
-    center = center_of_mass(hulls)
+    solids = [trimesh.convex.convex_hull(piece) for piece in hulls]  # where they overlap counts twice
+    center = np.average([s.center_mass for s in solids], axis=0, weights=[s.volume for s in solids])
     tolerance = _UNEVEN * float(np.ptp(corners, axis=0).max())
     normals: list[np.ndarray] = []
     steady = []

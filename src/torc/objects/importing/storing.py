@@ -3,7 +3,7 @@
 import os
 import tempfile
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -46,8 +46,15 @@ def kept_names(files: Mapping[Path, str], scale: float, library: Path | None = N
         scale: metres per unit of the files.
         library: where to look; by default in the first directory of the store.
     """
-    left = _imported(library or store_directories()[0])
-    digests = _digests(files) if left else {}
+    left: dict[str, tuple[str, float]] = {}
+    for file in sorted((library or store_directories()[0]).glob("*/object.yaml")):
+        with suppress(InputError):  # a damaged one stands for no file
+            source = load_source(file.parent)
+            left[file.parent.name] = (source.sha256, source.scale)
+    digests: dict[Path, str] = {}
+    for path in files if left else ():
+        with suppress(OSError):  # importing it says what is wrong
+            digests[path] = file_fingerprint(path)
     kept = {path: files[path] for path in digests if left.get(files[path]) == (digests[path], scale)}
     for name in set(kept.values()):
         del left[name]
@@ -57,24 +64,6 @@ def kept_names(files: Mapping[Path, str], scale: float, library: Path | None = N
             kept[path] = alike
             del left[alike]
     return kept
-
-
-def _imported(library: Path) -> dict[str, tuple[str, float]]:
-    """Digest and scale of the meshes that the objects of a library were made of, by the objects' names."""
-    found = {}
-    for file in sorted(library.glob("*/object.yaml")):
-        with suppress(InputError):  # a damaged one stands for no file
-            source = load_source(file.parent)
-            found[file.parent.name] = (source.sha256, source.scale)
-    return found
-
-
-def _digests(files: Iterable[Path]) -> dict[Path, str]:
-    digests = {}
-    for path in files:
-        with suppress(OSError):  # importing it says what is wrong
-            digests[path] = file_fingerprint(path)
-    return digests
 
 
 def check_library(library: Path | None = None) -> None:
@@ -93,16 +82,13 @@ def check_library(library: Path | None = None) -> None:
 def add_object(
     imported: MeshImport, library: Path | None = None, overwrite: bool = False, note: str = ""
 ) -> MeshImport:
-    """Stores an imported object; it can be used at once.
+    """Stores an imported object, which can be used at once; returns what was stored.
 
     Args:
         imported: the object; its description gets a number if another object has the same.
         library: where; by default the first directory of the store.
         overwrite: replace an object of the same name there.
         note: kept with the object, e.g. its licence.
-
-    Returns:
-        What was stored.
 
     Raises:
         InputError: the name is taken, or the directory cannot be written.
@@ -111,7 +97,7 @@ def add_object(
     model = replace(
         imported.model, description=unique_description(imported.model.description, imported.model.name)
     )
-    source = replace(imported.source, note=note)
+    source = imported.source.model_copy(update={"note": note})
     save_object(model, directory, source, overwrite)
     return replace(imported, model=model, source=source)
 
@@ -120,11 +106,9 @@ def unique_description(wanted: str, name: str) -> str:
     """`wanted`, with a number if an object other than `name` is described so: planners tell objects apart by it."""
     taken = set()
     for other in object_names():
-        if other != name:
-            try:
+        with suppress(InputError):  # a damaged one is in nobody's way
+            if other != name:
                 taken.add(object_description(other))
-            except InputError:  # a damaged one is in nobody's way
-                continue
     number, found = 2, wanted
     while found in taken:
         found, number = f"{wanted} {number}", number + 1

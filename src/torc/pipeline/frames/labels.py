@@ -8,7 +8,6 @@ from jaxtyping import Int16
 
 from torc.errors import InputError
 from torc.pipeline.frames.record import HIDDEN, RawFrame
-from torc.pipeline.frames.values import as_names, as_whole
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID
 
 
@@ -32,24 +31,10 @@ def label_ids(raw: RawFrame) -> LabelIds:
 
     Raises InputError for labels without an object, negative ones, too many, and a target that is not among them.
     """
-    background, robot = _special_labels(raw)
+    background, robot = raw.settings.background, raw.settings.robot
+    if background is None:
+        background = BACKGROUND if (raw.labels < 0).any() else 0
     present = sorted(set(np.unique(raw.labels).tolist()) - {background, robot})
-    _check(raw, present, background)
-    target = _target_label(raw, present)
-    ids = _numbered(raw, present, target)
-    return LabelIds(ids, target is not None, _relabelled(raw.labels, ids, robot))
-
-
-def _special_labels(raw: RawFrame) -> tuple[int, int]:
-    """Labels of background and robot."""
-    background = BACKGROUND if (raw.labels < 0).any() else 0
-    return (
-        as_whole(raw.key("background"), raw.settings.get("background", background)),
-        as_whole(raw.key("robot"), raw.settings.get("robot", ROBOT)),
-    )
-
-
-def _check(raw: RawFrame, present: list[int], background: int) -> None:
     if not present:
         raise InputError(
             f"{raw.where}: labels are {background} (background) everywhere, so there is no object. Give one number per "
@@ -59,11 +44,19 @@ def _check(raw: RawFrame, present: list[int], background: int) -> None:
         raise InputError(
             f"{raw.where}: label {present[0]} is negative; say which is `background` and which `robot`."
         )
+    target = _target_label(raw, present)
+    ids = _numbered(raw, present, target)
+    values, inverse = np.unique(raw.labels, return_inverse=True)
+    new = [ids.get(v, ROBOT if v == robot else BACKGROUND) for v in values.tolist()]
+    label_image = np.array(new, dtype=np.int16)[inverse].reshape(raw.labels.shape)
+    return LabelIds(ids, target is not None, label_image)
 
 
 def _target_label(raw: RawFrame, present: list[int]) -> int | None:
     """The target's label, None if it is hidden."""
-    given = raw.settings.get("target", 0 if 0 in present else None)
+    given, where = raw.settings.target, f"{raw.where}, key target"
+    if given is None and 0 in present:
+        return 0
     if given is None:
         raise InputError(
             f"{raw.where}: there is no target. Give the target's label, one of {present[:20]}, or '{HIDDEN}' if it is "
@@ -72,21 +65,22 @@ def _target_label(raw: RawFrame, present: list[int]) -> int | None:
     if given == HIDDEN:
         return None
     if isinstance(given, str):
-        names = as_names(raw.key("names"), raw.settings.get("names", {}))
+        names = raw.settings.names
         named = [k for k, name in names.items() if name == given]
         if not named:
             raise InputError(
-                f"{raw.key('target')}: '{given}' is neither '{HIDDEN}' nor one of the names {sorted(names.values())}. "
+                f"{where}: '{given}' is neither '{HIDDEN}' nor one of the names {sorted(names.values())}. "
                 "Give the target's label."
             )
         given = named[0]
-    label = as_whole(raw.key("target"), given)
-    if label not in present:
+    if isinstance(given, bool) or not isinstance(given, int):
+        raise InputError(f"{where}: {given!r} is not a whole number.")
+    if given not in present:
         raise InputError(
-            f"{raw.key('target')}: label {label} has no pixel; the labels are {present[:20]}. If the target is not in "
+            f"{where}: label {given} has no pixel; the labels are {present[:20]}. If the target is not in "
             f"sight, say '{HIDDEN}'."
         )
-    return label
+    return given
 
 
 def _numbered(raw: RawFrame, present: list[int], target: int | None) -> dict[int, int]:
@@ -103,10 +97,3 @@ def _numbered(raw: RawFrame, present: list[int], target: int | None) -> dict[int
     if target is not None:
         ids[target] = TARGET_ID
     return ids
-
-
-def _relabelled(labels: np.ndarray, ids: Mapping[int, int], robot: int) -> Int16[np.ndarray, "h w"]:
-    """The label image in object ids."""
-    values, inverse = np.unique(labels, return_inverse=True)
-    new = [ids.get(v, ROBOT if v == robot else BACKGROUND) for v in values.tolist()]
-    return np.array(new, dtype=np.int16)[inverse].reshape(labels.shape)

@@ -2,11 +2,10 @@
 
 from typing import Any
 
-from torc.vlm.clients.twins import base64_text, client_arguments, reply_of
-from torc.vlm.clients.wire import WireReply, count, finished, missing
+from torc.vlm.clients.wire import base64_text, client_arguments, count, missing
 from torc.vlm.config import VlmConfig
-from torc.vlm.failures import FailureKind, SendFailure
-from torc.vlm.protocol import Finish, Question, Tokens
+from torc.vlm.protocol import Finish, Question, Reply, Tokens
+from torc.vlm.replies import reply_of
 
 _DEFAULT_MAX_TOKENS = 16_384
 """The service demands a bound."""
@@ -25,13 +24,12 @@ class AnthropicWire:
             import anthropic
         except ImportError as error:
             raise missing("anthropic") from error
-        self._library, self._config = anthropic, config
+        self._config = config
         self._client = anthropic.Anthropic(**client_arguments(anthropic, config, key))
 
-    def send(self, question: Question) -> WireReply:
-        """One request. Raises SendFailure."""
-        arguments = self._arguments(question)
-        return reply_of(self._library, lambda: self._client.messages.create(**arguments), _read)
+    def send(self, question: Question) -> Reply:
+        """One request."""
+        return _read(self._client.messages.create(**self._arguments(question)))
 
     def close(self) -> None:
         """Ends what is in flight."""
@@ -39,16 +37,9 @@ class AnthropicWire:
 
     def _arguments(self, question: Question) -> dict[str, Any]:
         c = self._config
+        source = {"type": "base64", "media_type": "image/png"}
         content: list[dict[str, Any]] = [
-            {
-                "type": "image",
-                "source": {
-                    "type": "base64",
-                    "media_type": "image/png",
-                    "data": base64_text(png),
-                },
-            }
-            for png in question.images
+            {"type": "image", "source": source | {"data": base64_text(png)}} for png in question.images
         ]
         content.append({"type": "text", "text": question.prompt})
         output: dict[str, Any] = {}
@@ -74,19 +65,12 @@ class AnthropicWire:
         return arguments
 
 
-def _read(message: Any) -> WireReply:
-    """The library builds its records from whatever JSON arrives, so nothing in them is sure."""
-    content = getattr(message, "content", None)
-    if not isinstance(content, list):
-        raise SendFailure(FailureKind.BAD_RESPONSE, "no content in it")
-    pieces = [getattr(block, "text", None) for block in content if getattr(block, "type", None) == "text"]
-    text = "".join(piece for piece in pieces if isinstance(piece, str))
-    usage = getattr(message, "usage", None)
-    details = getattr(usage, "output_tokens_details", None)
+def _read(message: Any) -> Reply:
+    text = "".join(block.text for block in message.content if block.type == "text")
     tokens = Tokens(
-        count(getattr(usage, "input_tokens", None)),
-        count(getattr(usage, "output_tokens", None)),
-        count(getattr(details, "thinking_tokens", None)),
+        count(message.usage, "input_tokens"),
+        count(message.usage, "output_tokens"),
+        count(message.usage, "output_tokens_details", "thinking_tokens"),
     )
-    finish = _FINISHES.get(str(getattr(message, "stop_reason", None)), Finish.COMPLETE)
-    return WireReply(text, finished(finish, text), str(getattr(message, "model", None) or ""), tokens)
+    finish = _FINISHES.get(message.stop_reason, Finish.COMPLETE)
+    return reply_of(text, message.model or "", finish, tokens)

@@ -2,11 +2,10 @@
 
 from typing import Any
 
-from torc.vlm.clients.twins import base64_text, client_arguments, reply_of
-from torc.vlm.clients.wire import WireReply, count, finished, missing
+from torc.vlm.clients.wire import base64_text, client_arguments, count, missing
 from torc.vlm.config import PROVIDERS, VlmConfig
-from torc.vlm.failures import FailureKind, SendFailure
-from torc.vlm.protocol import Finish, Question, Tokens
+from torc.vlm.protocol import Finish, Question, Reply, Tokens
+from torc.vlm.replies import reply_of
 
 _FINISHES = {"length": Finish.TRUNCATED, "content_filter": Finish.REFUSED}
 _THINKING_FIELDS = ("reasoning_content", "reasoning", "thinking")
@@ -22,15 +21,14 @@ class OpenAiWire:
             raise missing("openai") from error
         # Empty, so that the environment's are not sent to somebody's own server.
         account = None if config.base_url is None else ""
-        self._library, self._config = openai, config
+        self._config = config
         self._client = openai.OpenAI(
             organization=account, project=account, **client_arguments(openai, config, key)
         )
 
-    def send(self, question: Question) -> WireReply:
-        """One request. Raises SendFailure."""
-        arguments = self._arguments(question)
-        return reply_of(self._library, lambda: self._client.chat.completions.create(**arguments), _read)
+    def send(self, question: Question) -> Reply:
+        """One request."""
+        return _read(self._client.chat.completions.create(**self._arguments(question)))
 
     def close(self) -> None:
         """Ends what is in flight."""
@@ -38,13 +36,8 @@ class OpenAiWire:
 
     def _arguments(self, question: Question) -> dict[str, Any]:
         c = self._config
-        content: list[dict[str, Any]] = [
-            {
-                "type": "image_url",
-                "image_url": {"url": "data:image/png;base64," + base64_text(png)},
-            }
-            for png in question.images
-        ]
+        urls = ["data:image/png;base64," + base64_text(png) for png in question.images]
+        content: list[dict[str, Any]] = [{"type": "image_url", "image_url": {"url": url}} for url in urls]
         content.append({"type": "text", "text": question.prompt})
         arguments: dict[str, Any] = {"model": c.model, "messages": [{"role": "user", "content": content}]}
         if c.temperature is not None:
@@ -63,35 +56,26 @@ class OpenAiWire:
         return arguments
 
 
-def _read(completion: Any) -> WireReply:
-    """The library builds its records from whatever JSON arrives, so nothing in them is sure."""
-    choices = getattr(completion, "choices", None)
-    choice = choices[0] if isinstance(choices, list) and choices else None
-    message = getattr(choice, "message", None)
-    if message is None:
-        raise SendFailure(FailureKind.BAD_RESPONSE, "no choices in it")
-    usage = getattr(completion, "usage", None)
-    thinking = getattr(getattr(usage, "completion_tokens_details", None), "reasoning_tokens", None)
+def _read(completion: Any) -> Reply:
+    choice = completion.choices[0]
     tokens = Tokens(
-        count(getattr(usage, "prompt_tokens", None)),
-        count(getattr(usage, "completion_tokens", None)),
-        count(thinking),
+        count(completion, "usage", "prompt_tokens"),
+        count(completion, "usage", "completion_tokens"),
+        count(completion, "usage", "completion_tokens_details", "reasoning_tokens"),
     )
-    version = str(getattr(completion, "model", None) or "")
-    refusal = getattr(message, "refusal", None)
-    if isinstance(refusal, str) and refusal:
-        return WireReply(refusal, Finish.REFUSED, version, tokens)
-    text = _text(message)
-    finish = _FINISHES.get(str(getattr(choice, "finish_reason", None)), Finish.COMPLETE)
-    return WireReply(text, finished(finish, text), version, tokens)
+    version = completion.model or ""
+    refusal = getattr(choice.message, "refusal", None)
+    if refusal:
+        return reply_of(refusal, version, Finish.REFUSED, tokens)
+    finish = _FINISHES.get(choice.finish_reason, Finish.COMPLETE)
+    return reply_of(_text(choice.message), version, finish, tokens)
 
 
 def _text(message: Any) -> str:
     """The content; some servers put a thinking model's whole answer into a field for thoughts and leave it empty."""
-    content = getattr(message, "content", None)
+    content = message.content or ""
     if isinstance(content, list):
-        content = "".join(str(p.get("text", "")) for p in content if isinstance(p, dict))
-    if isinstance(content, str) and content.strip():
+        content = "".join(str(p.get("text", "")) for p in content)
+    if content.strip():
         return content
-    thoughts = (getattr(message, name, None) for name in _THINKING_FIELDS)
-    return next((t for t in thoughts if isinstance(t, str) and t.strip()), "")
+    return next((t for name in _THINKING_FIELDS if (t := getattr(message, name, None))), "")

@@ -1,37 +1,23 @@
-"""What a vendor's module does: one request, its reply in common terms. All else is shared."""
+"""What the vendors' modules have in common: one request, its reply in common terms. All else is `api`'s."""
 
-from dataclasses import dataclass
+import base64
+import logging
+from types import ModuleType
 from typing import Any, Protocol
 
 from torc.errors import MissingDependencyError, extra_remedy
-from torc.vlm.protocol import Finish, Question, Tokens
+from torc.vlm.config import VlmConfig
+from torc.vlm.protocol import Question, Reply
 
 NO_KEY = "no-key"
 """Sent to servers that need no key: without one the vendors' libraries look for one in the environment."""
 
 
-@dataclass(frozen=True)
-class WireReply:
-    """A reply as a server gave it, not yet scrubbed.
-
-    Attributes:
-        text: what the model wrote, without its hidden thinking.
-        finish: how it ended.
-        model_version: the model, as the server names it.
-        tokens: what it took.
-    """
-
-    text: str
-    finish: Finish
-    model_version: str
-    tokens: Tokens
-
-
 class Wire(Protocol):
     """An open connection to one vendor's kind of server."""
 
-    def send(self, question: Question) -> WireReply:
-        """One request, no retries. Raises SendFailure, whatever goes wrong."""
+    def send(self, question: Question) -> Reply:
+        """One request, no retries; the reply as the server gave it. Raises whatever the vendor's library raises."""
         ...
 
     def close(self) -> None:
@@ -39,25 +25,32 @@ class Wire(Protocol):
         ...
 
 
-def finished(finish: Finish, text: str) -> Finish:
-    """A reply that claims to be complete and is blank is an empty one."""
-    return Finish.EMPTY if finish is Finish.COMPLETE and not text.strip() else finish
-
-
-def count(value: Any) -> int | None:
-    """A number of tokens from a server, or None for what is none."""
-    return value if isinstance(value, int) and not isinstance(value, bool) and value >= 0 else None
-
-
-def seconds_in(value: Any) -> float | None:
-    """A waiting time such as "30" or "30s"; None for anything else (a date, for one)."""
-    try:
-        seconds = float(str(value).removesuffix("s"))
-    except ValueError:
-        return None
-    return seconds if 0 <= seconds < 1e6 else None
-
-
 def missing(extra: str) -> MissingDependencyError:
     """The error of a vendor's library that is not installed."""
     return MissingDependencyError(f"The library for {extra} models", extra_remedy(extra))
+
+
+def client_arguments(library: ModuleType, config: VlmConfig, key: str | None) -> dict[str, Any]:
+    """How a client of OpenAI's or Anthropic's library is made: no retries, no redirects, no logging of requests."""
+    # At level DEBUG it logs whole requests, images included.
+    logging.getLogger(library.__name__).setLevel(logging.WARNING)
+    return {
+        "api_key": key or NO_KEY,
+        "base_url": config.url,
+        "timeout": config.timeout_s,
+        "max_retries": 0,
+        # A redirected request would carry key and images to wherever it leads.
+        "http_client": library.DefaultHttpxClient(follow_redirects=False),
+    }
+
+
+def base64_text(png: bytes) -> str:
+    """An image as JSON holds it."""
+    return base64.b64encode(png).decode()
+
+
+def count(record: Any, *path: str) -> int | None:
+    """A number of tokens somewhere in a server's record; None where it does not tell."""
+    for name in path:
+        record = getattr(record, name, None)
+    return record if isinstance(record, int) else None

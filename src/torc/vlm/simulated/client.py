@@ -52,11 +52,6 @@ class SimulatedVlm:
     def __init__(self, profile: Profile, truth: Callable[[], Situation]) -> None:
         self.profile, self._truth = profile, truth
 
-    @property
-    def name(self) -> str:
-        """As it signs."""
-        return f"simulated:{self.profile.name}"
-
     def ask(self, question: Question) -> Reply:
         """An answer, or what a failing model would write.
 
@@ -65,7 +60,9 @@ class SimulatedVlm:
         started = time.perf_counter()
         luck = draw_luck(np.random.default_rng(question.repeat))
         text, finish = self._reply(question, self._truth(), luck)
-        return reply_of(text, self.name, finish, latency_s=time.perf_counter() - started)
+        return reply_of(
+            text, f"simulated:{self.profile.name}", finish, latency_s=time.perf_counter() - started
+        )
 
     def _reply(self, question: Question, truth: Situation, luck: Luck) -> tuple[str, Finish]:
         signature = f"(Simulated VLM, profile {self.profile.name}: no model was asked.)"

@@ -67,12 +67,8 @@ def confused(
 ) -> Situation:
     """The situation as a model of that quality takes it to be.
 
-    Args:
-        truth: the situation.
-        profile: the quality.
-        luck: the draws.
-        asked: pairs that the prompt asks about; one can be wrong on them as on pairs that meet in the image.
-        told: what the prompt says on grasps.
+    `asked` are pairs that the prompt asks about, `told` is what it says on grasps; one can be wrong on such pairs as on
+    those that meet in the image.
     """
     in_sight = dict(truth.in_sight)
     seen = truth.target_seen == (luck.target < profile.sees_target)

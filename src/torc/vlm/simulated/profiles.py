@@ -46,24 +46,14 @@ class Profile:
     free: float
     blocked: float
     heeds_facts: float
-    made_up: float
-    malformed: float
+    made_up: float = 0.02
+    malformed: float = 0.02
 
 
 def profile_of_accuracy(accuracy: float, name: str) -> Profile:
     """All facts right with that probability; a fifth of the rest, each, is made up and malformed."""
     slips = (1.0 - accuracy) / 5.0
-    return Profile(
-        name,
-        sees_target=accuracy,
-        front=accuracy,
-        below=accuracy,
-        free=accuracy,
-        blocked=accuracy,
-        heeds_facts=accuracy,
-        made_up=slips,
-        malformed=slips,
-    )
+    return Profile(name, *[accuracy] * 6, made_up=slips, malformed=slips)
 
 
 PROFILES: Mapping[str, Profile] = MappingProxyType(
@@ -71,15 +61,7 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
         "hopeless": profile_of_accuracy(0.5, "hopeless"),
         "poor": profile_of_accuracy(0.7, "poor"),
         "paper": Profile(
-            "paper",
-            sees_target=1.0,
-            front=0.86,
-            below=0.89,
-            free=1.0,
-            blocked=0.09,
-            heeds_facts=0.39,
-            made_up=0.02,
-            malformed=0.02,
+            "paper", sees_target=1.0, front=0.86, below=0.89, free=1.0, blocked=0.09, heeds_facts=0.39
         ),
         "good": profile_of_accuracy(0.9, "good"),
         "perfect": profile_of_accuracy(1.0, "perfect"),

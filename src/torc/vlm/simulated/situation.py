@@ -1,6 +1,7 @@
 """What there is to know of a scene, as it is or as a model takes it to be, and which object follows from it."""
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from torc.records import TARGET_ID
@@ -42,7 +43,8 @@ class Situation:
         on_top = sorted(upper for upper, lower in self.lies_on if lower == k)
         if on_top or k in self.graspable:
             return tuple(on_top)
-        in_front = [front for (front, back), _ in self._by_extent() if back == k]
+        largest_first = sorted(self.hides.items(), key=lambda item: (-item[1], item[0]))
+        in_front = [front for (front, back), _ in largest_first if back == k]
         blockers = sorted(a for a, b in self.blocks if b == k)
         # Of what blocks it, first what also stands in front of it.
         order = [f for f in in_front if f in blockers] + [b for b in blockers if b not in in_front] + in_front
@@ -61,8 +63,10 @@ class Situation:
         free = sorted(self.graspable - covered) or sorted(self.graspable) or sorted(self.in_sight)
         if not free:
             return ()
-        extent = self._extents()
-        first = max(free, key=lambda k: (extent.get(k, 0), self.in_sight.get(k, 0), -k))
+        extent: Counter[int] = Counter()
+        for (front, _), pixels in self.hides.items():
+            extent[front] += pixels
+        first = max(free, key=lambda k: (extent[k], self.in_sight.get(k, 0), -k))
         return (first,) if first == target else (first, target)
 
     def _way_to(self, k: int, tried: set[int]) -> tuple[int, ...]:
@@ -76,13 +80,3 @@ class Situation:
             if way:
                 return (*way, k)
         return ()
-
-    def _by_extent(self) -> Iterable[tuple[Pair, int]]:
-        return sorted(self.hides.items(), key=lambda item: (-item[1], item[0]))
-
-    def _extents(self) -> dict[int, int]:
-        """Pixels that each object hides in all."""
-        extent: dict[int, int] = {}
-        for (front, _), pixels in self.hides.items():
-            extent[front] = extent.get(front, 0) + pixels
-        return extent

@@ -241,6 +241,13 @@ async function openAddressed() {
   await attempt(open(key || app.trials[0].key, Number(number) || 0));
 }
 
+// A trial that is being played, or is not there yet, is asked for again; who looks at its last pick is led on.
+function refresh() {
+  if (document.hidden || app.trial?.result) return;
+  if (app.trial) open(app.key, app.pick >= app.trial.picks.length - 1 ? Infinity : app.pick).catch(() => {});
+  else if (location.hash) openAddressed();
+}
+
 async function begin() {
   const found = await get("/api/trials");
   // An expert's page replays what is complete, too: /?replay#KEY.
@@ -254,6 +261,7 @@ async function begin() {
     $("show-report").hidden = !found.report;
     addEventListener("hashchange", openAddressed);
     await openAddressed();
+    setInterval(refresh, 2000);
     return;
   }
   follow((state) => attempt(follows(state, true)), (gone) => { $("connection").hidden = !gone; });

@@ -1,0 +1,78 @@
+"""What stands in the report: tables, links to trials in the viewer, numbers in words."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from torc.benchmark.intervals import Estimate
+from torc.benchmark.rows import Table, TrialRow
+from torc.episode.recorded import LOG
+from torc.episode.viewer_links import trial_link
+
+
+@dataclass(frozen=True)
+class Link:
+    """Text with an address, if it has one.
+
+    Attributes:
+        kind: "code", or how a trial went, which colors its square; "" for plain text.
+        title: the same in words.
+    """
+
+    text: str
+    address: str | None = None
+    kind: str = ""
+    title: str = ""
+
+
+Cell = str | Link | tuple[Link, ...]
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table for the pages. `note` says how to read it."""
+
+    title: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    note: str = ""
+
+
+def address_of(table: Table, row: TrialRow, pick: int = 0) -> str | None:
+    """Where the viewer shows a pick of a trial; None for trials without a log."""
+    return trial_link(table.root, row.directory, pick) if (row.directory / LOG).is_file() else None
+
+
+def trial_cell(table: Table, row: TrialRow) -> Link | str:
+    """The directory of a trial, a link if the viewer can show it."""
+    address, name = address_of(table, row), row.directory.relative_to(table.root).as_posix()
+    return name if address is None else Link(name, address, "code")
+
+
+def outcome(row: TrialRow) -> str:
+    """How a trial ended."""
+    if not row.completed:
+        return row.status
+    return "retrieved" if row.retrieved else f"not retrieved: {row.end}"
+
+
+def signed_text(found: Estimate, digits: int) -> str:
+    """A difference with its interval, signs and all; empty where there is none."""
+    if not np.isfinite(found.value):
+        return ""
+    low, high = (f"{v:+.{digits}f}" if np.isfinite(v) else "?" for v in (found.low, found.high))
+    return f"{found.value:+.{digits}f} [{low}, {high}]"
+
+
+def seconds_text(found: Estimate) -> str:
+    """The value alone, in two significant digits."""
+    value = found.value
+    if not np.isfinite(value):
+        return ""
+    return f"{value:.2g}" if value < 100 else f"{value:.0f}"
+
+
+def p_text(p: float, is_a_bound: bool) -> str:
+    """A p-value; `is_a_bound`: it is known only to be less."""
+    return ("< " if is_a_bound else "") + f"{p:.2g}"

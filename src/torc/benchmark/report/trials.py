@@ -1,0 +1,117 @@
+"""Every trial as a square with a link, and pictures of what went wrong in those that failed."""
+
+import base64
+import io
+from collections import defaultdict, deque
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from PIL import Image
+
+from torc.benchmark.report.cells import Cell, Link, TextTable, address_of, outcome
+from torc.benchmark.rows import PickRow, Table, TrialRow
+from torc.episode.pictures import COLUMNS, PANEL_WIDTH
+
+_FAILED, _ERRORED, _MISSING = "\N{MULTIPLICATION X}", "!", "\N{MIDDLE DOT}"
+KEY: tuple[str | Link, ...] = (
+    *("A square per seed: ", Link("4", kind="clean"), " retrieved in 4 picks, "),
+    *(
+        Link("4", kind="drops"),
+        " the same, but with drops, ",
+        Link(_FAILED, kind="failed"),
+        " not retrieved, ",
+    ),
+    *(Link(_ERRORED, kind="errored"), " errored, ", Link(_MISSING, kind="missing"), " not played yet."),
+)
+"""How to read the table of trials."""
+_MAX_WIDTH, _JPEG_QUALITY = 480, 78
+
+
+def trial_board(table: Table, planners: Sequence[str]) -> TextTable:
+    """A square per trial: problems down, planners across in the given order, seeds side by side."""
+    cells: dict[tuple[str, str], tuple[Link, ...]] = defaultdict(tuple)
+    for row in table.rows:
+        cells[row.problem, row.planner] += (_square(table, row),)
+    rows: list[tuple[Cell, ...]] = [(name, *(cells[name, p] for p in planners)) for name in table.problems]
+    return TextTable("Every trial", ("problem", *planners), rows)
+
+
+def _square(table: Table, row: TrialRow) -> Link:
+    """The picks where the target was retrieved, else a mark."""
+    if not row.completed:
+        kind, text = ("missing", _MISSING) if row.status == "missing" else ("errored", _ERRORED)
+    elif not row.retrieved:
+        kind, text = "failed", _FAILED
+    else:
+        kind, text = "drops" if row.drops else "clean", str(row.picks)
+    told = f"{outcome(row)}, {row.picks} picks, {row.drops} dropped" if row.completed else row.status
+    title = f"{row.planner} on {row.problem}, seed {row.seed}: {told}"
+    return Link(text, address_of(table, row), kind, title)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A failed trial in the gallery.
+
+    Attributes:
+        address: where the viewer shows the pick that failed, if it can.
+        jpeg: its picture, in base64; "" where there is none.
+    """
+
+    title: str
+    text: str
+    address: str | None
+    jpeg: str
+
+
+def failures(table: Table, planners: Sequence[str], most: int) -> tuple[list[Failure], int]:
+    """At most so many failed trials, planners and causes in turn; and how many there are in all."""
+    queues: dict[tuple[str, str], deque[TrialRow]] = defaultdict(deque)
+    for planner in planners:
+        for row in table.completed(planner):
+            if not row.retrieved:
+                queues[planner, row.end].append(row)
+    count = sum(map(len, queues.values()))
+    chosen: list[TrialRow] = []
+    while len(chosen) < min(most, count):
+        chosen += [queue.popleft() for queue in queues.values() if queue]
+    return [_failure(table, row) for row in chosen[:most]], count
+
+
+def _failure(table: Table, row: TrialRow) -> Failure:
+    pick = row.failed_pick
+    text = f"{row.end} after {row.picks} picks"
+    if pick is not None:
+        said = f": {pick.detail}" if pick.detail else ""
+        text += f". Pick {pick.pick + 1}, object {pick.object_id}: {pick.result}{said}"
+    title = f"{row.planner} on {row.problem}, seed {row.seed}"
+    address = address_of(table, row, pick.pick if pick else 0)
+    return Failure(title, text, address, _picture(row.directory, pick) if pick else "")
+
+
+def _picture(directory: Path, pick: PickRow) -> str:
+    """The pick's panel of the strip, with choice and outcome; else what the planner saw; else nothing."""
+    image: Image.Image | None = None
+    with suppress(OSError, ValueError):
+        image = _panel(directory / "strip.png", pick.pick)
+    with suppress(OSError, ValueError):
+        image = image or Image.open(directory / "picks" / f"{pick.pick:02d}_seen.png").convert("RGB")
+    if image is None:
+        return ""
+    image.thumbnail((_MAX_WIDTH, 10 * _MAX_WIDTH))
+    encoded = io.BytesIO()
+    image.save(encoded, "JPEG", quality=_JPEG_QUALITY)
+    return base64.b64encode(encoded.getvalue()).decode()
+
+
+def _panel(strip: Path, pick: int) -> Image.Image:
+    """A strip has its panels in rows of COLUMNS; how many rows follows from the number of picks."""
+    image = Image.open(strip).convert("RGB")
+    picks = len(list((strip.parent / "picks").glob("*_seen.png")))
+    height = image.height // max(1, -(-picks // COLUMNS))
+    left, top = (pick % COLUMNS) * PANEL_WIDTH, (pick // COLUMNS) * height
+    if left + PANEL_WIDTH > image.width or top + height > image.height:
+        raise ValueError("the strip has no such panel")
+    return image.crop((left, top, left + PANEL_WIDTH, top + height))

@@ -1,0 +1,126 @@
+"""Examples for fine-tuning and preference pairs, as a Hugging Face imagefolder: pictures, and a line for each.
+
+An example for supervised fine-tuning is the marked image, VLM-SELECT's prompt, and the answer that brought success. A
+preference pair is where ORACLE or a person chose otherwise than another planner at the same look.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from torc.exports.answers import PROMPT, answer_text, chosen_object, prompt_text
+from torc.exports.selection import EXPERTS, SPLITS, Source, split_of, succeeded
+
+_UNSAFE = re.compile(r"[^A-Za-z0-9_.-]+")
+_State = tuple[str, int, str, tuple[int, ...]]
+_Choices = dict[int, tuple[Source, int]]
+"""Chosen object -> the first trial and pick that chose it."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One example.
+
+    Attributes:
+        split: "train" or "test".
+        name: of its picture, without ending.
+        picture: PNG.
+        facts: the other columns, JSON-compatible; every row has the same keys.
+    """
+
+    split: str
+    problem: str
+    name: str
+    picture: bytes
+    facts: dict[str, Any]
+
+
+def finetuning_rows(sources: Iterable[Source], every: bool, test_share: float) -> Iterator[Row]:
+    """A row per pick that brought the chosen object out; per pick with an answer at all, if `every`."""
+    for source in sources:
+        trial = source.trial
+        for number, pick in enumerate(trial.picks):
+            chosen = chosen_object(trial, number)
+            if chosen is None or not (every or succeeded(pick)):
+                continue
+            executed = pick.executed
+            yield Row(
+                split=split_of(source.problem, test_share),
+                problem=source.problem,
+                name=f"{source.problem}-{source.key}-{number:02d}",
+                picture=trial.picture(number),
+                facts={
+                    "pick": number,
+                    "prompt": prompt_text(trial, number),
+                    "answer": answer_text(trial, number),
+                    "prompt_name": PROMPT,
+                    "object_id": chosen,
+                    "planner": trial.spec.planner.name,
+                    "expert": trial.spec.planner.expert,
+                    "seed": trial.spec.seed,
+                    "result": executed.result if executed is not None else "",
+                    "drops": len(executed.dropped) if executed is not None else 0,
+                    "retrieved": source.retrieved,
+                },
+            )
+
+
+def preference_rows(sources: Iterable[Source], test_share: float) -> Iterator[Row]:
+    """A row per look, expert's choice and other planner's choice that differ.
+
+    The same look is: same problem, seed, digest of what the camera and the grasp planner gave, and graspable objects;
+    only trials with the same picks so far come to that. An expert's pick counts where it brought the object out, in a
+    trial that retrieved the target; another planner's counts always, as long as it named an object in the picture.
+    """
+    experts: dict[_State, _Choices] = {}
+    others: dict[_State, _Choices] = {}
+    for source in sources:
+        expert = source.planner in EXPERTS
+        for number, pick in enumerate(source.trial.picks):
+            chosen = chosen_object(source.trial, number)
+            if chosen is None or not pick.looked.digest:
+                continue
+            if expert and not (source.retrieved and succeeded(pick)):
+                continue
+            state = (source.problem, source.trial.spec.seed, pick.looked.digest, pick.looked.graspable)
+            (experts if expert else others).setdefault(state, {}).setdefault(chosen, (source, number))
+    for state, choices in experts.items():
+        rejected = others.get(state, {})
+        for good, (source, number) in choices.items():
+            for bad, (other, other_number) in rejected.items():
+                if bad in choices:
+                    continue
+                facts = {
+                    "pick": number,
+                    "prompt": prompt_text(source.trial, number),
+                    "chosen": answer_text(source.trial, number),
+                    "rejected": answer_text(other.trial, other_number),
+                    "prompt_name": PROMPT,
+                    "chosen_id": good,
+                    "rejected_id": bad,
+                    "chosen_by": source.planner,
+                    "rejected_by": other.planner,
+                    "expert": source.trial.spec.planner.expert,
+                    "seed": source.trial.spec.seed,
+                }
+                name = f"{source.problem}-{source.key}-{number:02d}-{good}-{bad}"
+                split = split_of(source.problem, test_share)
+                yield Row(split, source.problem, name, source.trial.picture(number), facts)
+
+
+def write_rows(directory: Path, rows: Iterator[Row]) -> dict[str, int]:
+    """Writes `<split>/<name>.png` and `<split>/metadata.jsonl`; how many rows each split has."""
+    counts = dict.fromkeys(SPLITS, 0)
+    for row in rows:
+        folder = directory / row.split
+        folder.mkdir(exist_ok=True)
+        file_name = _UNSAFE.sub("-", row.name) + ".png"
+        (folder / file_name).write_bytes(row.picture)
+        line = {"file_name": file_name, "problem": row.problem, **row.facts}
+        with open(folder / "metadata.jsonl", "a", encoding="utf-8") as stream:
+            stream.write(json.dumps(line) + "\n")
+        counts[row.split] += 1
+    return counts

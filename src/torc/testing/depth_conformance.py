@@ -1,0 +1,37 @@
+"""What every depth must do, as checks that the author of one runs on it: `check_depth(MyDepth)`."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from torc.perception.asking import observation_faults
+from torc.perception.protocol import Depth
+from torc.records import Observation
+from torc.testing.conformance import called_twice, made, require
+from torc.testing.contexts import box, small_mount
+from torc.testing.synthetic import synthetic_observation
+from torc.workspace.files import load_workspace
+
+
+def check_depth(make: Callable[..., Depth]) -> None:
+    """Measures a snapshot of two boxes twice, with `workspace` if the class takes it. Raises NonConformanceError."""
+    shapes = (box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12)))
+    given = synthetic_observation(shapes, small_mount())
+    depth = made(make, workspace=load_workspace())
+    measured, found = called_twice(lambda: depth.measure(given), given, "the observation")
+    found += [fault for observation in measured for fault in observation_faults(observation, "measure()")]
+    require("depth", found or _faults(measured[0], measured[1], given))
+
+
+def _faults(measured: Observation, again: Observation, given: Observation) -> list[str]:
+    found = []
+    if not np.array_equal(measured.depth_m, again.depth_m, equal_nan=True):
+        found.append("the same snapshot gave two different depths")
+    if not np.array_equal(measured.T_world_camera, given.T_world_camera):
+        found.append("it moved the camera: T_world_camera must stay as it is")
+    good = np.isfinite(measured.depth_m) & (measured.depth_m > 0)
+    if not good.any():
+        found.append("no pixel has a depth")
+    elif np.median(measured.depth_m[good]) > 20:
+        found.append("depths are above 20 m: they must be metres, not millimetres")
+    return found

@@ -1,0 +1,114 @@
+"""What is mistyped or cannot be is told in one clear line, before any work, and leaves nothing."""
+
+import shlex
+
+import pytest
+from torc_command import run_torc
+
+NAMED = "a" * 5000
+CASES = [
+    ("", "usage: torc COMMAND"),
+    ("rnu", "Unknown torc command 'rnu'. Did you mean 'run'?"),
+    ("problems lst", "Unknown torc problems command 'lst'. Did you mean 'list'?"),
+    ("run --sed 3", "--seed INT"),
+    ("run structured-1", "Did you mean 'structured-01'?"),
+    ("run torc40", "torc40 is a set of 40 problems: name one of them (torc problems list torc40)"),
+    ("run no/such/file.yaml", "no/such/file.yaml"),
+    ("run --planner dg-selct", "Did you mean 'dg-select'"),
+    ("run --planner oracel", "Did you mean 'oracle'"),
+    ("run --planner human", "torc human"),
+    ("run --max-picks 0", "at least 1"),
+    ("run --min-score 1.5", "from 0 to 1"),
+    ("run --out /proc/nowhere/trial", "Choose another --out"),
+    ("run --robot no_such.yaml", "no_such"),
+    ("run --grasps geometrc", "Did you mean 'geometric'"),
+    ("run --grasps no_such:Planner", "no_such"),
+    ("run --planner vlm-select --vlm no_such:Client", "no_such"),
+    ("run --planner vlm-select", "--vlm gemini:MODEL"),
+    ("run --planner vlm-select --vlm gemni:m", "Did you mean 'gemini'"),
+    ("run --planner vlm-select --vlm openai:m@http://me:secret-1@host/v1", "TORC_VLM_API_KEY"),
+    ("run --planner vlm-select --vlm anthropic:m", "export ANTHROPIC_API_KEY"),
+    ("run --vlm openai:m --vlm-cache-mode replay", "--vlm-cache DIR"),
+    ("run --vlm-temperature 1", "no --vlm"),
+    (
+        "run --planner random --vlm anthropic:m",
+        "random asks no model: leave out --vlm, or choose one of vlm-select",
+    ),
+    ("run --planner oracle --vlm simulated", "oracle asks no model"),
+    ("decide no_such_frame.npz", "no_such_frame.npz"),
+    ("decide f --planner oracle", "oracle needs the simulation: torc run --planner oracle"),
+    ("decide f --planner human", "human needs the simulation: torc human"),
+    ("decide f --seed -1", "--seed must be at least 0"),
+    (f"problems list {NAMED}", "Unknown problem or problem set"),
+    ("problems show nothing-like-it", "Known:"),
+    ("problems show validation-structured-2", "Did you mean 'validation-structured-02'?"),
+    ("problems solve structured-01 --seed -1", "--seed"),
+    ("problems solve structured-01 --budget 0", "number of simulated picks"),
+    ("problems solve structured-01 --budget nan", "number of simulated picks"),
+    ("problems gallery torc4O", "Did you mean 'torc40'"),
+    ("problems gallery structured-04 --answers /nowhere", "no directory '/nowhere' of answers"),
+    ("problems generate --objects many", "8-20"),
+    ("problems generate --objects 20-8", "20-8"),
+    ("problems generate --kinds soup_cna", "Did you mean 'soup_can'"),
+    ("problems generate --kinds soup_can", "only 3 object models"),
+    ("problems generate --count 0", "at least 1"),
+    ("problems generate --seed -1", "at least 0"),
+    ("problems generate --attempts 0", "at least one attempt"),
+    ("problems generate --out /proc/nowhere", "'/proc/nowhere' cannot be used"),
+    ("problems validate", "at least one"),
+    ("problems validate nothing", "Known:"),
+    ("problems validate no/such.yaml", "no/such.yaml"),
+    ("problems validate structured-04 --seed -1", "at least 0"),
+    ("problems validate structured-04 --budget 0", "budget"),
+    ("problems import empty --scene 249", "not the root of GraspClutter6D"),
+    ("objects import", "Give mesh files"),
+    ("objects import nowhere.stl", "no file or directory nowhere.stl"),
+    ("objects import empty", "no OBJ, GLB, STL or PLY file"),
+    ("objects import a.stl a.stl --name a", "--name is for one mesh"),
+    ("objects import a.stl --scale 0", "scale must be between"),
+    ("objects import a.stl --library /proc/no", "Objects cannot be kept in /proc/no"),
+    ("objects import a.stl --name ../a", "cannot be a name"),
+    ("objects import a.stl --description 'the\nmug'", "A description is a line"),
+    ("objects show mug_rad", "Did you mean 'mug_red'"),
+    ("objects list --kind mog", "Did you mean 'mug'"),
+    ("objects show mug_red --picture /proc/no.png", "'/proc/no.png' cannot be used"),
+    ("objects show mug_red --picture x.gif", "x.gif: pictures are written as .png"),
+    ("objects sheet mug_rde", "Did you mean 'mug_red'"),
+    ("objects sheet die_red --out sheet.xyz", "written as .jpg or .png"),
+    ("objects sheet mug --out /proc/nowhere/sheet.png", "/proc/nowhere' cannot be used"),
+    ("report empty", "no finished trial"),
+    ("report nowhere", "There is no directory"),
+    ("view nowhere", "There is no directory 'nowhere'. `torc run --out DIR` makes one"),
+    ("view a.stl", "is a file, not a directory"),
+    ("view empty", "no recorded trial"),
+    ("human structured-1", "Did you mean"),
+    ("human --experts a/b", "expert's name"),
+    ("human --max-picks 0", "at least 1"),
+    ("human --port 99999 --out empty", "--port"),
+    ("human --host no.such.host.invalid --out empty", "Cannot listen"),
+    ("human --out /proc/nowhere", "'/proc/nowhere' cannot be used"),
+    *(
+        (f"{command} --robot sda10f_2f58", "sda10f_2f85")
+        for command in (
+            "human structured-04 --out made",
+            "problems generate --out made",
+            "problems validate structured-04",
+            "problems solve structured-04",
+            "problems gallery structured-04 --out made",
+            "problems import made --paper",
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize(("command", "told"), CASES, ids=[command[:60] for command, _ in CASES])
+def test_wrong_arguments_get_one_clear_line(command, told, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("ANTHROPIC_API_KEY", raising=False)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "a.stl").touch()
+    code, _, err = run_torc(*shlex.split(command), capsys=capsys)
+    assert code == 2
+    assert told in err.replace("\n", " ")
+    assert "secret-1" not in err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.stl", "empty"]

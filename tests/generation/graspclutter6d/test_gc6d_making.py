@@ -1,0 +1,188 @@
+"""Importing many scenes: what is asked for is made, and whatever is not made has a reason."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.helpers.graspclutter6d_tree import edit_json, upright, write_tree
+from torc.errors import InputError
+from torc.generation.graspclutter6d import making
+from torc.generation.graspclutter6d.making import ImportRequest, run_import
+from torc.generation.graspclutter6d.placing import ImportConfig
+from torc.problems.made_for import robot_wanted
+from torc.problems.problem import load_problem
+from torc.robots.loading import load_robot
+from torc.sim.stillness import StillnessConfig
+
+SPREAD = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))
+CANS = (upright(44, 0.0, 0.0), upright(44, 0.1, 0.0), upright(44, 0.0, 0.1), upright(17, 0.1, 0.12))
+QUICK = ImportConfig(still=StillnessConfig(seconds=0.5))
+
+
+class _View:
+    def fraction(self, name):
+        return 0.5
+
+
+class _Inspector:
+    """Everything is half in sight; nothing makes a problem of itself."""
+
+    robot = load_robot()
+
+    def view(self, problem):
+        return _View()
+
+    def around(self, problem, target):
+        raise AssertionError("only asked for when a target has to be chosen")
+
+
+@pytest.fixture
+def root(tmp_path):
+    write_tree(tmp_path / "gc6d", {249: SPREAD, 110: CANS, 401: SPREAD, 404: SPREAD}, images=15)
+    return tmp_path / "gc6d"
+
+
+def _run(root, out, **request):
+    return run_import(ImportRequest(root, config=QUICK, **request), _Inspector(), out)
+
+
+def test_the_papers_problems_of_a_scene_have_its_targets_and_one_layout(root, tmp_path):
+    attempts = _run(root, tmp_path / "out", paper=True, scenes=(110,))
+    assert [a.target for a in attempts] == ["obj_000044_0", "obj_000044_1", "obj_000044_2"]
+    problems = [load_problem(a.file) for a in attempts]
+    assert [p.target for p in problems] == [a.target for a in attempts]
+    assert {p.category for p in problems} == {"unstructured"}
+    assert problems[0].objects == problems[1].objects == problems[2].objects
+    assert {p.origin["target_by"] for p in problems} == {"the paper"}
+    assert all(a.in_sight == 0.5 for a in attempts)
+
+
+def test_a_missing_mesh_is_told_before_any_mesh_is_converted(root, tmp_path):
+    shutil.rmtree(root / "models_obj_m" / "obj_000044", ignore_errors=True)
+    for mesh in (root / "models_obj_m").glob("obj_000044.*"):
+        mesh.unlink()
+    said = []
+    request = ImportRequest(root, config=QUICK, paper=True, scenes=(249, 110))
+    attempts = run_import(request, _Inspector(), tmp_path / "out", say=said.append)
+    assert said[0].startswith("scene 110 will be left out: ")
+    assert "has no mesh of obj_000044" in said[0]
+    assert sum("will be left out" in text for text in said) == 1
+    assert {a.scene for a in attempts if a.file} == {249}
+
+
+def test_a_bad_scene_does_not_stop_the_others(root, tmp_path):
+    edit_json(root / "scenes" / "000249" / "scene_gt.json", lambda d: d["14"][0].update(obj_id="../../etc"))
+    bad, good = _run(root, tmp_path / "out", scenes=(249, 401), target="17_0")
+    assert bad.file is None
+    assert "obj_id" in bad.reason
+    assert good.file is not None
+    (absent,) = _run(root, tmp_path / "out", scenes=(401,), target="63")
+    assert absent.file is None
+    assert "has no object 63" in absent.reason
+
+
+def test_a_scene_that_is_there_twice_is_imported_once(root, tmp_path, monkeypatch):
+    twins = {"scenes": (401, 404), "target": "17_0"}
+    first = _run(root, tmp_path / "out", **twins)
+    assert [a.file is not None for a in first] == [True, False]
+    assert "the same as scene 401" in first[1].reason
+    settled = _count_settling(monkeypatch)
+    again = _run(root, tmp_path / "out", **twins)
+    assert [(a.scene, a.file, a.reason) for a in again] == [(a.scene, a.file, a.reason) for a in first]
+    assert settled == []
+    shutil.rmtree(root / "scenes" / "000401")  # what is kept cannot be compared with any more
+    kept, made = _run(root, tmp_path / "out", **twins)
+    assert (kept.there, made.there, made.reason) == (True, False, "")
+
+
+def test_files_are_replaced_only_on_request(root, tmp_path):
+    request = ImportRequest(root, scenes=(249,), target="17", config=QUICK)
+    elsewhere = replace(QUICK, placement="paper")
+    (first,) = run_import(request, _Inspector(), tmp_path / "out")
+    (kept,) = run_import(request, _Inspector(), tmp_path / "out")
+    assert (kept.there, kept.file, kept.problem) == (True, first.file, first.problem)
+    for other in (replace(request, category="unstructured"), replace(request, config=elsewhere)):
+        (refused,) = run_import(other, _Inspector(), tmp_path / "out")
+        assert refused.file is None
+        assert "imported otherwise; --overwrite" in refused.reason
+    first.file.write_text("spoiled")
+    (spoiled,) = run_import(request, _Inspector(), tmp_path / "out")
+    assert "--overwrite" in spoiled.reason
+    (again,) = run_import(request, _Inspector(), tmp_path / "out", overwrite=True)
+    assert (again.there, again.file, again.problem) == (False, first.file, first.problem)
+
+
+def test_a_run_that_was_interrupted_goes_on_where_it_was(root, tmp_path, monkeypatch):
+    first = _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
+    lost = next(a for a in first if a.scene == 110)
+    lost.file.unlink()
+    settled = _count_settling(monkeypatch)
+    again = _run(root, tmp_path / "out", paper=True, scenes=(110, 249))
+    assert settled == [110]
+    assert [a.scene for a in again] == [a.scene for a in first]
+    assert {a.file for a in again} == {a.file for a in first}
+    assert [a.target for a in again if not a.there] == [lost.target]
+
+
+def _count_settling(monkeypatch):
+    settled, settle_scene = [], making.settle_scene
+    monkeypatch.setattr(making, "settle_scene", lambda *a: settled.append(a[1].number) or settle_scene(*a))
+    return settled
+
+
+def test_a_single_problem_that_is_there_is_not_settled_again(root, tmp_path, monkeypatch):
+    (made,) = _run(root, tmp_path / "named", scenes=(249,), target="17_0")
+    assert made.problem.origin["target_by"] == "the user"
+    monkeypatch.setattr(making, "choose_target", lambda scene, *_: scene.problem.objects[0].name)
+    (chosen,) = _run(root, tmp_path / "chosen", scenes=(249,))
+    assert chosen.problem.origin["target_by"] == "torc"
+    settled = _count_settling(monkeypatch)
+    (again,) = _run(root, tmp_path / "named", scenes=(249,), target="obj_000017_0")
+    assert again.there
+    (again,) = _run(root, tmp_path / "chosen", scenes=(249,))
+    assert (again.there, again.file) == (True, chosen.file)
+    assert settled == []
+    _run(root, tmp_path / "named", scenes=(249,))  # that one was not chosen
+    assert settled == [249]
+
+
+def test_problems_made_for_another_robot_say_so_and_are_not_taken_for_others(root, tmp_path):
+    (made,) = _run(root, tmp_path / "out", scenes=(249,), target="17_0")
+    other = _Inspector()
+    other.robot = replace(load_robot(), name="mine", source="0123")
+    request = ImportRequest(root, scenes=(249,), target="17_0", config=QUICK)
+    (refused,) = run_import(request, other, tmp_path / "out")
+    assert "imported otherwise" in refused.reason
+    (its,) = run_import(request, other, tmp_path / "out", overwrite=True)
+    assert robot_wanted(its.problem) == "mine"
+    assert robot_wanted(made.problem) == ""
+    (refused,) = run_import(request, _Inspector(), tmp_path / "out")
+    assert "imported otherwise" in refused.reason
+
+
+@pytest.mark.parametrize(
+    ("request_", "told"),
+    [
+        ({}, "Say what to import"),
+        ({"paper": True, "target": "17"}, "has its own targets"),
+        ({"paper": True, "scenes": (250,)}, "no problem in scene 250; its scenes are 198, 223"),
+        ({"scenes": (249,), "target": "../x"}, "no object of a scene"),
+    ],
+)
+def test_requests_that_make_no_sense_are_refused_before_any_work(root, tmp_path, request_, told):
+    with pytest.raises(InputError, match=told):
+        _run(root, tmp_path / "out", **request_)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("config", [ImportConfig(annotation=13), ImportConfig(camera="kinect")])
+def test_so_are_settings_that_do_not_exist(root, tmp_path, config):
+    with pytest.raises(InputError):
+        run_import(ImportRequest(root, scenes=(249,), config=config), _Inspector(), tmp_path / "out")
+
+
+def test_a_place_that_cannot_be_written_is_told(root):
+    with pytest.raises(InputError, match="Choose another --out"):
+        _run(root, Path("/proc/nowhere"), scenes=(249,), target="17")

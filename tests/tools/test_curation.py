@@ -1,0 +1,114 @@
+"""The chosen problems are eligible, balanced over the cells, nearest to what is wanted, and named without a clash."""
+
+import json
+from collections import Counter
+
+import pytest
+
+from tools.curation import Candidate, Wanted, choose, is_eligible, named, read_candidates
+from torc.errors import InputError
+from torc.objects.library import builtin_object_names
+from torc.problems.problem import ObjectPlacement, Problem, save_problem
+
+MODELS = builtin_object_names()
+
+
+def _problem(name="p", category="structured", count=9, hidden="hidden", target=0):
+    models = (*MODELS[target:], *MODELS[:target])
+    objects = tuple(
+        ObjectPlacement(f"o{i}", models[i], (0.6, 0.0, 1.2), (1.0, 0, 0, 0)) for i in range(count)
+    )
+    return Problem(name, category, "", "o0", objects, origin={"hiddenness": hidden})
+
+
+def _candidate(name="p", oracle=3, drops=0, random=(5, 5, 5), **facts):
+    return Candidate(_problem(name, **facts), oracle, drops, random, ("o3", "o0"))
+
+
+@pytest.mark.parametrize(
+    ("facts", "eligible"),
+    [
+        ({}, True),
+        ({"oracle": None}, False),
+        ({"oracle": 1}, False),
+        ({"drops": 1}, False),
+        ({"random": (3, 3, 9)}, False),
+        ({"random": (4, 4, 9)}, True),
+        ({"hidden": "visible"}, False),
+        ({"count": 7}, False),
+        ({"count": 21}, False),
+    ],
+)
+def test_eligibility(facts, eligible):
+    assert is_eligible(_candidate(**facts), Wanted()) is eligible
+
+
+def _pool():
+    """Twelve alike in every cell."""
+    return [
+        _candidate(
+            f"{category[0]}{hidden[0]}{count}-{i}", category=category, hidden=hidden, count=count, target=i
+        )
+        for category in ("structured", "unstructured")
+        for hidden in ("hidden", "partly")
+        for count in (10, 13, 18)
+        for i in range(12)
+    ]
+
+
+def test_cells_are_filled_evenly():
+    chosen = choose(_pool(), Wanted(each=20))
+    for category in ("structured", "unstructured"):
+        mine = [c.problem for c in chosen if c.problem.category == category]
+        assert len(mine) == 20
+        assert Counter(p.origin["hiddenness"] for p in mine) == {"hidden": 10, "partly": 10}
+        bands = Counter(len(p.objects) for p in mine)
+        assert max(bands.values()) - min(bands.values()) <= 2
+
+
+def test_the_nearest_come_first_and_targets_differ():
+    near, far = _candidate("near"), _candidate("far", oracle=2, random=(8,))
+    assert [c.problem.name for c in choose([far, near], Wanted(each=1))] == ["near"]
+    same = _candidate("same", random=(5.5,))
+    other = _candidate("other", random=(6,), target=7)
+    assert [c.problem.name for c in choose([near, same, other], Wanted(each=2))] == ["near", "other"]
+
+
+def test_names_are_free_and_facts_are_kept():
+    chosen = [_candidate("x"), _candidate("y", category="unstructured"), _candidate("z", oracle=2)]
+    problems = named(chosen, ["structured-01", "structured-03"])
+    assert [p.name for p in problems] == ["structured-02", "unstructured-01", "structured-04"]
+    assert problems[2].origin == {
+        "hiddenness": "hidden",
+        "oracle_picks": 2,
+        "oracle_order": "o3, o0",
+        "random_picks_median": 5.0,
+    }
+    assert [p.name for p in named(chosen[:1], [], "validation-")] == ["validation-structured-01"]
+
+
+def test_measurements_are_read_from_what_the_benchmarks_write(tmp_path):
+    (tmp_path / "problems").mkdir()
+    for name in ("a", "b", "c"):
+        save_problem(_problem(name), tmp_path / "problems" / f"{name}.yaml")
+    answers, trials = tmp_path / "answers", tmp_path / "trials"
+    answers.mkdir()
+    (answers / "a-0.json").write_text(
+        json.dumps({"solved": True, "picks": 3, "drops": 1, "order": ["o2", "o1", "o0"]})
+    )
+    (answers / "b-0.json").write_text(json.dumps({"solved": False, "picks": 4, "drops": 0, "order": []}))
+    for trial, status, picks in (
+        ("a-random-0", "completed", 6),
+        ("a-random-1", "errored", 9),
+        ("b-random-0", "completed", 4),
+    ):
+        (trials / trial).mkdir(parents=True)
+        (trials / trial / "result.json").write_text(json.dumps({"status": status, "picks": picks}))
+    found = read_candidates(str(tmp_path / "problems"), answers, trials)
+    assert [(c.problem.name, c.oracle_picks, c.oracle_drops, c.random_picks) for c in found] == [
+        ("a", 3, 1, (6,)),
+        ("b", None, 0, (4,)),
+    ]
+    assert [c.oracle_order for c in found] == [("o2", "o1", "o0"), ()]
+    with pytest.raises(InputError, match="Nothing was measured"):
+        read_candidates(str(tmp_path / "problems"), tmp_path, tmp_path)
