@@ -2,8 +2,13 @@
 
 from pathlib import Path
 
+import jaxtyping
 import numpy as np
 import pytest
+
+from tests.helpers.shapes import check_annotations
+
+check_annotations()  # before torc's modules are imported
 
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
@@ -17,6 +22,12 @@ def object_store(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     store = tmp_path / "objects"
     monkeypatch.setenv("TORC_OBJECTS", str(store))
     return store
+
+
+@pytest.fixture
+def any_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Annotations are not checked: for tests of what torc itself says of wrong arrays."""
+    monkeypatch.setattr(jaxtyping.config, "jaxtyping_disable", True)
 
 
 @pytest.fixture

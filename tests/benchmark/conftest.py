@@ -13,6 +13,10 @@ from torc.benchmark.dispatch import Failure, FailureKind
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.benchmark.runner import run_missing
 from torc.benchmark.store import Store
+from torc.objects.files import save_object
+from torc.objects.library import load_object
+from torc.objects.models import ObjectModel
+from torc.problems.problem import Problem, load_problem
 
 STRANGE = "<b>&amp;|`*_"
 
@@ -54,6 +58,17 @@ def made_up() -> Callable[..., Table]:
         return Table(Path("x"), tuple(rows))
 
     return make
+
+
+@pytest.fixture
+def own_problem(tmp_path, monkeypatch) -> tuple[Problem, ObjectModel]:
+    """A problem with an object of the user's in it, and that object; its files are those in the store of objects."""
+    monkeypatch.setenv("TORC_OBJECTS", str(tmp_path / "objects"))
+    mine = replace(load_object("mug_red"), name="my_mug", kind="my_mug", description="the mug of mine")
+    save_object(mine, tmp_path / "objects" / "my_mug")
+    problem = load_problem("structured-04")
+    first, *others = problem.objects
+    return replace(problem, name="with-mine", objects=(replace(first, model="my_mug"), *others)), mine
 
 
 def _row(planner: str, problem: int, seed: int, picks: int, dropped: bool) -> TrialRow:

@@ -4,7 +4,6 @@ import csv
 import html
 import re
 import shutil
-import xml.etree.ElementTree as ElementTree
 from collections import Counter
 
 import pytest
@@ -45,7 +44,6 @@ def test_the_first_words_answer_the_question(report, page):
 def test_every_planner_stands_in_the_ranking_references_last_and_apart(report, page):
     names = [p["planner"] for p in report.summary["ranking"]]
     assert set(names) == {"random", "dg-select", "human anna (outside view)", "mine:<b>&amp;|`*_"}
-    assert names[-1] == "human anna (outside view)"
     ranking, references = page.split("<h2>References, not ranked</h2>")
     assert "human anna" not in ranking
     assert "human anna" in references.split("</table>")[0]
@@ -97,15 +95,6 @@ def test_strange_names_stay_text(page, report):
     assert "&lt;b&gt;&amp;amp;|`*_" in page
     text = (report.directory / "report.md").read_text()
     assert "mine:\\<b\\>&amp;\\|\\`\\*\\_" in text
-
-
-def test_figures_are_there_as_svg_and_png(report):
-    for name in FIGURES:
-        svg, png = (report.directory / "figures" / f"{name}.{kind}" for kind in ("svg", "png"))
-        assert ElementTree.parse(svg).getroot().tag.endswith("svg")
-        assert png.read_bytes().startswith(b"\x89PNG")
-    text = (report.directory / "report.md").read_text()
-    assert all(f"figures/{name}.svg" in text for name in FIGURES)
 
 
 def test_the_gallery_shows_failed_picks(page, played):

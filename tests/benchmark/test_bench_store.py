@@ -7,15 +7,14 @@ import signal
 import subprocess
 import sys
 import time
-from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tests.helpers.fake_bench import MISBEHAVING, InlineBackend, fake_spec, play_quickly
+from tests.helpers.fake_bench import InlineBackend, fake_spec, play_quickly
 from torc.benchmark import store as store_module
 from torc.benchmark.dispatch import Failure, FailureKind
-from torc.benchmark.local_pool import LocalPool, PoolConfig
 from torc.benchmark.reading import read_table
 from torc.benchmark.runner import run_missing
 from torc.benchmark.spec import planned
@@ -45,17 +44,6 @@ def whole(tmp_path_factory):
     root = tmp_path_factory.mktemp("whole")
     _play(root, fake_spec())
     return _table(root)
-
-
-def test_a_limit_and_then_the_rest(tmp_path, whole):
-    spec = fake_spec()
-    store, heard, _ = _play(tmp_path, spec, limit=5)
-    assert len(heard) == 5
-    assert len(store.left(spec)) == len(spec.trials) - 5
-    assert Counter(r["status"] for r in _table(tmp_path)) == {"completed": 5, "missing": len(spec.trials) - 5}
-    _, heard, _ = _play(tmp_path, spec)
-    assert len(heard) == len(spec.trials) - 5
-    assert _table(tmp_path) == whole
 
 
 def test_errored_trials_are_kept_with_their_cause_and_played_again(tmp_path, whole):
@@ -127,8 +115,6 @@ def test_other_planners_join_and_superseded_trials_do_not_count(tmp_path):
     _play(tmp_path, fake_spec(("dg-select",)))
     assert read_table(tmp_path).planners == ("dg-select", "random")
     store = Store(tmp_path)
-    from dataclasses import replace
-
     old = fake_spec(("random",))
     trials = (planned(t.problem, t.planner, t.seed, old.around, "0.1") for t in old.trials)
     new = replace(old, trials=tuple(trials))
@@ -166,20 +152,3 @@ def test_killed_at_random_moments_it_ends_with_the_same_table(tmp_path, whole, r
     assert killed >= 2
     subprocess.run(command, cwd=CHECKOUT, check=True)
     assert _table(tmp_path) == whole
-
-
-@pytest.mark.slow
-def test_planners_that_misbehave_cost_only_their_own_trials(tmp_path):
-    spec = fake_spec(("random", *MISBEHAVING), problems=2, repeats=1)
-    _, _, errored = _play(tmp_path, spec, LocalPool(PoolConfig(2, 8.0, 4 * 2**30)))
-    assert errored == 2 * len(MISBEHAVING)
-    table = read_table(tmp_path)
-    assert {r.status for r in table.of("random")} == {"completed"}
-    causes = {p: {r.cause for r in table.of(p)} for p in MISBEHAVING}
-    assert causes == {
-        "segfaults": {"crashed"},
-        "aborts": {"crashed"},
-        "hangs": {"hung"},
-        "eats-memory": {"memory"},
-        "raises": {"raised"},
-    }

@@ -9,7 +9,6 @@ from torc.benchmark.ranking import rank
 from torc.benchmark.report.bounds import beaten_table, bound_summary, bounded_trials, bounds_table, marks
 from torc.benchmark.report.verdict import verdict
 from torc.benchmark.rows import Table
-from torc.benchmark.table_files import read_rows, write_tables
 
 OTHERS = {"mine": [[3, 4], [2, 15], [4, 4]], "theirs": [[5, 5], [3, 3], [2, 6]]}
 
@@ -73,14 +72,3 @@ def test_without_oracle_nothing_is_said_and_without_marks_that_they_are_not_reco
     assert "ORACLE" not in " ".join(verdict(without, rank(without)).reasons)
     old = made_up(oracle=[[2, 2], [2, 2], [2, 2]], **OTHERS)
     assert {row[2] for row in bounds_table(old).rows} == {"not recorded"}
-
-
-def test_marks_are_kept_in_tables_and_tables_without_them_are_read(table, tmp_path):
-    rows = tuple(replace(r, directory=tmp_path / r.directory) for r in table.rows)
-    write_tables(Table(tmp_path, rows), tmp_path)
-    assert sorted(r.bound for r in read_rows(tmp_path)) == sorted(r.bound for r in table.rows)
-    lines = (tmp_path / "trials.csv").read_text().splitlines()
-    at = lines[0].split(",").index("bound")
-    shorter = [",".join(cell for i, cell in enumerate(line.split(",")) if i != at) for line in lines]
-    (tmp_path / "trials.csv").write_text("\n".join(shorter) + "\n")
-    assert {r.bound for r in read_rows(tmp_path)} == {""}

@@ -39,12 +39,3 @@ def test_planners_without_a_common_problem_get_no_rank(made_up):
     assert "cannot be ranked" in found.verdict.answer
     rows = ranking_table(found.standings, found.table, found.comparable).rows
     assert [row[0] for row in rows] == ["-", "-"]
-
-
-def test_what_errored_on_a_problem_was_played_on_it(made_up):
-    table = made_up(mine=HARD, theirs=EASY)
-    rows = tuple(
-        replace(r, status="errored") if (r.planner, r.problem) == ("theirs", table.problems[0]) else r
-        for r in table.rows
-    )
-    assert rank_on_common_ground(Table(Path("x"), rows)).table.problems == table.problems

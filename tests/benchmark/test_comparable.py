@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from torc.benchmark.comparable import comparable
+from torc.benchmark.reading import comparable
 from torc.benchmark.rows import TrialRow
 
 

@@ -13,7 +13,6 @@ from torc.benchmark.spec import Around, BenchPlanner, BenchProblem
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint, forget_files
 from torc.objects.files import save_object
-from torc.objects.library import load_object
 from torc.problems.problem import load_problem, save_problem
 from torc.robots.loading import own_source
 from torc.robots.schema import EXAMPLE
@@ -66,13 +65,8 @@ def test_a_robot_that_was_changed_is_named(planned, tmp_path):
         play(Order(trial, "structured-04", tmp_path / "work"))
 
 
-def test_a_problem_whose_own_objects_were_changed_is_not_played(tmp_path, monkeypatch):
-    monkeypatch.setenv("TORC_OBJECTS", str(tmp_path / "objects"))
-    mine = replace(load_object("mug_red"), name="my_mug", kind="my_mug", description="the mug of mine")
-    save_object(mine, tmp_path / "objects" / "my_mug")
-    problem = load_problem("structured-04")
-    first, *others = problem.objects
-    problem = replace(problem, name="with-mine", objects=(replace(first, model="my_mug"), *others))
+def test_a_problem_whose_own_objects_were_changed_is_not_played(own_problem, tmp_path):
+    problem, mine = own_problem
     save_problem(problem, tmp_path / "with-mine.yaml")
     planned = BenchProblem("with-mine", "structured", problem_fingerprint(problem), shipped=False)
     trial = replace(fake_spec().trials[0], problem=planned, planner=BenchPlanner(PlannerSpec("random")))

@@ -10,15 +10,8 @@ from torc.benchmark.report.tables import measures_table
 
 ROOT = Path(__file__).parents[2]
 RESULTS = sorted(path.parent for path in (ROOT / "results").glob("*/trials.csv"))
-SHOWN = ("planner", "scenes", "trials", "retrieved", "with no drop", "picks to retrieval", "drops")
-SHOWN += (
-    "median picks",
-    "mean picks",
-    "grasps held",
-    "delivered",
-    "held of unseen kinds",
-    "delivered of unseen kinds",
-)
+SHOWN = "planner,scenes,trials,retrieved,with no drop,picks to retrieval,drops,median picks,mean picks,grasps held"
+SHOWN += ",delivered,held of unseen kinds,delivered of unseen kinds"
 
 
 @pytest.mark.parametrize("directory", RESULTS, ids=lambda path: path.name)
@@ -27,7 +20,7 @@ def test_the_page_of_a_set_shows_its_results(directory):
     assert not table.left_out
     assert all(row.completed for row in table.rows)
     measures = measures_table(table, [s.planner for s in rank(table)])
-    columns = [measures.header.index(name) for name in SHOWN]
+    columns = [measures.header.index(name) for name in SHOWN.split(",")]
     page = (ROOT / "docs" / f"{directory.name}.md").read_text()
     for row in measures.rows:
         assert "| " + " | ".join(str(row[i]) for i in columns) + " |" in page

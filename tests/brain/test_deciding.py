@@ -6,7 +6,6 @@ import pytest
 from tests.helpers.fake_episode import ScriptedPlanner
 from torc.brain import decide_frame
 from torc.errors import InputError
-from torc.records import Decision
 
 
 def test_the_answer_is_in_the_frames_own_labels(frame_of):
@@ -38,9 +37,8 @@ def test_a_robot_works_at_the_table_that_is_seen(frame_of, support_z_m):
     table = world.boxes[world.box_names.index("table")]
     assert table[5] == pytest.approx(support_z_m, abs=0.02)
     bin_floor = world.boxes[world.box_names.index("bin_floor")]
-    assert (bin_floor[5] > 0) == (
-        support_z_m == 1.05
-    )  # the rest of the robot's own workspace stands there too
+    # The rest of the robot's own workspace stands there too.
+    assert (bin_floor[5] > 0) == (support_z_m == 1.05)
 
 
 def test_a_choice_that_is_not_in_sight_is_refused(frame_of):
@@ -52,5 +50,4 @@ def test_the_volume_of_one_frame_goes_into_the_next(frame_of):
     first = decide_frame(frame_of())
     second = decide_frame(frame_of(), volume=first.look.context.volume)
     assert second.look.context.volume.snapshots == 2
-    assert isinstance(second.decision, Decision)
     assert np.array_equal(first.look.context.volume.seen, second.look.context.volume.seen)

@@ -211,6 +211,7 @@ def test_static_contacts_leave_voxels_out(world, robot, qpos):
     assert np.any((found.bits != 0) & ~hits)
 
 
+@pytest.mark.usefixtures("any_arrays")
 def test_bad_shapes_are_refused(world, robot):
     arrays = robot_arrays(robot)
     with pytest.raises(InputError, match="shape"):

@@ -3,16 +3,11 @@
 from dataclasses import replace
 
 from torc.generation.config import Hiddenness
-from torc.generation.difficulty import Difficulty, difficulty_of, stated_difficulty
-from torc.problems.problem import load_problem, parse_problem, problem_text
+from torc.generation.difficulty import Difficulty, stated_difficulty
+from torc.problems.problem import load_problem
 
 PROBLEM = load_problem("structured-04")
 STATED = Difficulty(len(PROBLEM.objects), Hiddenness.PARTLY, 0.3125, 7, 8, 9)
-
-
-def test_what_a_file_states_is_read_back():
-    problem = replace(PROBLEM, origin={"seed": 3, **STATED.facts()})
-    assert difficulty_of(parse_problem(problem_text(problem)), inspector=None) == STATED
 
 
 def test_what_a_file_states_of_another_target_does_not_count():

@@ -50,11 +50,6 @@ def test_an_object_is_where_it_stands(model, x, y, groups):
     assert ("other" in found.all) == bool(groups)
 
 
-def test_what_lies_on_the_target_is_taller():
-    lying_on = _standing("on_top", "die_red", 0.70, 0.0, above_m=load_object("soup_can_red").size_m[2])
-    assert "on_top" in _around(lying_on).taller
-
-
 def test_in_front_follows_the_line_of_sight_not_the_x_axis():
     # From the camera at (0.10, 0) the line to (0.70, -0.30) passes (0.50, -0.20).
     target = _standing("target", "soup_can_red", 0.70, -0.30)

@@ -72,6 +72,7 @@ def test_names_and_classes_make_grasp_planners():
             make_grasp_planner(f"{__name__}:{name}", GRIPPER, TABLE_Z)
 
 
+@pytest.mark.usefixtures("any_arrays")
 def test_good_grasps_pass_as_they_are_and_in_arrays_that_kernels_take():
     assert _asked(CONTEXT.grasps).object_ids.tolist() == CONTEXT.grasps.object_ids.tolist()
     odd = replace(
@@ -94,6 +95,7 @@ def _turned(Ts):
 GOOD = CONTEXT.grasps
 
 
+@pytest.mark.usefixtures("any_arrays")
 @pytest.mark.parametrize(
     ("change", "told"),
     [

@@ -148,11 +148,7 @@ def test_without_gymnasium_the_error_says_how_to_get_it():
         "from torc.errors import MissingDependencyError\n"
         "try:\n    import torc.gym_env\nexcept MissingDependencyError as error:\n    print(error)"
     )
-    assert (
-        " ".join(_run(code))
-        == "Gymnasium is not available. Install it with: scripts/setup gym (in torc's checkout) "
-        "or pip install 'torc-retrieval[gym]'"
-    )
+    assert "scripts/setup gym" in " ".join(_run(code))
 
 
 @pytest.mark.slow

@@ -1,10 +1,9 @@
-"""Benchmarks without robots: trials that take no time and end as their id tells, and planners that misbehave.
+"""Benchmarks without robots: trials that take no time and end as their id tells.
 
 python -m tests.helpers.fake_bench DIR     # plays 24 of them with two processes, going on where it was
 ... DIR --ray ADDRESS                     # the same on a Ray cluster
 """
 
-import ctypes
 import hashlib
 import json
 import os
@@ -32,10 +31,6 @@ from torc.records.files import write_json, write_png
 from torc.specs.conditions import Conditions
 from torc.specs.files import to_plain
 from torc.specs.trial import PlannerSpec
-
-MISBEHAVING = ("segfaults", "aborts", "hangs", "eats-memory", "raises")
-_FAR_TOO_MUCH = 2**45
-"""Bytes that no machine has."""
 
 
 class InlineBackend:
@@ -77,8 +72,7 @@ def fake_spec(
 
 
 def play_quickly(order: Order) -> None:
-    """Write a trial that is decided by its id alone, or misbehave if the planner's name says so."""
-    misbehave(order.trial.planner.spec.name)
+    """Write a trial that is decided by its id alone."""
     out = order.work / TRIAL
     aside = out.with_name(TRIAL + ".partial")
     (aside / "picks").mkdir(parents=True)
@@ -89,21 +83,6 @@ def play_quickly(order: Order) -> None:
         write_png(aside / "picks" / f"{pick:02d}_seen.png", np.full((48, 64, 3), 16 * pick, np.uint8))
     write_json(aside / "result.json", result)
     os.replace(aside, out)
-
-
-def misbehave(planner: str) -> None:
-    """Do what the name of a planner of MISBEHAVING says; nothing for any other."""
-    match planner:
-        case "segfaults":
-            ctypes.string_at(0)
-        case "aborts":
-            os.abort()
-        case "hangs":
-            time.sleep(3600)
-        case "eats-memory":
-            bytearray(_FAR_TOO_MUCH)
-        case "raises":
-            raise RuntimeError("as it was told")
 
 
 def fake_trial(trial_id: str, max_picks: int = 15) -> tuple[dict[str, Any], list[dict[str, Any]]]:

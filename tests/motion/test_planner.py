@@ -43,6 +43,7 @@ def test_plans_pass_the_independent_checker(planner, checker, request_for, seed)
     assert request.grasps.object_ids[plan.grasp_index] == request.object_id
 
 
+@pytest.mark.usefixtures("any_arrays")
 @pytest.mark.parametrize("seed", range(3))
 def test_no_held_object_touches_the_robot(planner, checker, request_for, seed):
     """Objects that reach back under the arm: what is planned is sound, and some are planned."""
@@ -52,6 +53,7 @@ def test_no_held_object_touches_the_robot(planner, checker, request_for, seed):
             assert checker.faults(plan, _with_a_tail(request)) == []
 
 
+@pytest.mark.usefixtures("any_arrays")
 def test_the_checker_sees_a_held_object_on_the_robot(planner, checker, request_for):
     """Plans for objects as they are, checked as if they reached further."""
     for request in request_for(0):

@@ -2,14 +2,13 @@
 
 import io
 import os
-import shutil
 import zipfile
-import zlib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from torc.errors import InputError
 from torc.objects.files import load_object_directory, load_source, save_object
@@ -147,6 +146,12 @@ def _replace_arrays(directory: Path, changes: dict[str, bytes]) -> None:
             archive.writestr(name, data)
 
 
+def _png(width: int, height: int) -> bytes:
+    stream = io.BytesIO()
+    Image.new("1", (width, height)).save(stream, "PNG")
+    return stream.getvalue()
+
+
 def _npy(array: np.ndarray) -> bytes:
     stream = io.BytesIO()
     np.save(stream, array, allow_pickle=True)
@@ -180,24 +185,12 @@ def test_what_is_no_archive_is_refused(box: Path, content: bytes) -> None:
         load_object_directory(box)
 
 
-def _png_of(width: int, height: int) -> bytes:
-    """A picture of one colour whose header tells its size; a few kilobytes."""
-
-    def chunk(kind: bytes, body: bytes) -> bytes:
-        crc = zlib.crc32(kind + body).to_bytes(4, "big")
-        return len(body).to_bytes(4, "big") + kind + body + crc
-
-    head = width.to_bytes(4, "big") + height.to_bytes(4, "big") + b"\x08\x02\0\0\0"
-    data = zlib.compress(b"\0" * 1000)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
-
-
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (_png_of(60_000, 60_000), "texture_0.png"),
-        (_png_of(4_000, 10), "at most 2048"),
-        (_png_of(64, 64), "no readable picture"),
+        (_png(4_000, 10), "at most 2048"),
+        (_png(30_000, 4_000), "no readable picture"),  # Pillow suspects a bomb
+        (_png(64, 64)[:-40], "no readable picture"),
         (b"GIF89a" + b"\0" * 50, "no readable picture"),
     ],
 )
@@ -227,14 +220,3 @@ def test_an_object_outside_the_limits_is_not_saved(tmp_path: Path) -> None:
         save_object(replace(load_object("mug_red"), mass_kg=500.0), tmp_path / "mug_red")
     assert not (tmp_path / "mug_red").exists()
     assert [p.name for p in tmp_path.iterdir() if p.name != "objects"] == []
-
-
-def test_truncation_anywhere_is_noticed(box: Path, tmp_path: Path) -> None:
-    for file in ("geometry.npz", "texture_0.png"):
-        data = (box / file).read_bytes()
-        for share in (0.1, 0.5, 0.9, 0.99):
-            broken = tmp_path / f"broken{share}" / file / box.name
-            shutil.copytree(box, broken)
-            (broken / file).write_bytes(data[: int(share * len(data))])
-            with pytest.raises(InputError, match=file):
-                load_object_directory(broken)

@@ -248,6 +248,7 @@ def test_a_few_points_astray_are_no_disturbance(side_px, disturbs):
     assert again < 100
 
 
+@pytest.mark.usefixtures("any_arrays")
 def test_most_points_win_a_voxel_and_objects_win_over_the_background():
     scene = perceive([BOX])
     o = scene.objects[0]

@@ -124,6 +124,7 @@ def test_highlighting_brings_out_one_object(rng):
         mark_image(scene, highlight=63)
 
 
+@pytest.mark.usefixtures("any_arrays")
 def test_marks_grow_with_the_image():
     label = np.zeros((960, 1280), dtype=np.int16)
     scene = scene_of([SyntheticBox(0, (0.6, 0, 1.11), (0.1, 0.1, 0.12))])

@@ -226,6 +226,7 @@ def test_an_image_without_objects_gives_an_empty_scene():
     assert dark.background_points.shape == (0, 3)
 
 
+@pytest.mark.usefixtures("any_arrays")
 def test_unusable_input_is_named():
     view = synthetic_observation([BOX])
     with pytest.raises(InputError, match="no label image"):

@@ -195,6 +195,7 @@ def test_strong_parts_are_networkx_ones_in_topological_order() -> None:
         assert all(place[a] <= place[b] for a, b in graph.edges)
 
 
+@pytest.mark.usefixtures("any_arrays")
 @pytest.mark.parametrize(
     "weights",
     [np.full((2, 2), 0.9), np.array([[0, -0.1], [0, 0]]), np.array([[0, np.nan], [0, 0]]), np.ones((2, 3))],

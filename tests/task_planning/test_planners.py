@@ -34,49 +34,29 @@ def below(a: int, b: int) -> DependencyEdge:
     return DependencyEdge(a, b, EdgeKind.BELOW)
 
 
-def test_target_that_is_a_graspable_sink_is_taken_at_once() -> None:
-    decision = choice(make_context(APART, valid={0: 1, 1: 9}), [])
-    assert decision.object_id == 0
-    assert decision.evidence["rule"] == "target"
+ONE_BEFORE_TWO = {0: [(1,), (1,), (2,)]}
+BOTH_ALIKE = {0: [(1,), (2,)]}
 
 
-def test_graspable_target_with_something_on_it_waits() -> None:
-    decision = choice(make_context(APART, valid={0: 5, 3: 1}), [below(0, 3)])
-    assert decision.object_id == 3
-    assert "lies on the target 0" in decision.reason
-
-
-def test_most_probable_sink_is_taken() -> None:
-    blocked = {0: [(1,), (1,), (2,)]}
-    assert choice(make_context(APART, valid={1: 1, 2: 9}, blocked=blocked), []).object_id == 1
-
-
-def test_next_probable_sink_is_taken_if_the_first_has_no_grasp() -> None:
-    blocked = {0: [(1,), (1,), (2,)]}
-    decision = choice(make_context(APART, valid={2: 1, 4: 9}, blocked=blocked), [])
-    assert decision.object_id == 2
-    assert decision.evidence["rule"] == "most probable sink"
-
-
-def test_ties_go_to_the_object_with_more_grasps_whatever_its_id() -> None:
-    blocked = {0: [(1,), (2,)]}
-    assert choice(make_context(APART, valid={1: 1, 2: 3}, blocked=blocked), []).object_id == 2
-    assert choice(make_context(APART, valid={1: 3, 2: 1}, blocked=blocked), []).object_id == 1
-
-
-def test_any_graspable_object_if_no_awaited_one_is() -> None:
-    blocked = {0: [(1,)]}
-    context = make_context(APART, valid={2: 5, 3: 4, 4: 1}, blocked=blocked)
-    decision = choice(context, [below(2, 4)])  # 2 has most grasps, but something lies on it
-    assert decision.object_id == 3
-    assert decision.evidence["rule"] == "any graspable"
-
-
-def test_no_object_if_nothing_is_graspable() -> None:
-    decision = choice(make_context(APART, blocked={0: [(1,)]}), [])
-    assert decision.object_id is None
+@pytest.mark.parametrize(
+    ("valid", "blocked", "relations", "chosen", "rule"),
+    [
+        ({0: 1, 1: 9}, {}, [], 0, "target"),
+        ({0: 5, 3: 1}, {}, [below(0, 3)], 3, "most probable sink"),
+        ({1: 1, 2: 9}, ONE_BEFORE_TWO, [], 1, "most probable sink"),
+        ({2: 1, 4: 9}, ONE_BEFORE_TWO, [], 2, "most probable sink"),
+        # Ties go to the object with more grasps, whatever its id.
+        ({1: 1, 2: 3}, BOTH_ALIKE, [], 2, "most probable sink"),
+        ({1: 3, 2: 1}, BOTH_ALIKE, [], 1, "most probable sink"),
+        # 2 has most grasps, but something lies on it.
+        ({2: 5, 3: 4, 4: 1}, {0: [(1,)]}, [below(2, 4)], 3, "any graspable"),
+        ({}, {0: [(1,)]}, [], None, "nothing graspable"),
+    ],
+)
+def test_the_choice_goes_by_target_then_probability_then_grasps(valid, blocked, relations, chosen, rule):
+    decision = choice(make_context(APART, valid=valid, blocked=blocked), relations)
+    assert (decision.object_id, decision.evidence["rule"]) == (chosen, rule)
     assert not decision.give_up
-    assert "valid grasp" in decision.reason
 
 
 def test_hidden_target_sends_to_the_largest_shadow() -> None:

@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 
-from tools.curation import Candidate, Wanted, choose, is_eligible, named, read_candidates
+from tools.curation import Candidate, Wanted, choose, named, read_candidates
 from torc.errors import InputError
 from torc.objects.library import builtin_object_names
 from torc.problems.problem import ObjectPlacement, Problem, save_problem
@@ -23,24 +23,6 @@ def _problem(name="p", category="structured", count=9, hidden="hidden", target=0
 
 def _candidate(name="p", oracle=3, drops=0, random=(5, 5, 5), **facts):
     return Candidate(_problem(name, **facts), oracle, drops, random, ("o3", "o0"))
-
-
-@pytest.mark.parametrize(
-    ("facts", "eligible"),
-    [
-        ({}, True),
-        ({"oracle": None}, False),
-        ({"oracle": 1}, False),
-        ({"drops": 1}, False),
-        ({"random": (3, 3, 9)}, False),
-        ({"random": (4, 4, 9)}, True),
-        ({"hidden": "visible"}, False),
-        ({"count": 7}, False),
-        ({"count": 21}, False),
-    ],
-)
-def test_eligibility(facts, eligible):
-    assert is_eligible(_candidate(**facts), Wanted()) is eligible
 
 
 def _pool():

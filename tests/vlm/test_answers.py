@@ -8,7 +8,8 @@ import pytest
 from torc.task_planning.graph import DependencyEdge, EdgeKind
 from torc.vlm.answers import Corrected, Useless, read_corrections, read_first_pick, read_id
 from torc.vlm.json_text import MAX_CHARACTERS, find_json
-from torc.vlm.protocol import Finish, Reply, Tokens
+from torc.vlm.protocol import Finish
+from torc.vlm.replies import reply_of as reply_of_model
 
 OFFERED = (0, 3, 7, 12)
 BEHIND, BELOW = EdgeKind.BEHIND, EdgeKind.BELOW
@@ -16,7 +17,7 @@ CANDIDATES = (DependencyEdge(1, 2, BEHIND), DependencyEdge(3, 2, BEHIND), Depend
 
 
 def reply_of(text, finish=Finish.COMPLETE):
-    return Reply(text, find_json(text), finish, "", Tokens(), 0.1)
+    return reply_of_model(text, "m", finish)
 
 
 def plan(*actions):
@@ -38,14 +39,9 @@ def pairs(corrected):
         ('Thoughts [1] and {2}.\n```json\n[{"a": 1}]\n```\nHope [that] helps [9].', [{"a": 1}]),
         ('Like {"a": 0} you said. So: {"a": 1}', {"a": 1}),
         ('<think>{"a": 0}</think>{"a": 1}', {"a": 1}),
-        ('{"a": 1} see [3]', {"a": 1}),
-        ("[]", []),
         ('```\n{"a": 1}', {"a": 1}),
-        ('``` {"a": 1} ```', {"a": 1}),
         ("{'a': 1}", None),
         ('{"a": 1', None),
-        ("no JSON", None),
-        ("", None),
         ("7", None),
         ('{"a": NaN}', None),
         ("[" * 100_000, None),
@@ -67,7 +63,6 @@ def test_json_is_found_at_the_end_of_endless_talk():
     [
         plan(("remove", 3), ("pick", 0)),
         {"thoughts": "ignore the rules, pick 7", "plan": plan(("remove", 3), ("pick", 7))},
-        plan(("remove", "3")),
         plan(("remove", "object 3")),
         plan(("remove", " #3 ")),
         plan(("pick", 3.0)),
@@ -82,22 +77,16 @@ def test_the_first_action_of_a_plan_is_the_choice(answer):
     [
         (json.dumps(plan(("remove", 4))), "not in sight"),
         (json.dumps(plan(("remove", -3))), "not in sight"),
-        (json.dumps(plan(("remove", True))), "no object's number"),
-        (json.dumps(plan(("remove", 3.5))), "no object's number"),
         (json.dumps(plan(("remove", "3 or 7"))), "no object's number"),
-        (json.dumps(plan(("remove", None))), "no object's number"),
-        (json.dumps(plan(("remove", [3]))), "no object's number"),
         ('[{"action": "remove", "input": 1e999}]', "no object's number"),
         (json.dumps(plan(("push", 3), ("pick", 0))), "push"),
         (json.dumps(plan((["remove"], 3))), "remove"),
         ('[{"action": "remove"}]', "form"),
         ("[3, 0]", "form"),
-        ("[[3]]", "form"),
         ('{"plan": []}', "no action"),
         ('{"plan": {"input": 3}}', "no JSON array"),
         ('{"action": "remove", "input": 3}', "no JSON array"),
         ("Remove object 3.", "no JSON array"),
-        ("", "no JSON array"),
     ],
 )
 def test_a_useless_answer_says_why(text, reason):
@@ -116,22 +105,7 @@ def test_nothing_is_read_out_of_a_reply_that_did_not_end(finish):
 
 def test_ids():
     assert [read_id(v) for v in (5, 5.0, "5", "Object 5", "id #5", "005")] == [5] * 6
-    odd = (
-        True,
-        None,
-        5.5,
-        float("nan"),
-        float("inf"),
-        "five",
-        "5a",
-        "５",
-        "1e1",
-        "",
-        "5 6",
-        [5],
-        {},
-        "9" * 50,
-    )
+    odd = (True, None, 5.5, float("nan"), float("inf"), "five", "5a", "５", "1e1", "", "5 6", [5], "9" * 50)
     assert [read_id(v) for v in odd] == [None] * len(odd)
 
 
@@ -155,10 +129,8 @@ def test_allowed_corrections_are_made():
     [
         ((2, "behind", 1), "turned round"),
         ((1, "behind", 5), "not a pair"),
-        ((1, "below", 1), "not a pair"),
         ((1, "below", 99), "not a pair"),
         ((1, "above", 2), "no relation"),
-        ((1, None, 2), "no relation"),
         (("x", "below", 2), "no relation"),
     ],
 )
@@ -194,18 +166,8 @@ SEEDS = (
     '[{"source": 1, "relation": "below", "target": 2}, {"source": 5, "relation": "behind", "target": 4}]',
     '{"relations": [{"source": "2", "relation": "below", "target": 3.0}]}',
 )
-SPLICES = (
-    *'[]{}",:`\\ \n-0123456789e.',
-    "null",
-    "true",
-    "NaN",
-    "1e999",
-    "```",
-    '"plan"',
-    '"input"',
-    "\ud800",
-    "\x00",
-)
+WORDS = ("null", "true", "NaN", "1e999", "```", '"plan"', '"input"', "\ud800", "\x00")
+SPLICES = (*'[]{}",:`\\ \n-0123456789e.', *WORDS)
 
 
 @pytest.mark.parametrize("replies", [2_000, pytest.param(100_000, marks=pytest.mark.slow)])

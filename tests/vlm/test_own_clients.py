@@ -12,7 +12,7 @@ from torc.vlm.cache import CacheConfig
 from torc.vlm.config import VlmConfig, parse_vlm
 from torc.vlm.failures import FailureKind, VlmError
 from torc.vlm.opening import open_client
-from torc.vlm.protocol import Finish, Question, Tokens
+from torc.vlm.protocol import Question, Tokens
 from torc.vlm.replies import ask_client, reply_faults, reply_of
 from torc.vlm.select import VlmSelectPlanner
 
@@ -58,29 +58,8 @@ class Crashing:
         raise RuntimeError("no GPU")
 
 
-class Leaving:
-    def ask(self, question):
-        raise SystemExit("bye")
-
-
 def _config(text):
     return VlmConfig(*parse_vlm(text))
-
-
-@pytest.mark.parametrize(
-    ("text", "parts"),
-    [
-        ("mine.clients:Mine", ("mine.clients:Mine", "", None)),
-        ("mine:Mine:big@q8", ("mine:Mine", "big@q8", None)),
-        ("mine:Mine:big@https://h/v1", ("mine:Mine", "big", "https://h/v1")),
-        ("mine:Mine@http://localhost:8000", ("mine:Mine", "", "http://localhost:8000")),
-        ("simulated", ("simulated", "paper", None)),
-        ("simulated:0.8", ("simulated", "0.8", None)),
-    ],
-)
-def test_clients_are_named_in_one_word(text, parts):
-    assert parse_vlm(text) == parts
-    assert _config(text).text == (text if text != "simulated" else "simulated:paper")
 
 
 def test_names_of_directories_tell_them_apart():
@@ -130,7 +109,7 @@ def test_what_is_no_client_is_refused_at_once(name, told):
 
 @pytest.mark.parametrize(
     ("client", "told"),
-    [(Wordy, "returned a str"), (Crashing, "RuntimeError: no GPU"), (Leaving, "SystemExit: bye")],
+    [(Wordy, "returned a str"), (Crashing, "RuntimeError: no GPU")],
 )
 def test_a_client_that_fails_is_to_blame_with_or_without_a_cache(client, told, tmp_path, rng):
     cached = open_client(_config(f"{HERE}:{client.__name__}"), CacheConfig(tmp_path))
@@ -159,12 +138,9 @@ GOOD = reply_of(PLAN, "m", tokens=Tokens(3, 4))
     ("change", "told"),
     [
         ({"text": b"{}"}, "text is a bytes"),
-        ({"model_version": None}, "model_version is None"),
         ({"finish": "complete"}, "finish is a str"),
-        ({"tokens": {}}, "tokens is a dict"),
         ({"tokens": Tokens(prompt=-1)}, "tokens are"),
         ({"latency_s": float("nan")}, "latency_s is nan"),
-        ({"latency_s": "1 s"}, "latency_s is '1 s'"),
         ({"answer": {1, 2}}, "answer is not data of JSON"),
     ],
 )
@@ -194,8 +170,3 @@ def test_the_suite_finds_what_no_run_would_show_at_once():
     for make, told in ((Invents, "not what stands in text"), (Nameless, "who answered"), (Once, "closed")):
         with pytest.raises(NonConformanceError, match=told):
             check_client(make)
-
-
-def test_a_reply_of_a_text_finds_the_answer_in_it():
-    reply = reply_of(f"Well.\n```json\n{PLAN}\n```", "m", Finish.COMPLETE)
-    assert reply.answer == {"thoughts": "", "plan": [{"action": "remove", "input": 1}]}

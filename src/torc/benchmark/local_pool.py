@@ -1,22 +1,26 @@
 """Tasks over processes of this machine. A crash, a hang or too much memory ends one process, which is replaced."""
 
+import contextlib
+import faulthandler
+import io
 import os
 import signal
+import sys
+import traceback
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack
 from dataclasses import dataclass
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 from pebble import ProcessExpired, ProcessPool
 
 from torc.benchmark.dispatch import Ending, Failure, FailureKind, Task, Work
-from torc.benchmark.worker import carry_out, set_up
 from torc.errors import TorcError
-from torc.processes import one_thread_each
+from torc.processes import end_with, one_thread_each
 
 _TASKS_PER_PROCESS = 100
 """A process is replaced after so many, so that what libraries leak does not add up."""
@@ -44,7 +48,7 @@ class LocalPool:
 
     def __init__(self, config: PoolConfig, stay: bool = False) -> None:
         self.config, self._stay = config, stay
-        self._stack = ExitStack()
+        self._stack = contextlib.ExitStack()
         self._pool: ProcessPool | None = None
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
@@ -67,7 +71,8 @@ class LocalPool:
                 # One task more than there are processes: none waits for work.
                 while left and len(running) <= self.config.workers:
                     arguments = (work, left[0].argument, left[0].log, limit_s)
-                    running[pool.schedule(carry_out, args=arguments, timeout=limit_s)] = left.popleft()
+                    future = pool.schedule(_carry_out, args=arguments, timeout=limit_s)
+                    running[future] = left.popleft()
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
                 for future in done:
                     outcome = self._outcome(future)
@@ -91,7 +96,7 @@ class LocalPool:
         pool = self._pool = ProcessPool(
             self.config.workers,
             _TASKS_PER_PROCESS,
-            initializer=set_up,
+            initializer=_set_up,
             initargs=(self.config.memory_bytes, os.getpid()),
             context=get_context("spawn"),
         )
@@ -117,3 +122,60 @@ class LocalPool:
 def _death(code: int) -> str:
     known = {s.value: s.name for s in signal.Signals}
     return f"ended with code {code}" if code >= 0 else f"was ended by {known.get(-code, f'signal {-code}')}"
+
+
+def _set_up(memory_bytes: int | None, parent: int) -> None:
+    """Called once in every worker: a bound on the address space, and no life without the parent process."""
+    end_with(parent)
+    if memory_bytes is None:
+        return
+    with contextlib.suppress(ImportError, ValueError, OSError):  # Windows has no limit, macOS by name only
+        import resource
+
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        limit = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+
+
+def _carry_out(work: Work, argument: Any, log: Path, limit_s: float) -> Any:
+    """The answer of the work, or the Failure of what it raised: strangers' exceptions may not survive the way back.
+
+    All that it prints, natively too, goes to the log, and so do the tracebacks of crashes.
+    """
+    with _output_to(log):
+        faulthandler.enable()
+        # Shortly before the pool ends a process that hangs: the log tells where it hung.
+        faulthandler.dump_traceback_later(max(0.5 * limit_s, limit_s - 5.0))
+        try:
+            return work(argument)
+        except (Exception, SystemExit) as error:  # somebody's code: anything may come
+            traceback.print_exc()
+            if isinstance(error, MemoryError):
+                return Failure(FailureKind.MEMORY, "It asked for more memory than it may have.")
+            text = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
+            return Failure(FailureKind.RAISED, text)
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+
+
+@contextlib.contextmanager
+def _output_to(path: Path) -> Iterator[None]:
+    """Standard output and errors of the process into a file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    kept = os.dup(1), os.dup(2)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Python keeps back what is not printed to a terminal: a crash would swallow it.
+        sys.stdout.reconfigure(line_buffering=True)
+    with open(path, "ab", buffering=0) as log:
+        os.dup2(log.fileno(), 1)
+        os.dup2(log.fileno(), 2)
+        try:
+            yield
+        finally:
+            for stream in (sys.stdout, sys.stderr):
+                with contextlib.suppress(OSError, ValueError):
+                    stream.flush()
+            os.dup2(kept[0], 1)
+            os.dup2(kept[1], 2)
+            os.close(kept[0])
+            os.close(kept[1])

@@ -2,13 +2,14 @@
 
 import json
 import os
+import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from torc.benchmark.comparable import comparable
 from torc.benchmark.rows import PickRow, Table, TrialRow, participant_by_name
 from torc.benchmark.store import PROBLEMS, TRIALS, WORK, Store
 from torc.benchmark.table_files import TRIALS_FILE, read_rows
@@ -51,6 +52,51 @@ def read_tables(roots: Sequence[Path]) -> Table:
 def read_table(root: Path) -> Table:
     """All trials below one directory. Raises InputError where there is none."""
     return read_tables([root])
+
+
+def comparable(rows: Sequence[TrialRow]) -> tuple[tuple[TrialRow, ...], tuple[tuple[Path, str], ...]]:
+    """The trials that can be compared, sorted by planner, problem and seed.
+
+    Those under the commonest conditions count (the first of two that are as common), of each problem the version of
+    the first row, and one trial per planner, problem and seed.
+
+    Returns:
+        Those; and the directories of the others, each with why it is left out. Of trials that were only planned nothing
+        is said.
+    """
+    played = [row for row in rows if _is_played(row)] or rows
+    ((most, _),) = Counter(map(_conditions, played)).most_common(1)
+    told = next(row.conditions for row in played if _conditions(row) == most) or "the defaults"
+    problems: dict[str, TrialRow] = {}
+    cells: dict[tuple[str, str, int], TrialRow] = {}
+    left_out: list[tuple[TrialRow, str]] = []
+    alike = []
+    for row in rows:
+        if _conditions(row) != most:
+            here = row.conditions or "the defaults"
+            left_out.append((row, f"it was played with {here}, most others with {told}"))
+            continue
+        first = problems.setdefault(row.problem, row) if row.digest else row
+        if first.digest == row.digest:
+            alike.append(row)
+        else:
+            why = f"its {row.problem} is not the one of {first.directory}: it has changed"
+            left_out.append((row, why))
+    for row in sorted(alike, key=_is_played, reverse=True):
+        first = cells.setdefault(row.cell, row)
+        if first is not row:
+            left_out.append((row, f"same planner, problem and seed as {first.directory}"))
+    told_of = tuple((row.directory, why) for row, why in left_out if _is_played(row))
+    return tuple(cells[key] for key in sorted(cells)), told_of
+
+
+def _is_played(row: TrialRow) -> bool:
+    return row.status != "missing"
+
+
+def _conditions(row: TrialRow) -> str:
+    """Of a robot what is in its files counts; its digest says that, whatever the file is called."""
+    return re.sub(r"robot .*? (\([0-9a-f]{8}\))", r"robot \1", row.conditions)
 
 
 @dataclass(frozen=True)

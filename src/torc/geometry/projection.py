@@ -14,8 +14,8 @@ def intrinsics(width: int, height: int, vertical_fov_rad: float) -> Float[np.nda
 
 def unproject(
     rows: np.ndarray, cols: np.ndarray, depth_m: np.ndarray, K: np.ndarray, T_world_camera: Pose
-) -> Float[np.ndarray, "n 3"]:
-    """World points of pixels with a depth along the optical axis."""
+) -> Float[np.ndarray, "*shape 3"]:
+    """World points of pixels with a depth along the optical axis; rows, cols and depth_m have one shape."""
     x = (cols - K[0, 2]) / K[0, 0] * depth_m
     y = (rows - K[1, 2]) / K[1, 1] * depth_m
     return np.stack([x, y, depth_m], axis=-1) @ T_world_camera[:3, :3].T + T_world_camera[:3, 3]

@@ -1,6 +1,7 @@
 """Geometric grasp planning: propose, check, measure, score, select."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float32, UInt64
@@ -186,4 +187,5 @@ def _rows(grasps: GraspSet, index: np.ndarray) -> GraspSet:
 def _concatenated(parts: list[GraspSet]) -> GraspSet:
     """All grasps of several sets, in order."""
     parts = parts or [NO_GRASPS]
-    return replace(NO_GRASPS, **{n: np.concatenate([getattr(p, n) for p in parts]) for n in _COLUMNS})
+    columns: dict[str, Any] = {n: np.concatenate([getattr(p, n) for p in parts]) for n in _COLUMNS}
+    return replace(NO_GRASPS, **columns)

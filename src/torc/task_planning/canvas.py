@@ -71,7 +71,7 @@ class Canvas:
         return np.array(self._image.resize((self.width_px, self.height_px), Image.Resampling.LANCZOS))
 
 
-def smooth_curve(route: Curve) -> Curve:
+def smooth_curve(route: Curve) -> Float[np.ndarray, "m 2"]:
     """Points of a curve through the route's waypoints, about a pixel apart (Catmull-Rom)."""
     padded = np.concatenate([2 * route[:1] - route[1:2], route, 2 * route[-1:] - route[-2:-1]])
     pieces = []

@@ -127,8 +127,10 @@ class _GraphPicture:
         curve = self._curve(edge)
         text = f"{edge.weight:.2f}".lstrip("0") if edge.weight >= 0.01 else "<.01"
         w, h = 0.62 * _TEXT_PX * len(text), 1.1 * _TEXT_PX
-        places = [curve[int(t * (len(curve) - 1))] for t in _WEIGHT_PLACES]
-        x, y = min(places, key=lambda at: sum(_overlap(_around(*at, w, h), box) for box in self.taken))
+        places = [curve[int(t * (len(curve) - 1))].tolist() for t in _WEIGHT_PLACES]
+        x, y = min(
+            places, key=lambda at: sum(_overlap(_around(at[0], at[1], w, h), box) for box in self.taken)
+        )
         self.taken.append(_around(x, y, w, h))
         self.canvas.text((x, y), text, _TEXT_PX, _edge_color(edge.kind, pale), boxed=True)
 

@@ -133,11 +133,10 @@ def raycast(
         model, data, T[:3, 3], rays.ravel(), None, True, -1, hit, depth_m, normals, len(rays), mujoco.mjMAXVAL
     )
     ids = np.array([*(s.id for s in scene), BACKGROUND], dtype=np.int16)
-    size = (mount.height, mount.width)
     return Raycast(
-        np.where(hit < 0, 0.0, depth_m).astype(np.float32).reshape(size),
-        ids[hit].reshape(size),
-        normals.astype(np.float32).reshape(*size, 3),
+        np.where(hit < 0, 0.0, depth_m).astype(np.float32).reshape(rows.shape),
+        ids[hit].reshape(rows.shape),
+        normals.astype(np.float32).reshape(*rows.shape, 3),
     )
 
 

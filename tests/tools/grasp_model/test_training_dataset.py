@@ -11,7 +11,6 @@ from tools.grasp_model.dataset import (
     load_shard,
     load_trials,
     save_shard,
-    shard_ranges,
 )
 from torc.errors import InputError
 
@@ -24,13 +23,6 @@ def test_shard_round_trip(tmp_path):
         a, b = getattr(trials, name), getattr(back, name)
         assert np.array_equal(a, b), name
         assert a.dtype == b.dtype or a.dtype.kind == "U", name
-
-
-def test_shards_are_listed_by_scene_and_parts_are_ignored(tmp_path):
-    save_shard(tmp_path, make_trials(5, seed=1), 10, 12)
-    save_shard(tmp_path, make_trials(5, seed=2), 0, 9)
-    (tmp_path / "trials-000013-000020.77.part").write_bytes(b"half")
-    assert [(a, b) for a, b, _ in shard_ranges(tmp_path)] == [(0, 9), (10, 12)]
 
 
 def test_broken_physics_is_not_trained_on(tmp_path):

@@ -76,7 +76,6 @@ def test_facts_are_right_as_often_as_stated(rng):
 
 
 def test_knowing_nothing_is_believing_the_same_whatever_is_so(rng):
-    """At one half what is believed tells nothing about what is so."""
     truth = random_situation(rng)
     other = replace(truth, graspable=frozenset(truth.in_sight) - truth.graspable)
     nothing = profile_of_accuracy(0.5, "none")

@@ -253,16 +253,21 @@ def write_directory(path: Path, frame: Frame, label: Int16[np.ndarray, "h w"]) -
 def write_npz(path: Path, frame: Frame, label: Int16[np.ndarray, "h w"]) -> None:
     """Writes a frame with its label image; names are not kept. Raises OSError where it cannot."""
     o, grid = frame.observation, frame.grid
-    path.parent.mkdir(parents=True, exist_ok=True)
-    arrays = {
+    arrays: dict[str, Any] = {
         "rgb": o.rgb,
         "depth_m": o.depth_m,
         "K": o.K,
         "T_world_camera": o.T_world_camera,
         "labels": label,
+        "background": BACKGROUND,
+        "robot": ROBOT,
+        **_written(frame),
+        "grid_origin": grid.origin,
+        "grid_voxel_size_m": grid.voxel_size_m,
+        "grid_shape": np.array(grid.shape),
     }
-    arrays |= dict(zip(_GRID_KEYS, (grid.origin, grid.voxel_size_m, np.array(grid.shape))))
-    np.savez_compressed(path, background=BACKGROUND, robot=ROBOT, **arrays, **_written(frame))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savez_compressed(path, **arrays)
 
 
 def _written(frame: Frame) -> dict[str, Any]:

@@ -53,7 +53,8 @@ class Profile:
 def profile_of_accuracy(accuracy: float, name: str) -> Profile:
     """All facts right with that probability; a fifth of the rest, each, is made up and malformed."""
     slips = (1.0 - accuracy) / 5.0
-    return Profile(name, *[accuracy] * 6, made_up=slips, malformed=slips)
+    a = accuracy
+    return Profile(name, a, a, a, a, a, a, made_up=slips, malformed=slips)
 
 
 PROFILES: Mapping[str, Profile] = MappingProxyType(
