@@ -140,7 +140,7 @@ function drawSide() {
 
 function drawScene(panel) {
   scene ??= new Scene(select);
-  if (!scene.gl) { replace(panel, noWebgl()); return; }
+  if (!scene.renderer) { replace(panel, noWebgl()); return; }
   if (!app.page.arrays) { replace(panel, el("p", { class: "padded faint" }, "This trial was recorded without its point cloud.")); return; }
   if (scene.node.parentNode !== panel) replace(panel, scene.node);
   if (app.arrays) scene.show(app.arrays, app.page.objects, app.selected);

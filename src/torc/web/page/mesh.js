@@ -1,83 +1,82 @@
-// What the 3-D view draws, as plain arrays of vertices.
+// What the 3-D view draws, as objects of three.js.
 
-const FACES = [
-  // direction, two axes of the face, brightness
-  [[1, 0, 0], 1, 2, 0.82], [[-1, 0, 0], 1, 2, 0.82], [[0, 1, 0], 0, 2, 0.9],
-  [[0, -1, 0], 0, 2, 0.9], [[0, 0, 1], 0, 1, 1.0], [[0, 0, -1], 0, 1, 0.7],
-];
-const PAD_M = 0.012, FINGER_M = 0.045;
+import {
+  BoxGeometry, BufferGeometry, DoubleSide, Float32BufferAttribute, LineBasicMaterial, LineSegments, Matrix4, Mesh,
+  MeshBasicMaterial, Points, PointsMaterial, Vector3,
+} from "./vendor/three/three.module.min.js";
+
+// Half the angle of view, up and down.
+export const HALF_VIEW = 0.4;
+const POINT_M = 0.0045, PAD_M = 0.012, FINGER_M = 0.045;
 const VALID = 0;
 
-// Surface points: positions in metres, colours 0..255.
-export function cloud(arrays, byObject, colors) {
-  const { data, shape: [count] } = arrays.points;
-  const positions = Float32Array.from(data, (v) => v * arrays.point_unit_m);
-  const rgba = new Uint8Array(4 * count);
-  for (let i = 0; i < count; i++) {
-    const own = byObject && colors.get(arrays.ids.data[i]);
-    rgba.set(own || arrays.colors.data.subarray(3 * i, 3 * i + 3), 4 * i);
-    rgba[4 * i + 3] = 255;
-  }
-  return { positions, rgba, count };
+const SURFACE = new PointsMaterial({ size: POINT_M / Math.tan(HALF_VIEW), vertexColors: true });
+SURFACE.onBeforeCompile = (shader) => {
+  shader.vertexShader = shader.vertexShader.replace("#include <fog_vertex>", "gl_PointSize = clamp(gl_PointSize, 1.5, 24.0);");
+};
+const LINES = new LineBasicMaterial({ vertexColors: true });
+const UNSEEN = new MeshBasicMaterial({ vertexColors: true, transparent: true, opacity: 0.2, depthWrite: false, side: DoubleSide });
+
+// Six vertices for each face of a voxel, and the faces' brightness.
+const CUBE = new BoxGeometry().toNonIndexed().attributes;
+const LIGHT = [0.82, 0.82, 0.9, 0.9, 1, 0.7];
+
+const geometry = (positions, colors) => new BufferGeometry()
+  .setAttribute("position", new Float32BufferAttribute(positions, 3))
+  .setAttribute("color", new Float32BufferAttribute(colors, 3));
+
+// Surface points in metres; colors: by id, in place of those that the camera saw.
+export function cloud(arrays, colors) {
+  const rgb = Float32Array.from(arrays.colors.data, (v) => v / 255);
+  arrays.ids.data.forEach((id, i) => colors.get(id)?.toArray(rgb, 3 * i));
+  return new Points(geometry(Float32Array.from(arrays.points.data, (v) => v * arrays.point_unit_m), rgb), SURFACE);
 }
 
 // The outer faces of the unseen voxels, or of those that one object hides.
 export function unseen(arrays, hiddenBy, color) {
-  const [nx, ny, nz] = arrays.grid;
-  const { data: index, shape: [count] } = arrays.voxels;
-  const inside = new Uint8Array(nx * ny * nz);
-  const rows = rowsHiddenBy(arrays, hiddenBy);
-  const chosen = [];
-  for (let i = 0; i < count; i++) {
-    if (rows && !rows[arrays.hider.data[i]]) continue;
-    inside[(index[3 * i] * ny + index[3 * i + 1]) * nz + index[3 * i + 2]] = 1;
-    chosen.push(i);
+  const { voxels, hider, hiders, grid } = arrays;
+  const chosen = [], positions = [], light = [];
+  for (let i = 0; i < voxels.shape[0]; i++) {
+    const mask = hiddenBy === null ? 1 : hiders.data[2 * hider.data[i] + (hiddenBy >> 5)] >> hiddenBy % 32;
+    if (mask & 1) chosen.push(voxels.data.subarray(3 * i, 3 * i + 3));
   }
-  const holds = (x, y, z) => x >= 0 && y >= 0 && z >= 0 && x < nx && y < ny && z < nz && inside[(x * ny + y) * nz + z];
-  const positions = [], rgba = [];
-  for (const i of chosen) {
-    const cell = [index[3 * i], index[3 * i + 1], index[3 * i + 2]];
-    for (const [direction, u, v, light] of FACES) {
-      if (holds(cell[0] + direction[0], cell[1] + direction[1], cell[2] + direction[2])) continue;
-      const base = cell.map((c, k) => c + (direction[k] > 0 ? 1 : 0));
-      for (const [a, b] of [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]]) {
-        const corner = [...base];
-        corner[u] += a;
-        corner[v] += b;
-        for (let k = 0; k < 3; k++) positions.push(arrays.origin[k] + corner[k] * arrays.voxel_size_m);
-        rgba.push(color[0] * light, color[1] * light, color[2] * light, 52);
+  // One empty layer around the grid spares the faces at its border a test.
+  const at = (x, y, z) => ((x + 1) * (grid[1] + 2) + y + 1) * (grid[2] + 2) + z + 1;
+  const inside = new Uint8Array((grid[0] + 2) * (grid[1] + 2) * (grid[2] + 2));
+  for (const voxel of chosen) inside[at(...voxel)] = 1;
+  for (const [x, y, z] of chosen) {
+    for (let face = 0; face < 6; face++) {
+      const [dx, dy, dz] = CUBE.normal.array.subarray(18 * face);
+      if (inside[at(x + dx, y + dy, z + dz)]) continue;
+      for (let k = 18 * face; k < 18 * face + 18; k += 3) {
+        positions.push(x + CUBE.position.array[k], y + CUBE.position.array[k + 1], z + CUBE.position.array[k + 2]);
+        light.push(LIGHT[face], LIGHT[face], LIGHT[face]);
       }
     }
   }
-  return { positions: new Float32Array(positions), rgba: new Uint8Array(rgba), count: positions.length / 3 };
-}
-
-// Which masks of hiders hold the object; null: all voxels, whoever hides them.
-function rowsHiddenBy(arrays, id) {
-  if (id === null) return null;
-  const { data, shape: [count] } = arrays.hiders;
-  const bit = 1 << (id % 32);
-  return Uint8Array.from({ length: count }, (_, i) => ((data[2 * i + (id < 32 ? 0 : 1)] & bit) !== 0 ? 1 : 0));
+  UNSEEN.color.copy(color);
+  const mesh = new Mesh(geometry(positions, light), UNSEEN);
+  mesh.position.fromArray(arrays.origin).addScalar(arrays.voxel_size_m / 2);
+  mesh.scale.setScalar(arrays.voxel_size_m);
+  return mesh;
 }
 
 // The grasps of an object as little forks: palm, two fingers, and where the gripper comes from.
 export function grasps(arrays, id, validColor, otherColor) {
-  const positions = [], rgba = [];
-  const { data: poses, shape: [count] } = arrays.grasps;
-  for (let i = 0; i < count; i++) {
-    if (arrays.grasp_ids.data[i] !== id) continue;
-    const T = poses.subarray(16 * i, 16 * i + 16);
+  const positions = [], colors = [];
+  arrays.grasp_ids.data.forEach((owner, i) => {
+    if (owner !== id) return;
+    const pose = new Matrix4().fromArray(arrays.grasps.data, 16 * i).transpose();
     const half = arrays.grasp_widths.data[i] / 2 + PAD_M / 2;
-    const at = (x, z) => [0, 1, 2].map((r) => T[4 * r] * x + T[4 * r + 2] * z + T[4 * r + 3]);
     const fork = [
       [-half, 0], [-half, -FINGER_M], [-half, -FINGER_M], [half, -FINGER_M], [half, -FINGER_M], [half, 0],
       [0, -FINGER_M], [0, -2.2 * FINGER_M],
     ];
     const color = arrays.grasp_status.data[i] === VALID ? validColor : otherColor;
     for (const [x, z] of fork) {
-      positions.push(...at(x, z));
-      rgba.push(...color, 255);
+      positions.push(...new Vector3(x, 0, z).applyMatrix4(pose));
+      colors.push(...color);
     }
-  }
-  return { positions: new Float32Array(positions), rgba: new Uint8Array(rgba), count: positions.length / 3 };
+  });
+  return new LineSegments(geometry(positions, colors), LINES);
 }

@@ -1,59 +1,13 @@
-"""The page in a real headless browser, with fakes for the robot."""
-
-import re
-import shutil
-import time
+"""The expert's page in a real headless browser, with fakes for the robot."""
 
 import pytest
-from page_server import Game, served
+from page_server import Game
 
 from torc.episode.recorded import read_trial
 from torc.perception.label_places import mask_anchor
 from torc.web.session import Phase
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium here; on Debian: apt-get install chromium"),
-]
-FLAGS = [
-    *("--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"),
-]
-PATIENCE_MS = 60_000
-
-
-@pytest.fixture(scope="module")
-def browser():
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    with playwright.sync_playwright() as p:
-        found = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield found
-        found.close()
-
-
-@pytest.fixture
-def open_page(browser):
-    """Opens pages; in the end none of them has asked anybody else for anything, or complained."""
-    contexts, foreign, complaints = [], [], []
-
-    def open_(url, **options):
-        context = browser.new_context(viewport={"width": 1280, "height": 720}, **options)
-        contexts.append(context)
-        page = context.new_page()
-        page.set_default_timeout(PATIENCE_MS)
-        own = re.match(r"http://[^/]+", url).group() + "/"
-        page.on("request", lambda r: foreign.append(r.url) if not r.url.startswith((own, "blob:")) else None)
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("console", lambda m: complaints.append(m.text) if "Content Security" in m.text else None)
-        page.goto(url)
-        return page
-
-    yield open_
-    for context in contexts:
-        context.close()
-    assert foreign == []
-    assert complaints == []
+pytestmark = pytest.mark.browser
 
 
 @pytest.fixture
@@ -259,63 +213,6 @@ def test_with_the_outside_view_the_robot_is_shown_while_it_works_and_that_is_sai
         assert page.locator("#robot").is_hidden()
 
 
-def test_a_replay_pick_by_pick(recorded, open_page):
-    with served(recorded) as client:
-        page = open_page(client.url)
-        page.locator("#says", has_text="Pick 1: object 1, removed").wait_for()
-        page.locator("#panel", has_text="dg-select chose 1").wait_for()
-        page.keyboard.press("ArrowRight")
-        page.locator("#says", has_text="Pick 2: object 0, retrieved").wait_for()
-        page.reload()
-        page.locator("#says", has_text="Pick 2: object 0, retrieved").wait_for()
-        page.keyboard.press("Home")
-        page.locator("#says", has_text="Pick 1").wait_for()
-        page.keyboard.press("d")
-        assert page.locator("#graph-box g.node").count() == 3
-        page.keyboard.press("o")
-        assert page.locator("#objects tr[data-id]").count() == 2
-        page.keyboard.press("c")
-        page.locator("#scene-box canvas").wait_for()
-
-
-def _trials(recorded, count):
-    """Copies of the recorded trial, by the names trial-0, trial-1, ..."""
-    for i in range(count):
-        shutil.copytree(recorded / "boxes", recorded / f"trial-{i}")
-
-
-def test_a_phone_opens_a_trial_at_its_top(recorded, open_page):
-    with served(recorded) as client:
-        page = open_page(client.url)
-        page.set_viewport_size({"width": 390, "height": 844})
-        key = client.get("/api/trials").json["trials"][0]["key"]
-        page.goto(f"{client.url}/#{key}/1")
-        page.reload()
-        page.locator("#strip [aria-current]", has_text="2. object 0").wait_for()
-        page.wait_for_load_state("networkidle")
-        assert page.evaluate("scrollY") == 0
-        assert page.evaluate("document.documentElement.scrollHeight") > 900  # there is something to scroll to
-
-
-def test_the_list_of_trials_is_filtered(recorded, open_page):
-    _trials(recorded, 12)
-    with served(recorded) as client:
-        page = open_page(client.url)
-        page.locator("#says", has_text="Pick 1").wait_for()
-        page.click("#show-trials")
-        page.locator("#trials [role=status]", has_text="13 trials").wait_for()
-        assert page.locator("#trials li:visible").count() == 13
-        page.fill("#filter", "RETRIEVED trial-1")
-        assert page.locator("#trials li:visible").count() == 3  # 1, 10, 11
-        page.locator("#trials [role=status]", has_text="3 of 13 trials").wait_for()
-        page.fill("#filter", "no such trial")
-        assert page.locator("#trials li:visible").count() == 0
-        page.fill("#filter", "trial-11")
-        page.locator("#trials li:visible button").click()
-        page.locator("#says", has_text="Pick 1").wait_for()
-        assert page.locator("#trials").is_hidden()
-
-
 def test_an_expert_is_told_the_task_and_led_to_the_replay(game, open_page):
     with game.served() as client:
         page = open_page(client.url)
@@ -338,71 +235,6 @@ def test_an_expert_is_told_the_task_and_led_to_the_replay(game, open_page):
         replay.keyboard.press("ArrowRight")
         replay.locator("#says", has_text="Pick 2: object 0, retrieved").wait_for()
         assert replay.locator("#show-trials").is_hidden()
-
-
-def test_a_report_leads_to_the_picks_of_its_trials_and_back(recorded, open_page):
-    pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
-    from torc.benchmark.report.writing import write_report
-
-    write_report([recorded], recorded / "report")
-    with served(recorded) as client:
-        page = open_page(client.url)
-        page.locator("#says", has_text="Pick 1").wait_for()
-        page.click("#show-report")
-        page.locator(".answer .it", has_text="dg-select").wait_for()
-        page.click(".board a")
-        page.locator("#says", has_text="Pick 1: object 1, removed").wait_for()
-        page.locator("#task", has_text="boxes").wait_for()
-        page.keyboard.press("ArrowRight")
-        page.locator("#says", has_text="Pick 2: object 0, retrieved").wait_for()
-        page.go_back()
-        page.locator(".board a").wait_for()
-
-
-def test_an_address_is_followed_in_an_open_page_and_explained_if_it_is_of_elsewhere(recorded, open_page):
-    with served(recorded) as client:
-        page = open_page(f"{client.url}/#0123456789ab/0")
-        page.locator("#panel", has_text="There is no such trial here").wait_for()
-        key = client.get("/api/trials").json["trials"][0]["key"]
-        for pick, told in ((1, "Pick 2: object 0"), (0, "Pick 1: object 1")):
-            page.evaluate(f"location.hash = '#{key}/{pick}'")
-            page.locator("#says", has_text=told).wait_for()
-
-
-def test_the_scene_is_drawn_and_turns(recorded, open_page):
-    with served(recorded) as client:
-        page = open_page(client.url)
-        page.locator("#says", has_text="Pick 1").wait_for()
-        page.keyboard.press("c")
-        canvas = page.locator("#scene-box canvas")
-        canvas.wait_for()
-        page.locator("#scene-box", has_text="object 1").wait_for()
-        time.sleep(1)
-        before = canvas.screenshot()
-        assert len(set(before)) > 100
-        canvas.focus()
-        page.keyboard.press("ArrowLeft")
-        time.sleep(1)
-        assert canvas.screenshot() != before
-
-
-def test_text_from_strangers_stays_text(recorded, open_page):
-    log = recorded / "boxes" / "events.jsonl"
-    log.write_text(
-        log.read_text().replace("it hides", "<img src=x onerror=document.title='owned'><b>bold</b>")
-    )
-    with served(recorded) as client:
-        page = open_page(client.url)
-        page.locator("#panel", has_text="<b>bold</b>").wait_for()
-        assert page.locator("#panel img").count() == 0
-        assert "owned" not in page.title()
-
-
-def test_a_trial_that_cannot_be_read_is_explained(recorded, open_page):
-    (recorded / "boxes" / "events.jsonl").write_text("nonsense\n")
-    with served(recorded) as client:
-        page = open_page(client.url)
-        page.locator("#panel", has_text="line 1").wait_for()
 
 
 def test_nothing_overlaps_or_sticks_out(game, open_page):
