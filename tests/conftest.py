@@ -10,10 +10,10 @@ from tests.helpers.shapes import check_annotations
 
 check_annotations()  # before torc's modules are imported
 
-from torc.robots.description import RobotDescription
-from torc.robots.loading import load_robot
-from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.robots.description import RobotDescription  # noqa: E402
+from torc.robots.loading import load_robot  # noqa: E402
+from torc.workspace.description import Workspace  # noqa: E402
+from torc.workspace.files import load_workspace  # noqa: E402
 
 
 @pytest.fixture(autouse=True)

@@ -74,9 +74,9 @@ class LocalPool:
                     future = pool.schedule(_carry_out, args=arguments, timeout=limit_s)
                     running[future] = left.popleft()
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
-                for future in done:
-                    outcome = self._outcome(future)
-                    yield Ending(running.pop(future).key, outcome)
+                for ended in done:
+                    outcome = self._outcome(ended)
+                    yield Ending(running.pop(ended).key, outcome)
         except (BrokenProcessPool, RuntimeError):  # the latter from `schedule`
             pass
         finally:
