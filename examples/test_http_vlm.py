@@ -47,8 +47,8 @@ def _client(address, path="/ask"):
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_it_conforms(case, address):
     check_case(lambda: _client(address), case)
-    assert Model.asked["prompt"] == case.question.prompt
-    assert Model.asked["seed"] == case.question.repeat
+    assert Model.asked["prompt"] == case.build().prompt
+    assert Model.asked["seed"] == case.build().repeat
 
 
 @pytest.mark.parametrize(
@@ -56,12 +56,12 @@ def test_it_conforms(case, address):
 )
 def test_without_a_reply_it_says_why(path, kind, address):
     with pytest.raises(VlmError) as caught:
-        _client(address, path).ask(CASES[0].question)
+        _client(address, path).ask(CASES[0].build())
     assert caught.value.kind is kind
 
 
 def test_a_server_that_is_not_there_and_no_address_at_all():
     with pytest.raises(VlmError, match="no connection"):
-        _client("http://127.0.0.1:9").ask(CASES[0].question)
+        _client("http://127.0.0.1:9").ask(CASES[0].build())
     with pytest.raises(InputError, match="Say where the model is"):
         HttpVlm(VlmConfig("http_vlm:HttpVlm", ""))

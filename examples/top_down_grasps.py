@@ -7,7 +7,7 @@ torc run --grasps top_down_grasps:TopDown
 import numpy as np
 
 from torc.records import GraspSet, OcclusionVolume, SegmentedObject, SegmentedScene
-from torc.robots.description import GripperDescription
+from torc.robots.gripper import GripperDescription
 
 DEPTHS_M = (0.015, 0.03)
 CLEARANCE_M = 0.01

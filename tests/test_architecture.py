@@ -140,3 +140,30 @@ def test_importing_a_module_needs_none_of_these_libraries(module, libraries):
     probe = f"import sys, {module}; print({libraries} & set(sys.modules))"
     out = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
     assert out.strip() == "set()"
+
+
+def _functions():
+    for path in ROOT.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                # numba types its kernels, and extensions of its own, by itself.
+                kernel = any(
+                    "njit" in ast.unparse(d) or "overload" in ast.unparse(d) for d in node.decorator_list
+                )
+                yield path.relative_to(ROOT).as_posix(), node, kernel
+
+
+def test_only_compiled_kernels_have_no_types_or_many_parameters():
+    for path, function, kernel in _functions():
+        arguments = [
+            a for a in [*function.args.args, *function.args.kwonlyargs] if a.arg not in ("self", "cls")
+        ]
+        typed = function.returns is not None or any(a.annotation for a in arguments)
+        assert kernel or (typed and len(arguments) <= 8), f"{path}: {function.name}"
+
+
+@pytest.mark.parametrize(
+    "path", [*ROOT.rglob("*.py"), *Path(__file__).parent.rglob("*.py")], ids=lambda p: p.name
+)
+def test_files_are_short(path):
+    assert len(path.read_text().splitlines()) <= 300

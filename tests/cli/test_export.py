@@ -34,8 +34,8 @@ def test_what_cannot_be_done_is_bad_input_with_a_remedy(trial, tmp_path, capsys)
         "is no export, so nothing replaces it": (trial, "--out", trial, "--overwrite"),
         "--trajectory": (trial, "--format", "lerobot", "--out", tmp_path / "out"),
         "oracle": (trial, "--format", "pairs", "--out", tmp_path / "out"),
-        "nowhere'. `torc run --out DIR` makes one": (tmp_path / "nowhere", "--out", tmp_path / "out"),
-        "is a file": (trial / "events.jsonl", "--out", tmp_path / "out"),
+        "nowhere' is not a directory": (tmp_path / "nowhere", "--out", tmp_path / "out"),
+        "is not a directory": (trial / "events.jsonl", "--out", tmp_path / "out"),
         "from 0 to 1": (trial, "--out", tmp_path / "out", "--test-share", "2"),
     }
     for word, arguments in cases.items():

@@ -84,7 +84,7 @@ def test_without_a_category_both_come_in_turn(jobs, tmp_path, capsys):
 )
 def test_what_cannot_be_made_comes_with_a_remedy(reasons, remedy, monkeypatch, tmp_path, capsys):
     made = NotGenerated(len(reasons), Counter(reasons))
-    monkeypatch.setattr(batch, "generate_problem", lambda *_: made)
+    monkeypatch.setattr(batch, "generate_problem", lambda *_, **__: made)
     code, out, _ = _torc("generate", "--objects", "50", "--out", tmp_path, capsys=capsys)
     assert (code, remedy in out) == (1, True)
 

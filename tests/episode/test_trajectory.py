@@ -21,6 +21,7 @@ def _motion(n=4):
     )
 
 
+@pytest.mark.usefixtures("any_arrays")
 def test_a_motion_comes_back_as_it_went_and_damaged_ones_are_refused(tmp_path):
     path = tmp_path / TRAJECTORY
     save_record(_motion(), path)

@@ -85,6 +85,7 @@ def test_statistics_are_those_of_all_frames_and_pandas_reads_the_tasks(filmed, t
     assert tasks.loc["Retrieve the small box from the clutter.", "task_index"] == 0
 
 
+@pytest.mark.usefixtures("any_arrays")
 def test_what_does_not_fit_is_refused(filmed, tmp_path, rng):
     root, _ = filmed
     for name in ("spec", "lost"):

@@ -11,7 +11,7 @@ from torc.robots.execution import ExecutionConfig, Phase, execute_pick, reverse,
 from torc.robots.protocols import ContactGuard
 
 REST, PRE, GRASP, UP, BIN = (
-    np.array(q) for q in ([0.0, 0, 0], [1, 0, 0], [1.1, 0, 0.1], [1.1, 0, 0], [0, 1, 0])
+    np.array(q, float) for q in ([0.0, 0, 0], [1, 0, 0], [1.1, 0, 0.1], [1.1, 0, 0], [0, 1, 0])
 )
 
 

@@ -124,6 +124,7 @@ class TestStructure:
         assert detect_srs(replace(robot.arm, Ts_parent_joint=Ts)) is None
 
 
+@pytest.mark.usefixtures("any_arrays")
 def test_poses_that_are_none(robot):
     with pytest.raises(InputError, match="not a rigid"):
         solve_ik(robot.arm, 2.0 * np.eye(4)[None])

@@ -40,6 +40,7 @@ def test_the_shipped_depth_conforms():
     ("make", "told"),
     [(Millimetres, "metres"), (Writes, "changed"), (Double, "float32"), (Noisy, "two different depths")],
 )
+@pytest.mark.usefixtures("any_arrays")
 def test_broken_depths_are_found(make, told):
     with pytest.raises(NonConformanceError, match=told):
         check_depth(make)

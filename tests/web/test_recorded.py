@@ -153,6 +153,7 @@ def test_a_graph_that_is_none_is_left_out(trial):
 
 
 @pytest.mark.filterwarnings("ignore:invalid value")
+@pytest.mark.usefixtures("any_arrays")
 def test_arrays_that_do_not_fit_are_refused(trial):
     path = trial / "picks" / "00_view.npz"
     view = load_view(path)

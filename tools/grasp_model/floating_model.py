@@ -11,7 +11,8 @@ from torc.errors import InputError
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
 from torc.problems.problem import Problem
-from torc.robots.description import GripperDescription, RobotDescription
+from torc.robots.description import RobotDescription
+from torc.robots.gripper import GripperDescription
 from torc.sim.spec import COLLISION_GROUP, WorldConfig, build_spec, object_body_name
 from torc.workspace.description import Workspace
 

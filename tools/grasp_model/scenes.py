@@ -7,7 +7,8 @@ import numpy as np
 from torc.errors import InputError, PhysicsError
 from torc.generation.arrangements import StructuredConfig, drop_arrangement, structured_arrangement
 from torc.generation.sampling import sample_models
-from torc.problems.problem import Category, ObjectPlacement, Problem
+from torc.problems.problem import ObjectPlacement, Problem
+from torc.problems.schema import Category
 from torc.sim.settling import SettleReport, dump, settle_problem
 from torc.workspace.description import Workspace
 

@@ -12,7 +12,7 @@ from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.perception.privileged import REAL_CAMERA, LabelPerception
 from torc.problems.problem import Problem
 from torc.records import GraspSet, Observation, OcclusionVolume, SegmentedScene
-from torc.robots.description import GripperDescription
+from torc.robots.gripper import GripperDescription
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import build_world
 from torc.workspace.description import CameraMount, Workspace

@@ -31,7 +31,7 @@ class _Figure:
         low = arc((0.0, -half), radius, 0.0, -np.pi / 2, 7)
         profile = [(0.0, half + radius), *top[1:], *low[:-1], (0.0, -half - radius)]
         skin = {"rgba": rgba(color)} if texture is None else {"texture": texture}
-        surface = revolve(profile, segments=28, **skin)  # type: ignore[arg-type]
+        surface = revolve(profile, segments=28, **skin)
         self.pieces.append(piece)
         self.visuals.append(moved(surface, rotation_from_wxyz(piece.wxyz), piece.position))
 

@@ -7,6 +7,7 @@ from outside, so that text reads the right way round.
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -149,7 +150,7 @@ def loft(
     return _mesh(*parts, texture, rgba)
 
 
-def _add_fan(parts: tuple[list, list, list, list], ring: np.ndarray, flip: bool) -> None:
+def _add_fan(parts: tuple[list[Any], list[Any], list[Any], list[Any]], ring: np.ndarray, flip: bool) -> None:
     """Close an end with a flat fan about the ring's centre."""
     offset, n = sum(len(v) for v in parts[0]), len(ring)
     center = ring.mean(axis=0)
@@ -207,7 +208,7 @@ def ellipsoid_mesh(half_axes: Sequence[float], *, rgba: Quat = WHITE, texture: T
 
 def disc(ring: Float[np.ndarray, "s 3"], *, rgba: Quat = WHITE) -> VisualMesh:
     """A flat surface within a ring that runs counter-clockwise as seen from the side that it faces."""
-    parts: tuple[list, list, list, list] = ([], [], [], [])
+    parts: tuple[list[Any], list[Any], list[Any], list[Any]] = ([], [], [], [])
     _add_fan(parts, ring, flip=False)
     return _mesh(*parts, None, rgba)
 

@@ -7,6 +7,7 @@ from tools.objects.labels import rgba
 from tools.objects.meshes import box_mesh, facetted, loft, moved, revolve
 from tools.objects.parts import Parts, box, hull, ring_points, rod
 from torc.geometry.transforms import rotation_about
+from torc.objects.models import VisualMesh
 
 STEEL = (0.62, 0.63, 0.66, 1.0)
 DARK_STEEL = (0.32, 0.33, 0.36, 1.0)
@@ -105,7 +106,7 @@ def clamp(size_m: tuple[float, float], color: str) -> Parts:
     return Parts(pieces, visuals)
 
 
-def _rod_mesh(a: np.ndarray, b: np.ndarray, radius: float):  # type: ignore[no-untyped-def]
+def _rod_mesh(a: np.ndarray, b: np.ndarray, radius: float) -> VisualMesh:
     """A cylinder's surface between two points, along x or y."""
     half = float(np.linalg.norm(b - a)) / 2
     mesh = revolve([(0, half), (radius, half), (radius, -half), (0, -half)], segments=16, rgba=STEEL)

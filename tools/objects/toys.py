@@ -78,7 +78,7 @@ def toy_car(length_m: float, color: str, windows: str = "#bcd8ea") -> Parts:
     return Parts(pieces, visuals)
 
 
-def _wheel(x: float, y: float, radius: float, width: float, side: int):  # type: ignore[no-untyped-def]
+def _wheel(x: float, y: float, radius: float, width: float, side: int) -> list[VisualMesh]:
     tyre = revolve([(0, 0), (radius, 0), (radius, -width), (0, -width)], segments=24, rgba=rgba("#222222"))
     hub = revolve([(0, 0.0008), (0.5 * radius, 0.0008), (0.5 * radius, 0)], segments=16, rgba=rgba("#d8d8d8"))
     R = LYING if side > 0 else LYING @ rotation_about((1, 0, 0), np.pi)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import log, sqrt
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Real
 from scipy.stats import skew
 from scipy.stats import t as student
 
@@ -20,7 +20,7 @@ _NORMAL = 1.959963984540054
 _MAX_CUTS = 400
 """Distinct values at which a median is looked for."""
 
-Sums = Float[np.ndarray, "problems"]
+Sums = Real[np.ndarray, "problems"]
 
 
 @dataclass(frozen=True)

@@ -101,7 +101,7 @@ def picks_of(events: list[Any]) -> tuple[RecordedPick, ...]:
 def check_directory(root: Path, maker: str = "torc run") -> None:
     """Raises InputError where there is no such directory, and names the command that makes one."""
     if not os.path.isdir(root):  # unlike Path.is_dir, False for names that no directory can have
-        raise InputError(f"There is no directory '{root}'. `{maker} --out DIR` makes one with trials in it.")
+        raise InputError(f"'{root}' is not a directory. `{maker} --out DIR` makes one with trials in it.")
 
 
 def find_trials(root: Path) -> list[Path]:

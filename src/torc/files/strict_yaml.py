@@ -27,7 +27,7 @@ class _PlainLoader(yaml.SafeLoader):
     one), and without repeated keys (one would be lost)."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        event = self.peek_event()
+        event = self.peek_event()  # type: ignore[no-untyped-call]
         line = f"line {event.start_mark.line + 1}"
         if isinstance(event, yaml.AliasEvent):
             raise yaml.YAMLError(f"{line}: aliases (*name) are not supported; write the value out")

@@ -28,7 +28,8 @@ from torc.pipeline.seeding import stage_rng
 from torc.problems.problem import Problem
 from torc.problems.schema import Scalar
 from torc.records import MAX_OBJECTS
-from torc.robots.description import GripperDescription, RobotDescription
+from torc.robots.description import RobotDescription
+from torc.robots.gripper import GripperDescription
 from torc.sim.settling import UNSEEN, with_poses_of
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import build_world

@@ -2,13 +2,14 @@
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 
 Pose = Float[np.ndarray, "4 4"]
 Poses = Float[np.ndarray, "*n 4 4"]
 Vector = Float[np.ndarray, "3"]
 
 
-def make_pose(R: Float[np.ndarray, "3 3"] | None = None, p: np.ndarray | tuple | list | None = None) -> Pose:
+def make_pose(R: Float[np.ndarray, "3 3"] | None = None, p: ArrayLike | None = None) -> Pose:
     """Transform with rotation R (identity by default) and translation p (zero by default)."""
     T = np.eye(4)
     if R is not None:
@@ -33,7 +34,7 @@ def transform_points(T: Pose, points: Float[np.ndarray, "*n 3"]) -> Float[np.nda
     return points @ T[:3, :3].T.astype(points.dtype) + T[:3, 3].astype(points.dtype)
 
 
-def rotation_from_wxyz(wxyz: np.ndarray | tuple | list) -> Float[np.ndarray, "3 3"]:
+def rotation_from_wxyz(wxyz: ArrayLike) -> Float[np.ndarray, "3 3"]:
     """Rotation matrix of a quaternion (normalised here). Raises ValueError for a zero quaternion."""
     q = np.asarray(wxyz, dtype=float)
     norm = np.linalg.norm(q)
@@ -68,7 +69,7 @@ def wxyz_from_rotation(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "4"]:
     return -q if q[0] < 0 else q
 
 
-def rotation_about(axis: np.ndarray | tuple | list, angle: float) -> Float[np.ndarray, "3 3"]:
+def rotation_about(axis: ArrayLike, angle: float) -> Float[np.ndarray, "3 3"]:
     """Rotation by an angle about an axis (Rodrigues)."""
     u = np.asarray(axis, dtype=float)
     u = u / np.linalg.norm(u)
@@ -76,7 +77,7 @@ def rotation_about(axis: np.ndarray | tuple | list, angle: float) -> Float[np.nd
     return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
 
 
-def look_at(eye: np.ndarray | tuple | list, at: np.ndarray | tuple | list) -> Pose:
+def look_at(eye: ArrayLike, at: ArrayLike) -> Pose:
     """Camera pose T_world_camera (OpenCV frame) at `eye` that looks at `at`, the image's up towards +z."""
     eye, at = np.asarray(eye, dtype=float), np.asarray(at, dtype=float)
     z = (at - eye) / np.linalg.norm(at - eye)

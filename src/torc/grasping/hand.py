@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numba import njit
 
 from torc.errors import InputError
-from torc.robots.description import GripperDescription
+from torc.robots.gripper import GripperDescription
 
 REACH_STEP_M = 0.001
 _SLENDER = 1.5

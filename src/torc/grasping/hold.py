@@ -10,7 +10,7 @@ from torc.grasping.clouds import scene_cells
 from torc.grasping.config import ValidityConfig
 from torc.grasping.hand import hand_geometry, reach_at
 from torc.records import GraspSet, SegmentedScene
-from torc.robots.description import GripperDescription
+from torc.robots.gripper import GripperDescription
 
 
 def between_and_inside(

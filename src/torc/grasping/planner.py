@@ -18,7 +18,7 @@ from torc.grasping.protocol import GraspScorer
 from torc.grasping.scoring import HandScore, default_scorer
 from torc.grasping.selection import chosen, thinned
 from torc.records import MAX_OBJECTS, GraspSet, OcclusionVolume, SegmentedScene
-from torc.robots.description import GripperDescription
+from torc.robots.gripper import GripperDescription
 
 GENERATOR_NAMES = tuple(GENERATORS)
 NO_GRASPS = GraspSet(

@@ -16,7 +16,8 @@ from torc.grasping.hand import hand_geometry
 from torc.grasping.hand_contacts import hand_contacts
 from torc.grasping.hold import between_and_inside
 from torc.records import GraspReport, GraspSet, GraspStatus, SegmentedScene
-from torc.robots.description import GripperDescription, RobotDescription
+from torc.robots.description import RobotDescription
+from torc.robots.gripper import GripperDescription
 from torc.robots.ik import solve_ik
 
 _Found = tuple[

@@ -131,7 +131,7 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
             raise InputError("There is no episode in progress: call reset() first.")
         return action_mask(self._look.context).astype(bool)
 
-    def render(self) -> UInt8[np.ndarray, "h w 3"] | None:  # type: ignore[override]
+    def render(self) -> UInt8[np.ndarray, "h w 3"] | None:
         """The picture of the robot's camera at the latest look."""
         if self.render_mode is None:
             return None

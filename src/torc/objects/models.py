@@ -6,7 +6,7 @@ a label towards -x (so that with the identity rotation it faces a robot at the o
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
@@ -77,7 +77,7 @@ class CollisionPiece:
         return self.vertices
 
     @cached_property
-    def _hull(self):  # type: ignore[no-untyped-def]
+    def _hull(self) -> Any:
         from scipy.spatial import ConvexHull  # slow to import, rarely needed
 
         return ConvexHull(self.mesh_vertices)

@@ -14,7 +14,8 @@ from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.failures import FailureConfig
 from torc.pipeline.look import Pipeline
 from torc.plugins import PartKind, load_part, make_part
-from torc.robots.description import GripperDescription, RobotDescription
+from torc.robots.description import RobotDescription
+from torc.robots.gripper import GripperDescription
 from torc.robots.loading import load_robot, own_source
 from torc.specs.conditions import Conditions, PipelineSpec
 from torc.specs.settings import arguments, changed, in_stage, under

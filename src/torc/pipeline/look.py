@@ -34,7 +34,8 @@ from torc.records import (
     PlanningContext,
     SegmentedScene,
 )
-from torc.robots.description import GripperDescription, RobotDescription
+from torc.robots.description import RobotDescription
+from torc.robots.gripper import GripperDescription
 from torc.specs.conditions import DEFAULT_MIN_SCORE
 from torc.workspace.description import Workspace
 

@@ -13,7 +13,8 @@ from jaxtyping import Float
 from torc.geometry.transforms import Pose, transform_points
 from torc.pipeline.failures import FailedGrasp
 from torc.records import OcclusionVolume, SegmentedScene, Touch
-from torc.robots.description import GripperDescription, RobotDescription
+from torc.robots.description import RobotDescription
+from torc.robots.gripper import GripperDescription
 from torc.robots.kinematics import tcp_pose
 
 _SPACING_M = 0.003

@@ -114,6 +114,6 @@ def _decode(annotation: Any, value: Any, arrays: dict[str, np.ndarray]) -> Any:
     return value
 
 
-def _required(field: dataclasses.Field) -> bool:
+def _required(field: dataclasses.Field[Any]) -> bool:
     """Whether a file must have it; fields with a default may be younger than the file."""
     return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING

@@ -1,5 +1,7 @@
 """Inverse kinematics of any arm by damped least squares (Levenberg-Marquardt) from a fixed set of starts."""
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 from numba import njit
@@ -28,7 +30,7 @@ def start_configurations(arm: ArmDescription, n: int) -> Float[np.ndarray, "n do
 
 @njit(cache=True)
 def _descend(
-    goal: np.ndarray, chain: tuple, lower: np.ndarray, upper: np.ndarray, iterations: int, tolerance: float,
+    goal: np.ndarray, chain: tuple[Any, ...], lower: np.ndarray, upper: np.ndarray, iterations: int, tolerance: float,
     q: np.ndarray,
 ) -> bool:  # fmt: skip
     """Improve q in place; whether it reached the goal within the tolerance."""
@@ -59,7 +61,7 @@ def _descend(
 
 @njit(cache=True)
 def numeric_ik_kernel(
-    goals: np.ndarray, chain: tuple, starts: np.ndarray, iterations: int, tolerance: float,
+    goals: np.ndarray, chain: tuple[Any, ...], starts: np.ndarray, iterations: int, tolerance: float,
     lower: np.ndarray, upper: np.ndarray, rest: np.ndarray, soft_margin: float, limit_weight: float,
     out: np.ndarray, counts: np.ndarray,
 ) -> None:  # fmt: skip

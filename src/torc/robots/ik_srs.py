@@ -8,6 +8,8 @@ a turn about its axis (product of exponentials). Joints 0-2 turn about the shoul
 3. shoulder and wrist rotations are split into three angles each, two solutions per split.
 """
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
@@ -164,7 +166,7 @@ def _elbow_angles(
 
 @njit(cache=True)
 def _solve_pose(
-    T: np.ndarray, structure: tuple, swivels: int, lower: np.ndarray, upper: np.ndarray, rest: np.ndarray,
+    T: np.ndarray, structure: tuple[Any, ...], swivels: int, lower: np.ndarray, upper: np.ndarray, rest: np.ndarray,
     solutions: np.ndarray,
 ) -> int:  # fmt: skip
     """All branches of one pose within the limits into solutions (capacity, 7); how many."""
@@ -207,7 +209,7 @@ def _solve_pose(
 
 @njit(cache=True)
 def srs_ik_kernel(
-    Ts: np.ndarray, structure: tuple, swivels: int, lower: np.ndarray, upper: np.ndarray, rest: np.ndarray,
+    Ts: np.ndarray, structure: tuple[Any, ...], swivels: int, lower: np.ndarray, upper: np.ndarray, rest: np.ndarray,
     soft_margin: float, limit_weight: float, out: np.ndarray, counts: np.ndarray,
 ) -> None:  # fmt: skip
     """Solve poses (n, 4, 4): branches, best first, into out (n, capacity, 7) and counts (n,)."""

@@ -209,7 +209,7 @@ class SimulatedArm:
         detail = "" if reached else f"stopped {error:.3f} rad short of the goal"
         return FollowResult(reached, False, self.qpos, detail)
 
-    def _back_off(self, path: Float[np.ndarray, "k 3+dof"], relief_m: float) -> None:
+    def _back_off(self, path: Float[np.ndarray, "k d"], relief_m: float) -> None:
         """Back along the path that was really taken, until the flange is relief_m away from where it stopped."""
         distances = np.linalg.norm(path[:, :3] - path[-1, :3], axis=1)
         far = np.flatnonzero(distances >= relief_m)
@@ -220,7 +220,7 @@ class SimulatedArm:
             self._stepper.step()
         self._come_to_rest(target)
 
-    def _here(self) -> Float[np.ndarray, "3+dof"]:
+    def _here(self) -> Float[np.ndarray, "d"]:
         """Flange position (world) and joint positions, now, whether or not somebody rendered in between."""
         data = self._stepper.world.data
         mujoco.mj_kinematics(self._stepper.world.model, data)

@@ -8,7 +8,8 @@ from torc.geometry.transforms import look_at
 from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.rendering import CameraRenderer
-from torc.sim.world import World, WorldConfig, build_world
+from torc.sim.spec import WorldConfig
+from torc.sim.world import World, build_world
 from torc.workspace.description import CameraMount
 from torc.workspace.files import load_workspace
 

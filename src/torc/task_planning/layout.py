@@ -6,11 +6,15 @@ order each layer by the mean place of its neighbours, and spread the columns.
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import isotonic_regression
 
 from torc.task_planning.graph import DependencyGraph
+
+_Item: TypeAlias = int | tuple[int, int, int]
+_Links: TypeAlias = dict[_Item, tuple[list[_Item], list[_Item]]]
 
 _SWEEPS = 12
 
@@ -38,13 +42,13 @@ def lay_out(graph: DependencyGraph) -> Layout:
     forward = [(b, a) if (a, b) in backward else (a, b) for a, b in edges]
     layer = _layers(graph, forward)
     chains = {(a, b): _chain(a, b, layer) for a, b in sorted(set(forward))}
-    rows: list[list] = [[] for _ in range(max(layer.values()) + 1)]
+    rows: list[list[_Item]] = [[] for _ in range(max(layer.values()) + 1)]
     for node in sorted(graph.ids, key=lambda k: (k != graph.target, k)):
         rows[layer[node]].append(node)
-    for chain in chains.values():
-        for row, way in enumerate(chain[1:-1], start=layer[chain[0]] + 1):
+    for (a, _), chain in chains.items():
+        for row, way in enumerate(chain[1:-1], start=layer[a] + 1):
             rows[row].append(way)
-    links: dict = {}
+    links: _Links = {}
     for chain in chains.values():
         for above, below in pairwise(chain):
             links.setdefault(above, ([], []))[1].append(below)
@@ -99,12 +103,12 @@ def _pushed_down(layer: dict[int, int], forward: list[tuple[int, int]]) -> dict[
     return layer
 
 
-def _chain(a: int, b: int, layer: dict[int, int]) -> list:
+def _chain(a: int, b: int, layer: dict[int, int]) -> list[_Item]:
     """The edge's items from layer to layer: its ends and a waypoint (a, b, row) on each layer between."""
     return [a, *((a, b, row) for row in range(layer[a] + 1, layer[b])), b]
 
 
-def _columns(rows: list[list], links: dict) -> dict:
+def _columns(rows: list[list[_Item]], links: _Links) -> dict[_Item, float]:
     """Column per item: orders by the mean column of the neighbours above or below, alternately, kept apart."""
     column = {item: float(i) for row in rows for i, item in enumerate(row)}
     for sweep in range(_SWEEPS):
@@ -120,7 +124,7 @@ def _columns(rows: list[list], links: dict) -> dict:
     return {item: c - least for item, c in column.items()}
 
 
-def _spread(wishes: list[float], items: list) -> dict:
+def _spread(wishes: list[float], items: list[_Item]) -> dict[_Item, float]:
     """Columns as close to the wishes as the gaps allow, in the given order; waypoints take less room than nodes."""
     gaps = [1.0 if isinstance(a, int) and isinstance(b, int) else 0.6 for a, b in pairwise(items)]
     offsets = np.concatenate([[0.0], np.cumsum(gaps)])[: len(items)]

@@ -88,7 +88,7 @@ def test_without_a_simulation_it_says_where_it_works():
 
 def moment(world: float, *outcomes: PickOutcome) -> SimulatedState:
     """A moment whose world is one number."""
-    robot = RobotState(np.array([world]), GripState(False, 1.0), StepperState())
+    robot = RobotState(np.array([float(world)]), GripState(False, 1.0), StepperState())
     return SimulatedState(robot, EpisodeState(empty_volume(load_workspace().grid), (), outcomes))
 
 

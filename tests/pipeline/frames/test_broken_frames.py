@@ -90,6 +90,7 @@ BROKEN_ARRAYS: dict[str, tuple[Callable[[], dict[str, Any]], str]] = {
 }
 
 
+@pytest.mark.usefixtures("any_arrays")
 @pytest.mark.parametrize("fault", BROKEN_ARRAYS)
 def test_broken_arrays_are_refused_with_their_name(tmp_path: Path, fault: str) -> None:
     changes, text = BROKEN_ARRAYS[fault]

@@ -74,7 +74,7 @@ def few_corners(hulls: Sequence[Points]) -> list[Points]:
     return [reduced_hull(hull, corners) for hull in hulls]
 
 
-def reduced_hull(points: Points, max_corners: int) -> Points:
+def reduced_hull(points: Points, max_corners: int) -> Float[np.ndarray, "m 3"]:
     """At most max_corners corners of the convex hull: those that stick out farthest in directions all around, then
     always a few that stick out farthest of what there is. The bounding box stays."""
     corners = points[ConvexHull(points).vertices]

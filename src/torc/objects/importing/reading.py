@@ -69,7 +69,7 @@ def read_surfaces(
     return surfaces, list(dict.fromkeys(notes))[:_MAX_NOTES]
 
 
-class Neighbours(FilePathResolver):  # type: ignore[misc]
+class Neighbours(FilePathResolver):
     """The files that a mesh names, below one directory. trimesh goes on without what is not to be had; what was
     refused or missing is written down here."""
 
