@@ -4,8 +4,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from torc.benchmark.dispatch import Task
-from torc.benchmark.local_pool import LocalPool, PoolConfig
+from torc.benchmark.local_pool import LocalPool, PoolConfig, Task
 
 LIMIT_S = 24 * 3600.0
 

@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from tests.helpers.fake_bench import InlineBackend, fake_spec, play_quickly
-from torc.benchmark.dispatch import Failure, FailureKind
+from torc.benchmark.local_pool import Failure, FailureKind
+from torc.benchmark.manifest import begin_call
+from torc.benchmark.playing import run_missing
 from torc.benchmark.rows import PickRow, Table, TrialRow
-from torc.benchmark.runner import run_missing
 from torc.benchmark.store import Store
 from torc.objects.files import save_object
 from torc.objects.library import load_object
@@ -29,7 +30,7 @@ def played(tmp_path_factory) -> Path:
     failure = Failure(FailureKind.CRASHED, f"Its process was ended by SIGSEGV {STRANGE}.")
     with store.locked():
         store.extend(spec, {})
-        store.begin_call({"command": ["torc", "bench"], "workers": 1})
+        begin_call(root, workers=1)
         backend = InlineBackend({spec.trials[2].id: failure})
         run_missing(store, spec, backend, work=play_quickly, limit=len(spec.trials) - 2)
     human = root / "human" / "structured-01-human-anna-0"

@@ -6,15 +6,22 @@ from dataclasses import replace
 import pytest
 
 from tests.helpers.fake_bench import fake_spec
-from torc.benchmark.identity import problem_fingerprint
-from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, make_spec, merged, planned
+from torc.benchmark.spec import (
+    Around,
+    BenchPlanner,
+    BenchProblem,
+    make_spec,
+    merged,
+    planned,
+    problem_fingerprint,
+)
 from torc.benchmark.spec_files import from_json, to_json
-from torc.errors import InputError, UnknownNameError
+from torc.errors import InputError
 from torc.problems.problem import load_problem
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
-from torc.specs.variants import variants, varied
+from torc.specs.variants import variants
 from torc.vlm.config import VlmConfig
 
 PROBLEM = BenchProblem("structured-01", "structured", "ab12", shipped=True)
@@ -104,15 +111,6 @@ def test_variants_stand_side_by_side():
     assert len({t.id for t in spec.trials}) == 2
     assert replace(RANDOM, variant={"motion": "a/b.py:Mine"}).label == "random {motion=b.Mine}"
     assert spec.around == Around()
-
-
-def test_every_combination_is_a_variant():
-    found = variants(["perception=labels,mine.py:Eyes", "noise=true,false"])
-    assert len(found) == 4
-    assert found[2] == {"perception": "mine.py:Eyes", "noise": True}
-    assert varied(Conditions(), found[2]) == Conditions(perception="mine.py:Eyes", noise=True)
-    with pytest.raises(UnknownNameError, match="Did you mean 'perception'"):
-        varied(Conditions(), {"perceptoin": "labels"})
 
 
 def test_a_robot_that_has_moved_is_the_same_and_one_that_has_changed_is_not():

@@ -3,8 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
+from torc.benchmark.report.ranking import rank_on_common_ground
 from torc.benchmark.report.tables import ranking_table
-from torc.benchmark.report.verdict import rank_on_common_ground
 from torc.benchmark.rows import Table
 
 HARD, EASY = [[12, 13]] * 6, [[2, 3]] * 6

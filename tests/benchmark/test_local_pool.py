@@ -5,8 +5,7 @@ import time
 
 import pytest
 
-from torc.benchmark.dispatch import FailureKind, Task
-from torc.benchmark.local_pool import LocalPool, PoolConfig
+from torc.benchmark.local_pool import FailureKind, LocalPool, PoolConfig, Task
 from torc.errors import UnknownNameError
 
 LIMIT_S = 2.0

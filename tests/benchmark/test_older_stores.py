@@ -3,9 +3,7 @@
 from pathlib import Path
 
 from torc.benchmark.reading import read_table
-from torc.benchmark.store import Store
 from torc.episode.recorded import read_trial
-from torc.specs.conditions import Conditions
 from torc.web.shelf import open_shelf
 
 STORE = Path(__file__).parent / "store_of_0_1"
@@ -20,13 +18,6 @@ def test_its_trials_stand_in_a_table():
         assert len(row.picked) == row.picks > 0
         assert row.participant
         assert all(0 < pick.p <= 1 for pick in row.picked)
-
-
-def test_its_spec_is_that_of_today():
-    spec = Store(STORE).spec()
-    assert spec.around.conditions == Conditions()
-    assert [t.planner.label for t in spec.trials] == ["random", "dg-select"]
-    assert all(Store(STORE).directory(t).is_dir() for t in spec.trials)
 
 
 def test_its_trials_can_be_looked_at():

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from torc.benchmark.ranking import rank
 from torc.benchmark.reading import read_table
-from torc.benchmark.report.tables import measures_table
+from torc.benchmark.report.ranking import rank
+from torc.benchmark.report.tables import comparison_table, measures_table, promises_table
 
 ROOT = Path(__file__).parents[2]
 RESULTS = sorted(path.parent for path in (ROOT / "results").glob("*/trials.csv"))
@@ -19,8 +19,12 @@ def test_the_page_of_a_set_shows_its_results(directory):
     table = read_table(directory)
     assert not table.left_out
     assert all(row.completed for row in table.rows)
-    measures = measures_table(table, [s.planner for s in rank(table)])
+    planners = [s.planner for s in rank(table)]
+    measures = measures_table(table, planners)
     columns = [measures.header.index(name) for name in SHOWN.split(",")]
     page = (ROOT / "docs" / f"{directory.name}.md").read_text()
     for row in measures.rows:
         assert "| " + " | ".join(str(row[i]) for i in columns) + " |" in page
+    if directory.name == "torc40":
+        for row in (*comparison_table(table, planners).rows, *promises_table(table, planners).rows):
+            assert f"| {' | '.join(map(str, row))} |" in page

@@ -2,10 +2,9 @@
 
 import pytest
 
-from torc.benchmark.ranking import rank
 from torc.benchmark.reading import read_table
+from torc.benchmark.report.ranking import rank, verdict
 from torc.benchmark.report.tables import ranking_table, references_table
-from torc.benchmark.report.verdict import verdict
 from torc.episode.trial import run_trial
 from torc.records import Decision
 from torc.specs.trial import TrialSpec

@@ -7,21 +7,10 @@ from dataclasses import replace
 
 import pytest
 
-from tests.helpers.fake_bench import InlineBackend, play_quickly
-from torc.benchmark.ranking import rank
 from torc.benchmark.reading import read_table, read_tables
-from torc.benchmark.report.tables import difficulty_table
-from torc.benchmark.report.writing import write_report
-from torc.benchmark.runner import run_missing
-from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, make_spec
-from torc.benchmark.store import Store
+from torc.benchmark.report.ranking import rank
 from torc.benchmark.table_files import PICKS_FILE, TRIALS_FILE, read_rows, write_tables
 from torc.errors import InputError
-from torc.generation.config import Hiddenness
-from torc.generation.difficulty import Difficulty
-from torc.problems.problem import load_problem
-from torc.specs.conditions import Conditions
-from torc.specs.trial import PlannerSpec
 
 
 @pytest.fixture
@@ -51,13 +40,6 @@ def test_of_older_tables_the_name_tells_who_was_a_reference(kept):
     assert references == {"oracle", "human anna (outside view)"}
 
 
-def test_a_report_of_tables_alone_speaks_of_no_links(kept, tmp_path):
-    pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
-    report = write_report([kept], tmp_path / "report")
-    assert not report.view_command
-    assert "torc view" not in report.page.read_text() + (report.directory / "report.md").read_text()
-
-
 def test_several_directories_are_one_table(played, kept):
     both = read_tables([played, kept])
     missing = [row for row in both.rows if row.status == "missing"]  # nothing is said of these
@@ -66,33 +48,6 @@ def test_several_directories_are_one_table(played, kept):
     text = (kept / TRIALS_FILE).read_text()
     (kept / TRIALS_FILE).write_text(text.replace("dg-select", "other"))
     assert set(read_tables([played, kept]).planners) == {*read_table(played).planners, "other"}
-
-
-def _store(root, names, share, seeds, noise=False):
-    """A benchmark of made-up trials on problems whose files say that so much of the target is in sight."""
-    problems = {}
-    for name in names:
-        stated = Difficulty(9, Hiddenness.PARTLY, share, 1, 2, 3)
-        problems[name] = replace(load_problem("structured-04"), name=name, origin=stated.facts())
-    planned = [BenchProblem(name, "structured", f"{share}", shipped=False) for name in names]
-    who, around = [BenchPlanner(PlannerSpec("random"))], Around(Conditions(noise=noise))
-    spec = make_spec(planned, who, range(seeds), around, "0.0")
-    store = Store(root)
-    with store.locked():
-        store.extend(spec, problems)
-        run_missing(store, spec, InlineBackend(), work=play_quickly)
-
-
-def test_problems_of_which_no_trial_counts_are_not_described(tmp_path):
-    here, there, changed = tmp_path / "here", tmp_path / "there", tmp_path / "changed"
-    _store(here, ["mine"], 0.1, 3)
-    _store(there, ["mine", "other"], 0.2, 1, noise=True)
-    _store(changed, ["mine"], 0.3, 1)
-    for roots in ([here, there], [there, here], [here, changed]):
-        both = read_tables(roots)
-        assert both.left_out
-        assert {name: d.visible_fraction for name, d in both.difficulties.items()} == {"mine": 0.1}
-        assert difficulty_table(both).rows[0][1] == "1"
 
 
 def _rewrite(path, sources=None, **conditions):

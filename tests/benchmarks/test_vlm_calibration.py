@@ -36,14 +36,3 @@ def test_geometry_is_right_where_it_says_what_is_so():
     assert calibration.geometric_accuracy([{**row, "by_geometry": turned}]) == (0.5, 1.0)
     missed = [(0, "behind", 1), (1, "behind", 2)]
     assert calibration.geometric_accuracy([{**row, "by_geometry": missed}]) == (1.0, pytest.approx(2 / 3))
-
-
-def test_answers_are_counted_through_prompt_and_parser():
-    from torc.vlm.simulated.profiles import PROFILES
-
-    row = {
-        **calibration.plain(SITUATION),
-        "facts": ["Object 2 is graspable.", "Object 0 is blocked by object 1."],
-    }
-    for prompt in ("vlm-select-1", "vlm-grasps-1"):
-        assert calibration.shares([row], PROFILES["perfect"], prompt, 5).tolist() == [1.0]

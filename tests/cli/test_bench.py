@@ -1,22 +1,23 @@
 """`torc bench` and `torc report` as a user meets them, with trials that take no time."""
 
+import importlib.metadata
 import json
 import os
 import shutil
-import sys
 from itertools import product
 
 import pytest
 from torc_command import run_torc
 
 from tests.helpers.fake_bench import InlineBackend, play_quickly
-from torc.benchmark.dispatch import Failure, FailureKind
+from torc.benchmark.local_pool import Failure, FailureKind
+from torc.benchmark.manifest import calls
 from torc.benchmark.playing import play
 from torc.benchmark.reading import read_table, read_tables
-from torc.benchmark.store import Store
+from torc.benchmark.report.ranking import rank, verdict
 from torc.benchmark.table_files import pick_records, trial_records
+from torc.fingerprints import forget_files
 from torc.problems.problem import load_problem, problem_text
-from torc.robots.schema import EXAMPLE
 
 PROBLEMS = "structured-04,unstructured-02"
 PLANNER = """
@@ -44,6 +45,7 @@ def bench(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr("torc.pipeline.warm_up.kernel_cache", lambda: (tmp_path, True))
 
     def call(*arguments, problems=PROBLEMS, out=tmp_path / "out"):
+        forget_files()  # as a new process would
         return run_torc("bench", "--problems", problems, "--out", out, *arguments, capsys=capsys)
 
     call.failures = failures
@@ -76,6 +78,15 @@ def test_it_goes_on_where_it_was(bench):
     assert "8 trials, 4 complete already, 4 to play now." in err
 
 
+def test_it_says_that_it_goes_on_under_other_versions(bench, tmp_path, monkeypatch):
+    assert "other versions" not in bench("--limit", 3)[2] + bench("--limit", 1)[2]
+    monkeypatch.setattr(importlib.metadata, "version", lambda name: "9.9" if name == "numpy" else "1.0")
+    assert "were played with other versions: mujoco-core" in bench("--limit", 1)[2]
+    table = read_table(tmp_path / "out")
+    warnings = " ".join(verdict(table, rank(table)).warnings)
+    assert "numpy 9.9" in warnings
+
+
 def test_shards_make_the_same_table_together(bench, tmp_path):
     for i in (1, 2, 3):
         _, _, err = bench("--repeats", 2, "--shard", f"{i}/3", out=tmp_path / "shards" / str(i))
@@ -88,7 +99,7 @@ def test_shards_make_the_same_table_together(bench, tmp_path):
         plain = [{**record, "directory": ""} for record in trial_records(table)]
         records.append((plain, pick_records(table)))
     assert records[0] == records[1]
-    (call,) = Store(tmp_path / "shards" / "2").calls()
+    (call,) = calls(tmp_path / "shards" / "2")
     assert call["shard"] == "2/3"
     again = bench("--repeats", 2, "--shard", "2/3", out=tmp_path / "shards" / "2")[2]
     assert "3 complete already, 0 to play now" in again
@@ -116,19 +127,6 @@ def test_a_dry_run_leaves_nothing(bench, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_planners_may_ask_models_of_their_own(bench):
-    asking = "vlm-select:simulated:0.9,vlm-select,random,vlm-fixes-dg:simulated"
-    code, _, err = bench("--repeats", 1, "--planners", asking, "--vlm", "simulated:good", "--dry-run")
-    assert code == 0
-    for label in (
-        "vlm-select[simulated 0.9]",
-        "vlm-select[simulated good]",
-        "random",
-        "vlm-fixes-dg[simulated paper]",
-    ):
-        assert f"{label} on structured-04, seed 0" in err
-
-
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -154,21 +152,6 @@ def test_bad_arguments_are_explained_and_leave_nothing(bench, arguments, said, t
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_directory_that_cannot_be_written_is_said_before_anything_is_played(bench, tmp_path):
-    (tmp_path / "file").write_text("")
-    for out in ("/proc/nope", tmp_path / "file", tmp_path / "file" / "below", tmp_path / ("x" * 300)):
-        code, _, err = bench("--dry-run", out=out)
-        assert (code, f"Cannot write to '{out}'" in err) == (2, True)
-
-
-def test_ray_without_its_extra_is_explained(bench, monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "ray", None)
-    code, _, err = bench("--ray", "auto")
-    assert code == 1
-    assert "scripts/setup ray" in err
-    assert not list(tmp_path.glob("out/trials/*"))
-
-
 def test_what_cannot_be_compared_is_refused(bench):
     bench("--repeats", 1)
     for more in ([], ["--dry-run"]):
@@ -191,36 +174,6 @@ def test_a_planner_that_was_changed_is_played_again(bench, tmp_path, monkeypatch
     assert len(table.left_out) == 2
 
 
-def test_ones_own_robot_and_grasp_planner_count_with_what_is_in_their_files(bench, tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(str(tmp_path))
-    module = tmp_path / "some_grasps.py"
-    module.write_text("class Mine:\n    def plan(self, scene, volume, rng):\n        return 1\n")
-    here, there = tmp_path / "here", tmp_path / "there"
-    shutil.copytree(EXAMPLE.parent, here)
-
-    def again(directory):
-        robot = directory / EXAMPLE.name
-        return bench("--planners", "random", "--repeats", 1, "--robot", robot, "--grasps", "some_grasps:Mine")
-
-    assert again(here)[0] == 0
-    here.rename(there)
-    assert "2 complete already, 0 to play now" in again(there)[2]
-    robot = there / EXAMPLE.name
-    whole = robot.read_text()
-    robot.write_text(whole.replace("speed_deg_s: 60", "speed_deg_s: 5", 1))
-    code, _, err = again(there)
-    assert code == 2
-    assert f"robot {robot}, which has changed since" in err
-    robot.write_text(whole + "\n# a word\n")
-    module.write_text(module.read_text().replace("1", "2"))
-    code, _, err = again(there)
-    assert code == 2
-    assert "grasps some_grasps:Mine, which has changed since" in err
-    code, _, err = bench("--planners", "random", "--repeats", 1)
-    assert code == 2
-    assert "grasps some_grasps:Mine there, geometric now" in err
-
-
 def test_settings_are_compared_as_planners_are(bench, tmp_path):
     code, _, err = bench("--planners", "random", "--repeats", 1, "--sweep", "occlusion.smooth_px=0,3")
     assert code == 0
@@ -233,13 +186,6 @@ def test_settings_are_compared_as_planners_are(bench, tmp_path):
     code, _, err = bench("--planners", "random", "--sweep", "occlusion.smooth_px=4", out=tmp_path / "other")
     assert (code, (tmp_path / "other").exists()) == (2, False)
     assert "must be 0, 3 or 5" in err
-
-
-def test_an_experiment_is_played_from_its_file(bench, tmp_path, capsys):
-    (tmp_path / "e.yaml").write_text("problems: structured-04\nplanners: [random]\nrepeats: 2\n")
-    code, _, err = run_torc("bench", tmp_path / "e.yaml", "--out", tmp_path / "out", capsys=capsys)
-    assert code == 0
-    assert "2 trials, 0 complete already, 2 to play now." in err
 
 
 def test_ones_own_problem_is_kept_as_it_was_played(bench, tmp_path):

@@ -1,7 +1,6 @@
 """The command line as a user meets it: help, errors, exit codes."""
 
 import json
-import os
 import subprocess
 import sys
 
@@ -9,7 +8,6 @@ import pytest
 from torc_command import run_torc
 
 import torc
-from torc.cli.run import RunCommand
 from torc.problems.problem import load_problem, problem_text
 from torc.problems.sets import problem_names, problem_sets
 
@@ -28,15 +26,6 @@ finally:
     out = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
     assert told in out
     assert out.splitlines()[-1] == "[]"
-
-
-def test_doctor_answers_in_json(capsys):
-    code, out, _ = run_torc("doctor", "--json", capsys=capsys)
-    assert code in (0, 1)
-    first = json.loads(out)[0]
-    assert {"name", "ok", "remedy"} <= set(first)
-    assert first["name"] == "torc"
-    assert first["detail"].startswith(torc.__version__)
 
 
 def test_problems_are_listed_and_shown(capsys):
@@ -69,13 +58,6 @@ def test_decide_without_a_choice_exits_with_a_code_of_its_own(frame, theirs, cap
     assert "What became of the grasps" in out
 
 
-def test_decide_says_where_it_cannot_write(frame, tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    code, _, err = run_torc("decide", frame, "--out", tmp_path / "file", capsys=capsys)
-    assert code == 2
-    assert f"'{tmp_path / 'file'}' cannot be used: File exists" in err
-
-
 @pytest.mark.parametrize(
     ("code", "told"),
     [("return {'object': 1}", "returned a dict"), ("return context.nothing", "AttributeError")],
@@ -104,40 +86,3 @@ def test_strangers_text_does_not_reach_the_terminal_raw(capsys, tmp_path):
     assert code == 2
     assert "\x1b" not in err
     assert "\\x1b]0;owned\\x07" in err
-
-
-@pytest.mark.parametrize(
-    ("error", "code", "told"),
-    [
-        (
-            PermissionError(13, "Permission denied", "/root/x"),
-            2,
-            "'/root/x' cannot be used: Permission denied",
-        ),
-        (RuntimeError("cannot cache function 'f': no locator available"), 2, "NUMBA_CACHE_DIR"),
-        (OSError(28, "No space left on device"), 1, "No space left on device"),
-        (OSError("libgomp.so.1: cannot open shared object file"), 1, "torc doctor"),
-    ],
-)
-def test_what_the_machine_refuses_is_one_line(error, code, told, monkeypatch, capsys):
-    def run(self):
-        raise error
-
-    monkeypatch.setattr(RunCommand, "run", run)
-    status, _, err = run_torc("run", capsys=capsys)
-    assert status == code
-    assert told in err
-
-
-def test_names_that_the_terminal_cannot_show_are_escaped(tmp_path):
-    mesh = tmp_path / os.fsdecode(b"caf\xe9.xyz")
-    mesh.write_bytes(b"")
-    told = subprocess.run(
-        [sys.executable, "-m", "torc.cli.main", "objects", "import", str(mesh)],
-        capture_output=True,
-        check=False,
-        env=os.environ | {"PYTHONIOENCODING": "ascii"},
-    )
-    assert told.returncode == 1
-    assert b"refused" in told.stdout
-    assert b"Traceback" not in told.stderr

@@ -1,17 +1,13 @@
 """`torc objects` as a user meets it."""
 
 import json
-import os
-import shutil
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import trimesh
 from PIL import Image
 from torc_command import run_torc
 
-from torc.objects.files import load_source
 from torc.objects.library import builtin_object_names, load_object
 
 _torc = partial(run_torc, "objects")
@@ -75,76 +71,6 @@ def test_a_directory_is_imported_with_a_summary(tmp_path, object_store, capsys):
     code, out, _ = _torc("import", meshes / "My Box.stl", "--scale", "0.001", "--json", capsys=capsys)
     assert code == 1
     assert "--overwrite" in json.loads(out)[0]["refused"]
-
-
-def test_of_two_meshes_with_one_name_neither_is_lost_unsaid(tmp_path, object_store, capsys):
-    for directory in ("a", "b"):
-        (tmp_path / directory).mkdir()
-        _write_box(tmp_path / directory / "textured.stl")
-    both = tmp_path / "a", tmp_path / "b", "--scale", "0.001"
-    for more in ([], ["--overwrite"]):
-        code, out, _ = _torc("import", *both, *more, capsys=capsys)
-        assert code == 1
-        assert f"[2/2] textured.stl: refused: 'textured' is {tmp_path / 'a' / 'textured.stl'} in this" in out
-
-
-def test_a_file_is_known_by_whatever_name_it_was_imported(tmp_path, object_store, capsys):
-    first = tmp_path / "meshes" / "a" / "cup.stl"
-    other = tmp_path / "meshes" / "b" / "cup.stl"
-    for path in (first, other):
-        path.parent.mkdir(parents=True)
-    _write_box(first)
-    again = "import", tmp_path / "meshes", "--scale", "0.001"
-    assert _torc(*again, capsys=capsys)[0] == 0
-    # Files of one name get their directories' names.
-    _write_box(other).write_bytes(first.read_bytes()[:-1] + b"\1")
-    code, out, _ = _torc(*again, capsys=capsys)
-    assert code == 0
-    assert "[1/2] cup.stl: cup is there already (--overwrite imports it again, as a_cup)" in out
-    assert "[2/2] cup.stl: b_cup, the b cup:" in out
-    assert "1 imported, 1 there already, 0 refused" in out
-    code, out, _ = _torc(*again, "--json", capsys=capsys)
-    assert [row["there"] for row in json.loads(out)] == ["cup", "b_cup"]
-    shutil.move(first, tmp_path / "meshes" / "b" / "jug.stl")
-    code, out, _ = _torc(*again, "--json", capsys=capsys)
-    assert [row["there"] for row in json.loads(out)] == ["b_cup", "cup"]
-    other.unlink()
-    _torc(*again, "--name", "mine", capsys=capsys)  # asked for by that name
-    assert sorted(p.name for p in object_store.iterdir()) == ["b_cup", "cup", "mine"]
-
-
-def test_odd_names_and_links_stop_nothing(tmp_path, object_store, capsys):
-    meshes = tmp_path / "meshes"
-    meshes.mkdir()
-    _write_box(meshes / os.fsdecode(b"caf\xe9\x1b[2J.stl"))
-    (meshes / "---.stl").write_bytes(b"")  # nothing that a name could be made of
-    (meshes / "loop.stl").symlink_to("loop.stl")
-    (meshes / "out.stl").symlink_to(_write_box(tmp_path / "elsewhere.stl"))
-    code, out, err = _torc("import", meshes, "--scale", "0.001", "--json", capsys=capsys)
-    rows = {Path(row["file"]).name: row for row in json.loads(out)}
-    assert code == 1
-    assert "No name can be made" in rows["---.stl"]["refused"]
-    assert "no mesh file" in rows["loop.stl"]["refused"]
-    assert "leads out of the directory" in rows["out.stl"]["left_out"]
-    assert [p.name for p in object_store.iterdir()] == ["caf_2j"]
-    assert load_source(object_store / "caf_2j").file == "caf__[2J.stl"
-    assert "\x1b" not in err
-
-
-def test_a_library_elsewhere_is_told(tmp_path, capsys):
-    _write_box(tmp_path / "a.stl")
-    arguments = ["--scale", "0.001", "--name", "b", "--mass", "0.5", "--description", "the tall parcel"]
-    code, out, _ = _torc(
-        "import", tmp_path / "a.stl", *arguments, "--library", tmp_path / "lib", capsys=capsys
-    )
-    assert code == 0
-    assert f"export TORC_OBJECTS={tmp_path / 'lib'}" in out
-    assert "b, the tall parcel" in out
-    (tmp_path / "b.stl").write_bytes(b"nothing")
-    code, out, _ = _torc("import", tmp_path / "b.stl", "--library", tmp_path / "lib", capsys=capsys)
-    assert code == 1
-    assert "0 imported, 1 refused" in out
-    assert "TORC_OBJECTS" not in out
 
 
 def test_a_damaged_object_does_not_stop_the_list(object_store, capsys):

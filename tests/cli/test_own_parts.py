@@ -5,9 +5,6 @@ import json
 import pytest
 from torc_command import run_torc
 
-from torc.episode.trial import run_trial
-from torc.specs.trial import TrialSpec
-
 PLAN = '{"plan": [{"action": "remove", "input": 2}]}'
 
 
@@ -34,20 +31,3 @@ def test_a_part_of_somebody_elses(option, method, code, status, told, frame, the
     assert found == status, err
     assert told in err
     assert status or "mine" in json.loads(out)["reason"]
-
-
-def test_a_trial_with_a_broken_part_is_errored(theirs, tmp_path, capsys):
-    broken = theirs("plan(self, scene, volume, rng)", "return 1 / 0")
-    trial = run_trial(
-        TrialSpec.of("structured-04", "random", grasps=broken), tmp_path / "a", say=lambda text: None
-    )
-    assert trial.result["status"] == "errored"
-    assert "Grasp planner Theirs" in trial.result["error"]
-    assert "picks" not in trial.result
-    assert "ZeroDivisionError" in (tmp_path / "a" / "error.txt").read_text()
-
-
-def test_the_simulated_vlm_decides_in_simulated_trials_alone(frame, capsys):
-    status, _, err = run_torc("decide", frame, "--planner", "vlm-select", "--vlm", "simulated", capsys=capsys)
-    assert status == 2
-    assert "torc run --planner vlm-select --vlm simulated" in err

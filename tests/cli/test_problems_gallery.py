@@ -31,17 +31,6 @@ def drawn(monkeypatch):
     return cards
 
 
-def test_it_draws_the_shipped_set_and_says_where(drawn, tmp_path, capsys):
-    code, out, err = _torc("--out", tmp_path / "new" / "g", capsys=capsys)
-    assert code == 0
-    names = [card.problem.name for card in drawn]
-    assert "structured-01" in names
-    assert f"{len(names)} cards" in out
-    assert str(tmp_path / "new" / "g" / "index.html") in out.replace("\n", "")
-    assert f"{len(names)} of {len(names)}: {names[-1]}" in err
-    assert f"<h1>torc40: {len(names)} problems</h1>" in (tmp_path / "new" / "g" / "index.html").read_text()
-
-
 def test_a_directory_of_problems_with_a_title_and_what_is_left_over(drawn, tmp_path, capsys):
     mine, out = tmp_path / "mine", tmp_path / "g"
     mine.mkdir()

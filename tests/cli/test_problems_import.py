@@ -51,18 +51,3 @@ def test_json_holds_what_was_made_and_what_was_not(root, tmp_path, capsys):
     assert "is missing" in rows[2]["reason"]
     assert rows[0]["category"] == "structured"
     assert 0.0 <= rows[0]["in_sight"] <= 1.0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        ((), "Say what to import"),
-        (("--scene", "249", "--camera", "kinect"), "Did you mean"),
-        (("--scene", "249", "--annotation", "40"), "annotation 40"),
-        (("--paper", "--target", "17"), "own targets"),
-    ],
-)
-def test_wrong_arguments_get_one_clear_line(root, arguments, told, capsys):
-    code, _, err = _import(root, *arguments, capsys=capsys)
-    assert code == 2
-    assert told in err

@@ -1,7 +1,5 @@
 """`torc problems solve` as a user meets it."""
 
-import json
-
 import pytest
 from torc_command import run_torc
 
@@ -40,18 +38,3 @@ def test_it_prints_the_order_and_how_good_it_is(answer, capsys):
     assert "1  box  removed, 1 drop; then the target is hidden" in out
     assert "4 picks tried, 9 looks" in out
     assert "at it" in err
-
-
-def test_json_is_json_and_progress_stays_out_of_it(answer, capsys):
-    code, out, _ = run_torc("problems", "solve", "structured-01", "--json", capsys=capsys)
-    facts = json.loads(out)
-    assert code == 0
-    assert (facts["order"], facts["picks"], facts["bound"]) == (["box", "can"], 2, "proved")
-    assert facts["foreseen"][0]["outcome"]["dropped"] == [5]
-
-
-def test_no_order_is_exit_code_one(answer, capsys):
-    answer["solved"] = False
-    code, out, _ = run_torc("problems", "solve", "structured-01", capsys=capsys)
-    assert code == 1
-    assert "No order was found; 4 picks tried, 9 looks. A larger budget may find one." in out

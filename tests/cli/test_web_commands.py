@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import pytest
@@ -16,69 +17,51 @@ from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 
 
-class _Served:
-    """A `torc` command that serves a page, in a process of its own."""
-
-    def __init__(self, *arguments):
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "torc.cli.main", *map(str, arguments), "--port", "0"],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            # Whoever runs the tests in the background may have told all children to ignore Ctrl-C.
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+@contextmanager
+def _served(*arguments):
+    """A `torc` command that serves a page, in a process of its own; with the address that it prints."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "torc.cli.main", *map(str, arguments), "--port", "0"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        # Whoever runs the tests in the background may have told all children to ignore Ctrl-C.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    try:
+        yield (
+            process,
+            next(found.group() for line in process.stdout if (found := re.search(r"http://\S+", line))),
         )
+    finally:
+        process.kill()
+        process.communicate()
 
-    def __enter__(self):
-        return self
 
-    def __exit__(self, *error):
-        self.process.kill()
-        self.process.communicate()
-
-    def said(self):
-        """What it prints up to its address."""
-        lines = []
-        for line in self.process.stdout:
-            lines.append(line)
-            if "http://" in line:
-                return "".join(lines)
-        raise AssertionError("it did not start")
-
-    def address(self):
-        return re.search(r"http://\S+", self.said()).group()
-
-    def interrupted(self):
-        """Ctrl-C: its exit code, and what it says in the end."""
-        self.process.send_signal(signal.SIGINT)
-        rest, _ = self.process.communicate(timeout=60)
-        return self.process.returncode, rest
+def _interrupted(process):
+    """Ctrl-C: its exit code, and what it says in the end."""
+    process.send_signal(signal.SIGINT)
+    rest, _ = process.communicate(timeout=60)
+    return process.returncode, rest
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
 def test_view_serves_until_ctrl_c_and_asks_for_a_token_where_others_reach_it(tmp_path, host):
     play_fake_trial(TrialSpec.of("boxes", "random"), tmp_path / "boxes", make_planner("random"))
-    with _Served("view", tmp_path, "--host", host) as served:
-        where = served.address()
+    with _served("view", tmp_path, "--host", host) as (process, where):
         assert ("token=" in where) == (host != "127.0.0.1")
         here = re.sub(r"//[^:]+:", "//127.0.0.1:", where)
         with urllib.request.build_opener(urllib.request.HTTPCookieProcessor()).open(here, timeout=60) as page:
             assert b"<title>torc</title>" in page.read()
-        code, rest = served.interrupted()
+        code, rest = _interrupted(process)
     assert code == 0
     assert "Traceback" not in rest
     assert where.partition("token=")[2] not in rest or host == "127.0.0.1"
 
 
-def test_with_the_outside_view_human_says_that_trials_are_references(tmp_path):
-    with _Served("human", "structured-01", "--outside-view", "--out", tmp_path) as served:
-        assert "these trials are references, not ranked" in served.said()
-
-
 def test_human_says_what_is_left_after_ctrl_c(tmp_path):
-    with _Served("human", "structured-01", "structured-02", "--out", tmp_path) as served:
-        served.address()
-        code, rest = served.interrupted()
+    with _served("human", "structured-01", "structured-02", "--out", tmp_path) as (process, _):
+        code, rest = _interrupted(process)
     assert code == 130
     assert "2 of 2 trials are left" in rest
     assert "Traceback" not in rest

@@ -18,14 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from torc.benchmark.dispatch import Backend, Ending, Failure, FailureKind, Task, Work
-from torc.benchmark.local_pool import LocalPool, PoolConfig
-from torc.benchmark.playing import TRIAL, Order
+from torc.benchmark.local_pool import Backend, Ending, Failure, FailureKind, LocalPool, PoolConfig, Task, Work
+from torc.benchmark.playing import Order, run_missing
 from torc.benchmark.ray_pool import ray_pool
-from torc.benchmark.runner import run_missing
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, BenchSpec, make_spec
-from torc.benchmark.store import Store
+from torc.benchmark.store import TRIAL, Store
 from torc.episode.trial import RESULT_FORMAT
+from torc.episode.versions import versions
 from torc.fingerprints import forget_files
 from torc.records.files import write_json, write_png
 from torc.specs.conditions import Conditions
@@ -115,7 +114,7 @@ def fake_trial(trial_id: str, max_picks: int = 15) -> tuple[dict[str, Any], list
         "picks": picks,
         "drops": drops,
         "outcomes": outcomes,
-        "versions": {"torc": "0.0"},
+        "versions": versions(),
     }
     return result, events
 

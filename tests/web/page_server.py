@@ -55,24 +55,20 @@ class Client:
     def url(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
-    def get(self, path: str, **headers: str) -> Answer:
+    def get(self, path: str, body: bytes | None = None, **headers: str) -> Answer:
         """Ask for something."""
-        return self._send(urllib.request.Request(self.url + path, headers={**self.headers, **headers}))
-
-    def post(self, path: str, data: Any, **headers: str) -> Answer:
-        """Send JSON, or bytes as they are."""
-        body = data if isinstance(data, bytes) else json.dumps(data).encode()
-        sent = {"Content-Type": "application/json", **self.headers, **headers}
-        return self._send(urllib.request.Request(self.url + path, body, sent))
-
-    @staticmethod
-    def _send(request: urllib.request.Request) -> Answer:
+        request = urllib.request.Request(self.url + path, body, {**self.headers, **headers})
         try:
             with urllib.request.build_opener(_Stay).open(request, timeout=60) as answer:
                 return Answer(answer.status, dict(answer.headers), answer.read())
         except urllib.error.HTTPError as error:
             with error:
                 return Answer(error.code, dict(error.headers), error.read())
+
+    def post(self, path: str, data: Any, **headers: str) -> Answer:
+        """Send JSON, or bytes as they are."""
+        body = data if isinstance(data, bytes) else json.dumps(data).encode()
+        return self.get(path, body, **{"Content-Type": "application/json", **headers})
 
 
 @contextmanager

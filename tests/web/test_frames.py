@@ -2,7 +2,6 @@
 
 import json
 import threading
-import time
 
 import pytest
 
@@ -10,21 +9,10 @@ from torc.episode.log_writing import without_seconds
 from torc.episode.trial import run_trial
 from torc.specs.trial import TrialSpec
 from torc.web.expert import HumanPlanner, SessionListener
-from torc.web.frames import WATCHED_FOR_S, FrameBoard, RobotCamera
+from torc.web.frames import FrameBoard, RobotCamera
 from torc.web.session import Choice, Phase, Session
 
 SPEC = TrialSpec.of("structured-04", "human", max_picks=1)
-
-
-def test_somebody_watches_only_while_pictures_are_asked_for(monkeypatch):
-    board, now = FrameBoard(), [100.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    assert board.watch() == (0, b"")
-    assert board.watched
-    now[0] += WATCHED_FOR_S + 0.1
-    assert not board.watched
-    board.put(b"a")
-    assert board.watch() == (1, b"a")
 
 
 def _play(out, watch):

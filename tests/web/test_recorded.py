@@ -3,19 +3,16 @@
 import json
 import os
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from torc.episode.pick_view import load_view
 from torc.episode.recorded import read_trial
 from torc.episode.viewer_links import trial_key
 from torc.errors import InputError
-from torc.records.serialization import save_record
 from torc.web.arrays import pack_view
-from torc.web.pick_page import pick_page, trial_page, why_not
-from torc.web.shelf import Shelf, open_shelf
+from torc.web.pick_page import pick_page, trial_page
+from torc.web.shelf import open_shelf
 from torc.web.thumbnails import thumbnail
 
 
@@ -69,38 +66,6 @@ def test_while_a_person_decides_only_a_planners_knowledge_is_told(trial):
         assert privileged not in text
 
 
-def test_a_line_that_is_being_written_is_left_out(trial):
-    whole = read_trial(trial)
-    with open(trial / "events.jsonl", "a") as log:
-        log.write('{"event": "looked", "pi')
-    assert read_trial(trial).picks == whole.picks
-
-
-def test_an_older_trial_without_arrays_is_shown_too(trial):
-    for path in (trial / "picks").glob("*_view.npz"):
-        path.unlink()
-    recorded = read_trial(trial)
-    page = pick_page(recorded, 0)
-    assert page["arrays"] is False
-    assert page["graph"]["target"] == 0
-    assert page["objects"][0]["box"] is None
-    assert thumbnail(recorded, 0).startswith(b"\xff\xd8")
-
-
-def test_the_graph_is_the_planners_own_or_that_by_geometry(trial):
-    page = pick_page(read_trial(trial), 0)
-    assert page["graph_by"] == "the planner"
-    lines = _lines(trial)
-    for line in lines:
-        if line["event"] == "decided":
-            line["evidence"] = {}
-    _write(trial, lines)
-    other = pick_page(read_trial(trial), 0)
-    assert other["graph_by"] == "geometry"
-    assert [e["route"] for e in other["graph"]["edges"]] == [e["route"] for e in page["graph"]["edges"]]
-    assert {n["p"] for n in other["graph"]["nodes"]} == {None}
-
-
 def test_packed_arrays_come_out_as_they_went_in(trial):
     view = read_trial(trial).view(0)
     packed = pack_view(view)
@@ -133,55 +98,6 @@ def test_a_log_that_is_none_is_refused_with_its_line(trial):
             read_trial(trial)
 
 
-def test_numbers_that_are_none_do_not_reach_the_browser(trial):
-    lines = (trial / "events.jsonl").read_text().replace('"rule": "most probable sink"', '"rule": NaN')
-    (trial / "events.jsonl").write_text(lines)
-    json.dumps(pick_page(read_trial(trial), 0), allow_nan=False)
-
-
-def test_a_graph_that_is_none_is_left_out(trial):
-    far = {"id": 99, "hidden": 0, "valid_grasps": 0, "blocked_grasps": 0}
-    many = {"version": 1, "target": 0, "nodes": [{"id": 0}] * 100, "edges": []}
-    beyond = {"version": 1, "target": 99, "nodes": [far], "edges": []}
-    for graph in ({}, [], 7, {"nodes": 3, "edges": 4}, many, beyond):
-        lines = _lines(trial)
-        for line in lines:
-            if line["event"] == "decided":
-                line["evidence"] = {"graph": graph, "probabilities": [1]}
-        _write(trial, lines)
-        assert pick_page(read_trial(trial), 0)["graph"] is None
-
-
-@pytest.mark.filterwarnings("ignore:invalid value")
-@pytest.mark.usefixtures("any_arrays")
-def test_arrays_that_do_not_fit_are_refused(trial):
-    path = trial / "picks" / "00_view.npz"
-    view = load_view(path)
-    unseen, grasps, cloud = view.unseen, view.grasps, view.cloud
-    outside = unseen.index.copy()
-    outside[0] = 999
-    endless = grasps.Ts_world_tcp * np.float32(np.inf)
-    for spoilt in (
-        {"label_image": view.label_image.astype(np.int64)},
-        {"unseen": replace(unseen, index=outside)},
-        {"unseen": replace(unseen, hiders=unseen.hiders[:0])},
-        {"grasps": replace(grasps, Ts_world_tcp=endless)},
-        {"cloud": replace(cloud, rgb=cloud.rgb[:-1])},
-        {"objects": (replace(view.objects[0], id=64),)},
-    ):
-        save_record(replace(view, **spoilt), path)
-        with pytest.raises(InputError, match="00_view"):
-            load_view(path)
-
-
-def test_a_bomb_is_not_unpacked(trial):
-    path = trial / "picks" / "00_view.npz"
-    np.savez_compressed(path, a=np.zeros(80 * 2**20, np.uint8))
-    assert path.stat().st_size < 2**20
-    with pytest.raises(InputError, match="larger than"):
-        load_view(path)
-
-
 def test_a_picture_must_be_a_plain_png_of_a_modest_size(trial, tmp_path):
     path = trial / "picks" / "00_seen.png"
     png = path.read_bytes()
@@ -209,12 +125,6 @@ def test_a_shelf_finds_trials_at_any_depth_and_prefers_what_is_complete(recorded
     assert line["key"] == trial_key("a/b/boxes") == trial_key("a/b/boxes.partial")
 
 
-def test_one_trial_is_a_shelf_too(trial):
-    (line,) = open_shelf(trial).lines()
-    assert line["name"] == "boxes"
-    assert Shelf(trial).read(line["key"]).started.problem == "boxes"
-
-
 def test_an_unreadable_trial_is_listed_with_its_reason(recorded, tmp_path):
     (recorded / "boxes" / "spec.json").write_text("[]")
     (line,) = open_shelf(recorded).lines()
@@ -224,18 +134,3 @@ def test_an_unreadable_trial_is_listed_with_its_reason(recorded, tmp_path):
     for directory, told in ((recorded, "no recorded trial"), (tmp_path / "nowhere", "nowhere")):
         with pytest.raises(InputError, match=told):
             open_shelf(directory)
-
-
-def test_reasons_come_most_frequent_first(trial):
-    o = replace(
-        load_view(trial / "picks" / "00_view.npz").objects[0], statuses={"unreachable": 2, "blocked": 5}
-    )
-    assert why_not(o, {}) == "5 blocked by other objects; 2 out of the arm's reach"
-    assert why_not(o, {7: 1, 3: 4}) == "5 blocked by 3 (4), 7 (1); 2 out of the arm's reach"
-    assert why_not(replace(o, statuses={}), {}) == "no grasp was found on it"
-
-
-def test_too_many_trials_are_refused_rather_than_cut_off(recorded, monkeypatch):
-    monkeypatch.setattr("torc.episode.recorded.MAX_TRIALS", 0)
-    with pytest.raises(InputError, match="further down"):
-        open_shelf(recorded)

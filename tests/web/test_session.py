@@ -36,7 +36,7 @@ def test_a_choice_reaches_who_asked(allowed, choice):
         (Choice("t", 1, 5), "pick 2; it is pick 3"),
         (Choice("other", 2, 5), "another trial"),
         (Choice("t", 2, 4), "Object 4 cannot be grasped now; these can: 3, 5"),
-        (Choice("t", 2, None), "Name an object"),
+        (Choice("t", 2, None), "Name an object; these can: 3, 5"),
     ],
 )
 def test_a_stale_or_impossible_choice_is_refused_and_the_question_stays(choice, told):
@@ -48,26 +48,6 @@ def test_a_stale_or_impossible_choice_is_refused_and_the_question_stays(choice, 
     session.choose(Choice("t", 2, 3))
     thread.join(10)
     assert len(answers) == 1
-
-
-def test_of_two_choices_one_counts_and_the_other_is_told_which():
-    session = Session()
-    thread, answers = _asking(session, (3, 5))
-    refused = []
-
-    def choose(k):
-        try:
-            session.choose(Choice("t", 2, k))
-        except RefusedError as error:
-            refused.append(str(error))
-
-    threads = [threading.Thread(target=choose, args=(k,)) for k in (3, 5)]
-    for t in threads:
-        t.start()
-    for t in (*threads, thread):
-        t.join(10)
-    assert len(answers) == 1
-    assert refused == [f"Pick 3 has been decided already: object {answers[0].object_id}."]
 
 
 def test_only_a_waiting_trial_can_be_started():

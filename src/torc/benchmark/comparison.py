@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import product
 
 import numpy as np
 
@@ -35,10 +35,9 @@ class Comparison:
     drops: Estimate
     p_cost: float
 
-    @property
-    def p_is_a_bound(self) -> bool:
-        """No random signs made a difference as large: p_cost says only that it is less."""
-        return self.p_cost <= _LEAST_P * (1 + 1e-9)
+    def p_text(self, p: float) -> str:
+        """The p-value of cost, as corrected; "<" where no random signs made a difference as large."""
+        return ("< " if self.p_cost <= _LEAST_P * (1 + 1e-9) else "") + f"{p:.2g}"
 
 
 def compare(table: Table, first: str, second: str) -> Comparison:
@@ -46,11 +45,10 @@ def compare(table: Table, first: str, second: str) -> Comparison:
     ours = {(r.problem, r.seed): r for r in table.completed(first)}
     theirs = {(r.problem, r.seed): r for r in table.completed(second)}
     shared = sorted(ours.keys() & theirs.keys())
-    problems = [problem for problem, _ in shared]
 
     def gap(value: Callable[[TrialRow], float]) -> tuple[Sums, Sums]:
         differences = [float(value(ours[key])) - float(value(theirs[key])) for key in shared]
-        sums, totals = by_problem(problems, differences, [1] * len(shared))
+        sums, totals = by_problem([problem for problem, _ in shared], differences, [1] * len(shared))
         return sums, totals
 
     cost, drops = gap(lambda r: r.cost), difference(*gap(lambda r: r.drops))
@@ -58,25 +56,17 @@ def compare(table: Table, first: str, second: str) -> Comparison:
     return Comparison(first, second, len(shared), success, difference(*cost), drops, sign_flip_p(cost[0]))
 
 
-def compare_all(table: Table, planners: Sequence[str]) -> list[Comparison]:
-    """Every pair once, in the given order."""
-    return [compare(table, a, b) for a, b in combinations(planners, 2)]
-
-
 def sign_flip_p(sums: Sums) -> float:
     """Two-sided permutation test: under no difference, each problem's sum could as well have the other sign.
 
     Exact for few problems, else from a fixed set of random signs. NaN without problems.
     """
-    values = np.asarray(sums, dtype=float)
-    values = values[values != 0]  # their sign changes nothing
     if not len(sums):
         return float("nan")
-    if not len(values):
-        return 1.0
+    values = np.asarray(sums, dtype=float)
+    values = values[values != 0]  # their sign changes nothing
     if len(values) <= _EXACT_UP_TO:
-        signs = np.array(list(product((-1.0, 1.0), repeat=len(values))))
-        extra = 0
+        signs, extra = np.array(list(product((-1.0, 1.0), repeat=len(values)))), 0
     else:
         signs, extra = np.random.default_rng(0).choice((-1.0, 1.0), (_DRAWS, len(values))), 1
     as_large = np.abs(signs @ values) >= abs(values.sum()) - 1e-9

@@ -59,7 +59,8 @@ NOTHING = Estimate(float("nan"), float("nan"), float("nan"), 0, 0)
 def by_problem(problems: Sequence[str], *columns: Sequence[float]) -> tuple[Sums, ...]:
     """Sums of columns over the rows of each problem, problems in alphabetical order."""
     names, index = np.unique(np.asarray(problems, dtype=object).astype(str), return_inverse=True)
-    return tuple(np.bincount(index, np.asarray(c, dtype=float), len(names)) for c in columns)
+    # Of nothing, NumPy counts in whole numbers.
+    return tuple(np.bincount(index, np.asarray(c, float), len(names)).astype(float) for c in columns)
 
 
 def share(hits: Sums, totals: Sums) -> Estimate:

@@ -1,4 +1,4 @@
-"""Tasks over processes of this machine. A crash, a hang or too much memory ends one process, which is replaced."""
+"""Tasks over processes. A crash, a hang or too much memory ends one process, which is replaced."""
 
 import contextlib
 import faulthandler
@@ -7,18 +7,17 @@ import os
 import signal
 import sys
 import traceback
-from collections import deque
-from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from enum import StrEnum
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from pebble import ProcessExpired, ProcessPool
 
-from torc.benchmark.dispatch import Ending, Failure, FailureKind, Task, Work
 from torc.errors import TorcError
 from torc.processes import end_with, one_thread_each
 
@@ -26,6 +25,57 @@ _TASKS_PER_PROCESS = 100
 """A process is replaced after so many, so that what libraries leak does not add up."""
 _STARTS = 4
 """How often the pool may break down without any task having ended in between."""
+
+
+Work = Callable[[Any], Any]
+"""A function at the top level of a module; argument and answer can be pickled."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One call of a `Work`: `log` takes what it prints, and where it was when it crashed or hung."""
+
+    key: str
+    argument: Any
+    log: Path
+
+
+class FailureKind(StrEnum):
+    """Why there is no answer: the process ended, took too long, asked for too much memory, or raised."""
+
+    CRASHED = "crashed"
+    HUNG = "hung"
+    MEMORY = "memory"
+    RAISED = "raised"
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a task gave no answer; `text` is a sentence for people."""
+
+    kind: FailureKind
+    text: str
+
+
+@dataclass(frozen=True)
+class Ending:
+    """A task has ended: with what the work returned, or a Failure."""
+
+    key: str
+    outcome: Any
+
+    @property
+    def failure(self) -> Failure | None:
+        """Why there is no answer; None where there is one."""
+        return self.outcome if isinstance(self.outcome, Failure) else None
+
+
+class Backend(Protocol):
+    """Carries out tasks, several at a time. A failing task costs nothing but itself."""
+
+    def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
+        """An ending per task, as they end. When the caller stops asking, what still runs is stopped."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -53,36 +103,26 @@ class LocalPool:
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
         """An ending per task, as they end. Raises TorcError: processes end as soon as they start."""
-        left, starts = deque(tasks), 0
+        left, starts, limit_s = {task.key: task for task in tasks}, 0, self.config.limit_s
         while left:
             starts += 1
             if starts > _STARTS:
                 raise TorcError("The worker processes end as soon as they start. `torc doctor` may tell why.")
-            for ending in self._until_it_breaks(work, left):
-                starts = 0
-                yield ending
-
-    def _until_it_breaks(self, work: Work, left: deque[Task]) -> Iterator[Ending]:
-        """Endings until no tasks are left, or the pool broke down: unfinished tasks are back in `left` then."""
-        pool, limit_s = self._opened(), self.config.limit_s
-        running: dict[Future[Any], Task] = {}
-        try:
-            while left or running:
-                # One task more than there are processes: none waits for work.
-                while left and len(running) <= self.config.workers:
-                    arguments = (work, left[0].argument, left[0].log, limit_s)
-                    future = pool.schedule(_carry_out, args=arguments, timeout=limit_s)
-                    running[future] = left.popleft()
-                done, _ = wait(running, return_when=FIRST_COMPLETED)
-                for ended in done:
-                    outcome = self._outcome(ended)
-                    yield Ending(running.pop(ended).key, outcome)
-        except (BrokenProcessPool, RuntimeError):  # the latter from `schedule`
-            pass
-        finally:
-            left.extendleft(running.values())
-            if running or not self._stay:
-                self.close()
+            pool = self._opened()
+            try:
+                running: dict[Future[Any], str] = {}
+                for key, task in left.items():
+                    arguments = (work, task.argument, task.log, limit_s)
+                    running[pool.schedule(_carry_out, args=arguments, timeout=limit_s)] = key
+                for ended in as_completed(running):
+                    outcome, starts = self._outcome(ended), 0
+                    del left[running[ended]]
+                    yield Ending(running[ended], outcome)
+            except (BrokenProcessPool, RuntimeError):  # the latter from `schedule`
+                pass
+            finally:
+                if left or not self._stay:
+                    self.close()
 
     def close(self) -> None:
         """End the processes."""
@@ -107,15 +147,16 @@ class LocalPool:
     def _outcome(self, future: Future[Any]) -> Any:
         """What the work returned, or a Failure. Raises BrokenProcessPool."""
         error = future.exception()
-        if error is None:
-            return future.result()
-        if isinstance(error, BrokenProcessPool):
-            raise error
-        if isinstance(error, TimeoutError):
-            text = f"It was ended after {self.config.limit_s:g} s without an answer."
-            return Failure(FailureKind.HUNG, text)
-        if isinstance(error, ProcessExpired):
-            return Failure(FailureKind.CRASHED, f"Its process {_death(error.exitcode)}.")
+        match error:
+            case None:
+                return future.result()
+            case BrokenProcessPool():
+                raise error
+            case TimeoutError():
+                text = f"It was ended after {self.config.limit_s:g} s without an answer."
+                return Failure(FailureKind.HUNG, text)
+            case ProcessExpired():
+                return Failure(FailureKind.CRASHED, f"Its process {_death(error.exitcode)}.")
         return Failure(FailureKind.RAISED, f"{type(error).__name__}: {error}")
 
 
@@ -167,15 +208,13 @@ def _output_to(path: Path) -> Iterator[None]:
         # Python keeps back what is not printed to a terminal: a crash would swallow it.
         sys.stdout.reconfigure(line_buffering=True)
     with open(path, "ab", buffering=0) as log:
-        os.dup2(log.fileno(), 1)
-        os.dup2(log.fileno(), 2)
+        for number in (1, 2):
+            os.dup2(log.fileno(), number)
         try:
             yield
         finally:
-            for stream in (sys.stdout, sys.stderr):
+            for stream, number, before in ((sys.stdout, 1, kept[0]), (sys.stderr, 2, kept[1])):
                 with contextlib.suppress(OSError, ValueError):
                     stream.flush()
-            os.dup2(kept[0], 1)
-            os.dup2(kept[1], 2)
-            os.close(kept[0])
-            os.close(kept[1])
+                os.dup2(before, number)
+                os.close(before)

@@ -1,35 +1,50 @@
-"""What a benchmark ran on: versions, commit, machine. One entry per call of `torc bench` in a store's manifest.json."""
+"""manifest.json of a store: what each call of `torc bench` ran on: versions, commit, machine."""
 
+import json
 import os
 import platform
 import subprocess
-from collections.abc import Sequence
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import torc
 from torc.episode.versions import versions
+from torc.errors import InputError
+from torc.records.files import write_json
 
 MANIFEST_FORMAT = "torc-bench-manifest/1"
-_GIT_PATIENCE_S = 10
+_MANIFEST, _GIT_PATIENCE_S = "manifest.json", 10
 
 
-def call_facts(arguments: Sequence[str], workers: int) -> dict[str, Any]:
-    """What is known when a call begins with these command-line arguments; `ended_facts` is added when it ends."""
-    return {
+def begin_call(root: Path, **facts: Any) -> None:
+    """Write down that a call begins in the store `root`."""
+    call = {
         "started": _now(),
-        "command": ["torc", *arguments],
-        "workers": workers,
+        "command": ["torc", *sys.argv[1:]],
         "commit": _commit(Path(torc.__file__).parent),
         "versions": versions(),
         "machine": _machine(),
     }
+    write_json(root / _MANIFEST, {"format": MANIFEST_FORMAT, "calls": [*calls(root), call | facts]})
 
 
-def ended_facts(played: int, errored: int, missing: int) -> dict[str, Any]:
-    """How a call ended: trials played by it, errored ones among them, and those still missing in the store."""
-    return {"ended": _now(), "played": played, "errored": errored, "missing": missing}
+def end_call(root: Path, **facts: Any) -> None:
+    """Write down how the latest call ended."""
+    *before, last = calls(root)
+    write_json(
+        root / _MANIFEST, {"format": MANIFEST_FORMAT, "calls": [*before, last | {"ended": _now()} | facts]}
+    )
+
+
+def calls(root: Path) -> list[dict[str, Any]]:
+    """What was written down; nothing where there is no manifest. Raises InputError."""
+    path = root / _MANIFEST
+    try:
+        return list(json.loads(path.read_text(encoding="utf-8"))["calls"]) if path.is_file() else []
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path} is damaged: {error}. Use another --out.") from None
 
 
 def _commit(directory: Path) -> dict[str, Any] | None:
@@ -48,17 +63,11 @@ def _commit(directory: Path) -> dict[str, Any] | None:
 
 
 def _machine() -> dict[str, Any]:
-    """Processor, cores, memory, system."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        lines = []
-    named = (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    processor = next(named, platform.machine())
-    facts: dict[str, Any] = {"processor": processor, "cores": os.cpu_count(), "system": platform.platform()}
-    if hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
-        facts["memory_gb"] = round(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1e9, 1)
-    return facts
+    processor = platform.machine()
+    if (cpuinfo := Path("/proc/cpuinfo")).is_file():
+        lines = cpuinfo.read_text(encoding="utf-8", errors="replace").splitlines()
+        processor = next((s.split(":", 1)[1].strip() for s in lines if s.startswith("model name")), processor)
+    return {"processor": processor, "cores": os.cpu_count(), "system": platform.platform()}
 
 
 def _now() -> str:

@@ -1,28 +1,20 @@
 """What is measured of a planner's completed trials, each with its interval."""
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from math import inf
 
 from torc.benchmark.intervals import Estimate, by_problem, mean, median, share
 from torc.benchmark.rows import PickRow, TrialRow
 
 Rows = Sequence[TrialRow]
-PROMISE_BINS = (0.0, 0.5, 0.8, 0.95, 0.98, 1.0)
-"""Edges of the bins in which the promised probability is compared with what came of it."""
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A column of the tables.
+    """A column of the tables: `of` makes a number of completed trials.
 
-    Attributes:
-        name: its heading.
-        help: what it says, in a sentence.
-        of: from completed trials to a number.
-        digits: after the point; None for two significant ones.
+    `help` says it in a sentence; `digits` after the point, None for two significant ones.
     """
 
     name: str
@@ -47,25 +39,30 @@ def _mean(value: Callable[[TrialRow], float], bounded: bool = False) -> Callable
     return of
 
 
-def _median_of_picks(
-    value: Callable[[PickRow], float], of_interest: Callable[[PickRow], bool] = lambda pick: True
+def _of_picks(
+    statistic: Callable[[list[str], list[float]], Estimate],
+    value: Callable[[PickRow], float],
+    counts: Callable[[PickRow], bool] = lambda pick: True,
 ) -> Callable[[Rows], Estimate]:
+    """A statistic of all picks that count."""
+
     def of(rows: Rows) -> Estimate:
-        picks = [(r.problem, value(p)) for r in rows for p in r.picked if of_interest(p)]
-        return median([name for name, _ in picks], [v for _, v in picks])
+        picks = [(r.problem, p) for r in rows for p in r.picked if counts(p)]
+        return statistic([name for name, _ in picks], [value(p) for _, p in picks])
 
     return of
 
 
-def _of_grasps(good: Callable[[PickRow], bool], unseen: bool = False) -> Callable[[Rows], Estimate]:
-    """Share of the grasps that were carried out, of `unseen` kinds alone if so, that are good."""
+def _share_of_picks(problems: list[str], good: list[float]) -> Estimate:
+    return share(*by_problem(problems, good, [1] * len(good)))
 
-    def of(rows: Rows) -> Estimate:
-        picks = [(r.problem, p) for r in rows for p in r.picked if p.grasp_tried]
-        tried = [(name, good(p)) for name, p in picks if p.unseen_kind or not unseen]
-        return share(*by_problem([n for n, _ in tried], [g for _, g in tried], [1] * len(tried)))
 
-    return of
+def _tried(pick: PickRow) -> bool:
+    return pick.grasp_tried
+
+
+def _unseen(pick: PickRow) -> bool:
+    return pick.grasp_tried and bool(pick.unseen_kind)
 
 
 SUCCESS = Measure(
@@ -93,47 +90,32 @@ MEDIAN_PICKS = Measure(
 )
 MEAN_PICKS = Measure("mean picks", "of all completed trials", _mean(lambda r: r.picks, bounded=True), 1)
 DECISION_S = Measure(
-    "decision, s", "median time of one decision", _median_of_picks(lambda p: p.decision_s), None
+    "decision, s", "median time of one decision", _of_picks(median, lambda p: p.decision_s), None
 )
 PLANNING_S = Measure(
     "pick planning, s",
     "median time of planning a pick: grasps and motions, without the decision",
-    _median_of_picks(lambda p: p.planning_s, lambda p: p.motions_s > 0),
+    _of_picks(median, lambda p: p.planning_s, lambda p: p.motions_s > 0),
 )
 GRASPS = Measure(
-    "grasps held", "after the lift, of the grasps that were carried out", _of_grasps(lambda p: p.held)
+    "grasps held",
+    "after the lift, of the grasps that were carried out",
+    _of_picks(_share_of_picks, lambda p: p.held, _tried),
 )
-DELIVERED = Measure("delivered", "put into the bin, of the same", _of_grasps(lambda p: p.delivered))
+DELIVERED = Measure(
+    "delivered", "put into the bin, of the same", _of_picks(_share_of_picks, lambda p: p.delivered, _tried)
+)
 UNSEEN_GRASPS = Measure(
     "held of unseen kinds",
     "grasps held of kinds of objects that the grasp model was never trained on",
-    _of_grasps(lambda p: p.held, unseen=True),
+    _of_picks(_share_of_picks, lambda p: p.held, _unseen),
 )
 UNSEEN_DELIVERED = Measure(
     "delivered of unseen kinds",
     "put into the bin, of the same",
-    _of_grasps(lambda p: p.delivered, unseen=True),
+    _of_picks(_share_of_picks, lambda p: p.delivered, _unseen),
 )
 MEASURES = (
     *(SUCCESS, DROP_FREE, COST, DROPS, MEDIAN_PICKS, MEAN_PICKS, DECISION_S, PLANNING_S),
     *(GRASPS, DELIVERED, UNSEEN_GRASPS, UNSEEN_DELIVERED),
 )
-
-
-def ends(rows: Rows) -> Counter[str]:
-    """How the completed trials ended."""
-    return Counter(r.end for r in rows)
-
-
-def attempts(rows: Rows) -> Counter[str]:
-    """How the attempts of the completed trials ended."""
-    return Counter(p.result for r in rows for p in r.picked)
-
-
-def promises(rows: Rows) -> list[tuple[float, float, list[PickRow]]]:
-    """The grasps that were carried out, by the probability they were given: low edge, high edge, picks of each bin."""
-    tried = [(p.p, p) for r in rows for p in r.picked if p.grasp_tried and p.p is not None]
-    return [
-        (low, high, [pick for p, pick in tried if low <= p and (p < high or high == 1.0)])
-        for low, high in pairwise(PROMISE_BINS)
-    ]

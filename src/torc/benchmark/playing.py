@@ -1,10 +1,13 @@
-"""One trial of a benchmark, in a worker process."""
+"""Plays what is missing or errored in a store: each trial in a worker process."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from torc.benchmark.identity import problem_fingerprint
-from torc.benchmark.spec import PlannedTrial
+from torc.benchmark.local_pool import Backend, Task, Work
+from torc.benchmark.spec import BenchSpec, PlannedTrial, problem_fingerprint
+from torc.benchmark.store import OUTPUT, TRIAL, Store
 from torc.episode.planners import load_trial_planner
 from torc.episode.trial import run_trial
 from torc.errors import InputError
@@ -12,9 +15,6 @@ from torc.fingerprints import part_source
 from torc.pipeline.building import sources
 from torc.problems.problem import load_problem
 from torc.vlm.cache import CacheConfig
-
-TRIAL, OUTPUT = "trial", "output.txt"
-"""In a work directory: the trial, and what its process printed."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,43 @@ class Order:
     problem: str
     work: Path
     vlm_cache: CacheConfig | None = None
+
+
+Listener = Callable[[PlannedTrial, dict[str, Any]], Any]
+"""Takes a trial that has ended, and its result.json."""
+
+
+def run_missing(
+    store: Store,
+    spec: BenchSpec,
+    backend: Backend,
+    *,
+    limit: int | None = None,
+    vlm_cache: CacheConfig | None = None,
+    listener: Listener = lambda trial, result: None,
+    work: Work | None = None,
+) -> int:
+    """Play what is missing or errored; how many were errored.
+
+    Whenever this is stopped, even killed, the store holds whole trials only, and calling it again goes on.
+
+    Args:
+        store: where the trials are; the caller has locked it.
+        limit: play at most so many.
+        work: what plays an `Order`, in a process of the backend's; `play` if not given.
+    """
+    orders = {
+        trial.id: Order(trial, store.problem_path(trial.problem), store.work(trial), vlm_cache)
+        for trial in store.left(spec)[:limit]
+    }
+    tasks = [Task(key, order, order.work / OUTPUT) for key, order in orders.items()]
+    errored = 0
+    for ending in backend.run(work or play, tasks):
+        order = orders[ending.key]
+        result = store.accept(order.trial, order.work, ending.failure)
+        errored += result.get("status") != "completed"
+        listener(order.trial, result)
+    return errored
 
 
 def changed_part(trial: PlannedTrial) -> str | None:

@@ -18,11 +18,11 @@ from tempfile import TemporaryDirectory
 from types import ModuleType
 from typing import Any
 
-from torc.benchmark.dispatch import Ending, Failure, FailureKind, Task, Work
-from torc.benchmark.local_pool import PoolConfig
-from torc.benchmark.playing import TRIAL, Order
-from torc.benchmark.ray_worker import CODE, RemoteTask, play_remotely, torc_facts
+from torc.benchmark.local_pool import Ending, Failure, FailureKind, PoolConfig, Task, Work
+from torc.benchmark.playing import Order
+from torc.benchmark.ray_worker import CODE, play_remotely, torc_facts
 from torc.benchmark.spec import BenchSpec
+from torc.benchmark.store import TRIAL
 from torc.errors import InputError, MissingDependencyError, TorcError, extra_remedy
 from torc.objects.store import ENVIRONMENT_VARIABLE, find_stored
 from torc.problems.problem import Problem, save_problem
@@ -69,37 +69,36 @@ class RayPool:
                 # As many again as can be played, so that no CPU waits for the next one.
                 while left and len(running) < (self._limits.workers or 2 * max(1, self._cpus())):
                     task = left.popleft()
-                    running[self._play.remote(self._sent(work, task))] = task
+                    running[self._play.remote(*self._sent(work, task))] = task
                 (ref,), _ = self._ray.wait(list(running))
                 yield self._ending(running.pop(ref), ref)
         except self._ray.exceptions.RayError as error:
-            raise TorcError(
-                f"The Ray cluster is lost: {error}. The same command goes on when there is one again."
-            ) from error
+            why = "The same command goes on when there is one again."
+            raise TorcError(f"The Ray cluster is lost: {error}. {why}") from error
 
     def facts(self) -> dict[str, Any]:
         """What the cluster is made of, for the manifest."""
         nodes = [n for n in self._ray.nodes() if n["Alive"]]
         machines = sorted({n["NodeManagerHostname"] for n in nodes})
-        facts = {"nodes": len(nodes), "machines": machines, "cpus": self._cpus()}
-        return {**facts, "version": self._ray.__version__}
+        version = self._ray.__version__
+        return {"nodes": len(nodes), "machines": machines, "cpus": self._cpus(), "version": version}
 
     def _cpus(self) -> int:
         return int(self._ray.cluster_resources().get("CPU", 0))
 
-    def _sent(self, work: Work, task: Task) -> RemoteTask:
-        """A task with the names that the user's own files have on the other machines."""
+    def _sent(self, work: Work, task: Task) -> tuple[Any, ...]:
+        """What `play_remotely` takes, with the names that the user's own files have on the other machines."""
         order: Order = task.argument
         trial, vlm_cache, shared = order.trial, order.vlm_cache, None
         if vlm_cache is not None and vlm_cache.mode is not CacheMode.OFF:
             shared = vlm_cache.directory.absolute()
             shared.mkdir(parents=True, exist_ok=True)
             vlm_cache = replace(vlm_cache, directory=shared)
-        around = varied(trial.around.conditions, self._there)
+        around = replace(trial.around, conditions=varied(trial.around.conditions, self._there))
         problem = order.problem if trial.problem.shipped else f"{_PROBLEMS}/{trial.problem.name}.yaml"
-        trial = replace(trial, around=replace(trial.around, conditions=around))
-        pickled = pickle.dumps((work, replace(order, trial=trial, problem=problem, vlm_cache=vlm_cache)))
-        return RemoteTask(pickled, task.log.name, replace(self._limits, workers=1), torc_facts(), shared)
+        there = replace(order, trial=replace(trial, around=around), problem=problem, vlm_cache=vlm_cache)
+        limits = replace(self._limits, workers=1)
+        return pickle.dumps((work, there)), task.log.name, limits, torc_facts(), shared
 
     def _ending(self, task: Task, ref: Any) -> Ending:
         errors, order = self._ray.exceptions, task.argument

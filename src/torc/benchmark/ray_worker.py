@@ -8,57 +8,44 @@ import pickle
 import socket
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import torc
-from torc.benchmark.dispatch import Task
-from torc.benchmark.local_pool import LocalPool, PoolConfig
+from torc.benchmark.local_pool import LocalPool, PoolConfig, Task
 from torc.episode.versions import versions
 from torc.errors import InputError
 
 CODE = "own-code"
 """Below Ray's working directory: Python files of the user's."""
-_LOG_BYTES = 100_000
-"""More than a store keeps of what a trial printed."""
 
 
-@dataclass(frozen=True)
-class RemoteTask:
-    """A trial to be played elsewhere.
+def play_remotely(
+    pickled: bytes, log: str, limits: PoolConfig, wanted: Mapping[str, str], cache: Path | None
+) -> tuple[Any, dict[str, bytes]]:
+    """What the work returned or a Failure, and the files of the order's directory by their paths in it.
 
-    Attributes:
+    Args:
         pickled: the work and its order: only the child process opens it.
         log: name of the file, in the order's directory, that takes what is printed.
-        torc: `torc_facts` of the machine that sends it.
+        wanted: `torc_facts` of the machine that sends the trial.
         cache: directory that has to be there: replies of a VLM.
-    """
-
-    pickled: bytes
-    log: str
-    limits: PoolConfig
-    torc: Mapping[str, str]
-    cache: Path | None
-
-
-def play_remotely(task: RemoteTask) -> tuple[Any, dict[str, bytes]]:
-    """What the work returned or a Failure, and the files of the order's directory by their paths in it.
 
     Raises InputError: this machine would play something else.
     """
     host, here = socket.gethostname(), torc_facts()
-    differ = [f"{k} is {here.get(k, 'missing')}, not {v}" for k, v in task.torc.items() if here.get(k) != v]
+    differ = [f"{k} is {here.get(k, 'missing')}, not {v}" for k, v in wanted.items() if here.get(k) != v]
     if differ:
         raise InputError(
             f"On {host} {', '.join(differ)}: results could not be compared. Install the same checkout of torc there "
             "(scripts/setup ray), and start its Ray again."
         )
-    if task.cache is not None and not task.cache.is_dir():
+    if cache is not None and not cache.is_dir():
         raise InputError(
-            f"{host} does not see the VLM cache '{task.cache}'. With Ray a cache has to lie in a directory that all "
+            f"{host} does not see the VLM cache '{cache}'. With Ray a cache has to lie in a directory that all "
             "machines share, by the same path."
         )
     code = str(Path(CODE).absolute())
@@ -67,10 +54,7 @@ def play_remotely(task: RemoteTask) -> tuple[Any, dict[str, bytes]]:
     # In Ray's working directory: what a process that is killed leaves goes when Ray clears that up.
     with TemporaryDirectory(dir=".") as name:
         place = Path(name).absolute()
-        log = place / task.log
-        (ending,) = _pool(task.limits).run(_play, [Task("", (task.pickled, place), log)])
-        if log.is_file():
-            log.write_bytes(log.read_bytes()[-_LOG_BYTES:])
+        (ending,) = _pool(limits).run(_play, [Task("", (pickled, place), place / log)])
         files = {p.relative_to(place).as_posix(): p.read_bytes() for p in place.rglob("*") if p.is_file()}
     failure = ending.failure
     return replace(failure, text=f"On {host}: {failure.text}") if failure else ending.outcome, files

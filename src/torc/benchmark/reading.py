@@ -5,18 +5,17 @@ import os
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from torc.benchmark.rows import PickRow, Table, TrialRow, participant_by_name
-from torc.benchmark.store import PROBLEMS, TRIALS, WORK, Store
+from torc.benchmark.store import TRIALS, WORK, Store
 from torc.benchmark.table_files import TRIALS_FILE, read_rows
 from torc.episode.recorded import check_directory, picks_of
 from torc.episode.trial_files import read_events, read_spec
+from torc.episode.versions import versions_text
 from torc.errors import InputError
-from torc.generation.difficulty import Difficulty, stated_difficulty
 from torc.objects.library import object_facts
 from torc.problems.problem import Problem, load_problem
 from torc.specs.trial import TrialSpec
@@ -34,19 +33,11 @@ def read_tables(roots: Sequence[Path]) -> Table:
 
     Raises InputError: there is no trial in one of them.
     """
-    found = [_read(root if len(roots) == 1 else root.resolve()) for root in roots]
-    rows, others = comparable([row for f in found for row in f.rows])
-    left_out = (*(one for f in found for one in f.left_out), *others)
-    counted = {row.directory for row in rows}
-    difficulties: dict[str, Difficulty] = {}
-    for f in reversed(found):
-        for name in {r.problem for r in f.rows if r.directory in counted}:
-            copy = f.root / PROBLEMS / f"{name}.yaml"
-            problem = _problem(str(copy) if copy.is_file() else name)
-            if problem is not None and (stated := stated_difficulty(problem)) is not None:
-                difficulties[name] = stated
-    root = found[0].root if len(found) == 1 else Path(os.path.commonpath([f.root for f in found]))
-    return Table(root, rows, left_out, dict(sorted(difficulties.items())))
+    roots = roots if len(roots) == 1 else [root.resolve() for root in roots]
+    found = [_read(root) for root in roots]
+    rows, others = comparable([row for rows, _ in found for row in rows])
+    root = roots[0] if len(roots) == 1 else Path(os.path.commonpath(roots))
+    return Table(root, rows, (*(one for _, left_out in found for one in left_out), *others))
 
 
 def read_table(root: Path) -> Table:
@@ -61,33 +52,34 @@ def comparable(rows: Sequence[TrialRow]) -> tuple[tuple[TrialRow, ...], tuple[tu
     the first row, and one trial per planner, problem and seed.
 
     Returns:
-        Those; and the directories of the others, each with why it is left out. Of trials that were only planned nothing
-        is said.
+        Those; and the directories of the other ones that were played, each with why it is left out.
     """
     played = [row for row in rows if _is_played(row)] or rows
     ((most, _),) = Counter(map(_conditions, played)).most_common(1)
     told = next(row.conditions for row in played if _conditions(row) == most) or "the defaults"
     problems: dict[str, TrialRow] = {}
-    cells: dict[tuple[str, str, int], TrialRow] = {}
-    left_out: list[tuple[TrialRow, str]] = []
+    left_out: dict[Path, str] = {}
     alike = []
     for row in rows:
+        first = row
+        if _conditions(row) == most and row.digest:
+            first = problems.setdefault(row.problem, row)
         if _conditions(row) != most:
             here = row.conditions or "the defaults"
-            left_out.append((row, f"it was played with {here}, most others with {told}"))
-            continue
-        first = problems.setdefault(row.problem, row) if row.digest else row
-        if first.digest == row.digest:
-            alike.append(row)
-        else:
+            why = f"it was played with {here}, most others with {told}"
+        elif first.digest != row.digest:
             why = f"its {row.problem} is not the one of {first.directory}: it has changed"
-            left_out.append((row, why))
+        else:
+            alike.append(row)
+            continue
+        if _is_played(row):
+            left_out[row.directory] = why
+    cells: dict[tuple[str, str, int], TrialRow] = {}
     for row in sorted(alike, key=_is_played, reverse=True):
         first = cells.setdefault(row.cell, row)
-        if first is not row:
-            left_out.append((row, f"same planner, problem and seed as {first.directory}"))
-    told_of = tuple((row.directory, why) for row, why in left_out if _is_played(row))
-    return tuple(cells[key] for key in sorted(cells)), told_of
+        if first is not row and _is_played(row):
+            left_out[row.directory] = f"same planner, problem and seed as {first.directory}"
+    return tuple(cells[key] for key in sorted(cells)), tuple(left_out.items())
 
 
 def _is_played(row: TrialRow) -> bool:
@@ -99,16 +91,8 @@ def _conditions(row: TrialRow) -> str:
     return re.sub(r"robot .*? (\([0-9a-f]{8}\))", r"robot \1", row.conditions)
 
 
-@dataclass(frozen=True)
-class _Found:
-    """What is below a directory, of whatever conditions and versions: `left_out` is what is no trial to count."""
-
-    root: Path
-    rows: Sequence[TrialRow]
-    left_out: Sequence[tuple[Path, str]]
-
-
-def _read(root: Path) -> _Found:
+def _read(root: Path) -> tuple[list[TrialRow], list[tuple[Path, str]]]:
+    """What is below a directory, of whatever conditions and versions; and what is no trial to count, with why."""
     check_directory(root, "torc bench")
     store, rows = Store(root), []
     left_out: list[tuple[Path, str]] = []
@@ -117,13 +101,11 @@ def _read(root: Path) -> _Found:
         plan = store.spec()
         conditions = plan.around.conditions.text(plan.around.sources)
         for trial in plan.trials:
-            directory, problem = store.directory(trial), trial.problem
+            problem, directory = trial.problem, store.directory(trial)
+            spec, result = trial.spec(store.problem_path(problem)), store.result(trial)
+            facts = {"planner": trial.planner.label, "digest": problem.digest, "conditions": conditions}
+            rows.append(_row(directory, spec, result, id=trial.id, category=problem.category, **facts))
             planned.add(directory)
-            row = _row(
-                directory, trial.spec(store.problem_path(problem)), problem.category, store.result(trial)
-            )
-            row = replace(row, id=trial.id, planner=trial.planner.label, digest=problem.digest)
-            rows.append(replace(row, conditions=conditions))
     for directory in _trial_directories(root):
         if directory in planned:
             continue
@@ -139,7 +121,7 @@ def _read(root: Path) -> _Found:
         rows += (row for row in read_rows(root) if row.directory not in found_here)
     if not rows:
         raise InputError(f"There is no finished trial in '{root}'. `torc bench` and `torc run` make them.")
-    return _Found(root, sorted(rows, key=lambda row: row.cell), left_out)
+    return sorted(rows, key=lambda row: row.cell), left_out
 
 
 def _loose(directory: Path) -> TrialRow:
@@ -147,18 +129,23 @@ def _loose(directory: Path) -> TrialRow:
     recorded = read_spec(directory / "spec.json")
     result = json.loads((directory / "result.json").read_text(encoding="utf-8"))
     problem = _problem(recorded.spec.problem)
-    row = _row(directory, recorded.spec, problem.category if problem else "unknown", result)
-    return replace(row, conditions=recorded.conditions_text)
+    category = problem.category if problem else "unknown"
+    return _row(directory, recorded.spec, result, category=category, conditions=recorded.conditions_text)
 
 
-def _row(directory: Path, spec: TrialSpec, category: str, result: Mapping[str, Any] | None) -> TrialRow:
-    label, said = spec.planner.label, result or {}
+def _row(directory: Path, spec: TrialSpec, result: Mapping[str, Any] | None, **more: Any) -> TrialRow:
+    said, planner = result or {}, spec.planner
+    participant = bool(said.get("participant", participant_by_name(planner.label)))
     facts: dict[str, Any] = {
-        "status": str(said["status"]) if result is not None else "missing",
+        "id": "",
+        "directory": directory,
+        "problem": spec.problem_name,
+        "planner": planner.label,
+        "seed": spec.seed,
+        "status": "missing" if result is None else str(said["status"]),
         "max_picks": spec.conditions.max_picks,
-        "version": str(said.get("versions", {}).get("torc", "")),
-        "participant": not spec.planner.outside_view
-        and bool(said.get("participant", participant_by_name(label))),
+        "version": versions_text(said.get("versions", {})),
+        "participant": participant and not planner.outside_view,
     }
     if facts["status"] == "completed":
         facts |= {name: bool(said[name]) for name in ("retrieved", "held_target")}
@@ -167,7 +154,7 @@ def _row(directory: Path, spec: TrialSpec, category: str, result: Mapping[str, A
         facts["picked"] = tuple(_picks(directory / "events.jsonl", _problem(spec.problem)))
     elif result is not None:
         facts |= {"cause": str(said.get("cause", "raised")), "error": str(said.get("error", ""))}
-    return TrialRow("", directory, spec.problem_name, category, label, spec.seed, **facts)
+    return TrialRow(**facts | more)
 
 
 def _picks(log: Path, problem: Problem | None) -> Iterator[PickRow]:

@@ -1,12 +1,10 @@
 """Trials as rows of a table, whatever played them (bench, run, human): a row per trial, picks in it."""
 
 import shlex
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from torc.episode.planners import PRIVILEGED
-from torc.generation.difficulty import Difficulty
 from torc.records import PickResult
 from torc.specs.trial import SIMULATED
 
@@ -15,19 +13,14 @@ _WENT_WELL = (PickResult.RETRIEVED, PickResult.REMOVED)
 
 @dataclass(frozen=True)
 class PickRow:
-    """One attempt.
+    """One attempt; wall times but for `robot_s`, which is on the robot's clock.
 
     Attributes:
-        pick: counted from 0.
         result: as `PickResult`.
         object_id: what was to be picked; -1 for nothing.
         attempts: how often the chooser was asked.
-        decision_s: wall time of the decision.
-        grasps_s: wall time from the image to the valid grasps.
-        motions_s: wall time of the motion plans.
-        robot_s: time on the robot's clock.
+        grasps_s: from the image to the valid grasps.
         dropped: objects other than the target that fell.
-        held: the object was held after the lift.
         unseen_kind: the grasp model was never trained on that kind of object; None where that is not known.
         detail: a sentence for people.
         p: the probability that the grasp was given, of delivering the object; None without a plan, or not recorded.
@@ -69,20 +62,14 @@ class TrialRow:
 
     Attributes:
         id: of the plan, "" for trials that no `torc bench` played.
-        problem, category, planner, seed: what was played; the planner by its label, experts after it.
+        planner: its label, experts after it.
         status: completed, errored, interrupted, or missing: planned, but not played yet.
-        cause, error: why it errored.
-        retrieved: the target was delivered; `held_target` is the paper's own rule.
-        end: why the episode ended.
-        picks, drops: as the authors count.
+        held_target: the paper's own rule of success; `retrieved`: the target was delivered.
         max_picks: the budget.
-        version: torc's.
         digest: of the problem as it was played, see `problem_fingerprint`; "" where that is not known.
         conditions: robot, grasp planner, noise as far as they are not the default ones, see `Conditions`.
-        participant: its planner saw what planners see. Else it is a reference: it knew the simulation, or looked at
-            the scene from outside.
-        bound: how sure ORACLE is that no planner can do with less, see `Bound`; "" for other planners, and for trials
-            of a torc that did not record it.
+        participant: its planner saw what planners see. Else it is a reference.
+        bound: how sure ORACLE is that no planner can do with less, see `Bound`; "" where that is not known.
     """
 
     id: str
@@ -123,6 +110,11 @@ class TrialRow:
         return self.planner, self.problem, self.seed
 
     @property
+    def title(self) -> str:
+        """What was played, in words."""
+        return f"{self.planner} on {self.problem}, seed {self.seed}"
+
+    @property
     def failed_pick(self) -> PickRow | None:
         """The attempt to look at in a trial that failed: the last that went wrong; None without attempts."""
         wrong = [p for p in self.picked if p.result not in _WENT_WELL] or self.picked
@@ -136,13 +128,11 @@ class Table:
     Attributes:
         rows: sorted by planner, problem and seed; no two in one cell.
         left_out: directories of trials that do not count, with why.
-        difficulties: of the problems whose files say how hard they are, by name.
     """
 
     root: Path
     rows: tuple[TrialRow, ...]
     left_out: tuple[tuple[Path, str], ...] = ()
-    difficulties: Mapping[str, Difficulty] = field(default_factory=dict)
 
     @property
     def view_command(self) -> str:

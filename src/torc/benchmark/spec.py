@@ -3,28 +3,30 @@
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from torc.benchmark.identity import vlm_facts
 from torc.errors import InputError
-from torc.fingerprints import fingerprint
+from torc.fingerprints import file_fingerprint, fingerprint
+from torc.objects.library import builtin_object_names
+from torc.objects.store import find_stored
+from torc.problems.problem import Problem
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec, TrialSpec, settings_text
 from torc.specs.variants import varied
+from torc.vlm.config import VlmConfig
+from torc.vlm.simulated.profiles import find_profile
 
 ID_FORMAT = "torc-bench-trial/2"
+_OWN_OBJECT_FILES = ("object.yaml", "geometry.npz", "texture_*.png")
 
 
 @dataclass(frozen=True)
 class BenchProblem:
-    """A problem of a benchmark; its name is unique in the store.
+    """A problem of a benchmark; its name is unique in the store. `digest` is its `problem_fingerprint`.
 
-    Attributes:
-        category: structured or unstructured.
-        digest: see `problem_fingerprint`.
-        shipped: it comes with torc; else the store's copy is played.
+    `shipped`: it comes with torc; else the store's copy is played.
     """
 
     name: str
@@ -80,7 +82,7 @@ class PlannedTrial:
     Attributes:
         around: under which conditions, the planner's variant included.
         version: torc's.
-        id: 64 hexadecimal digits that follow from all that decides the result, and from nothing else.
+        id: follows from all that decides the result, and from nothing else.
     """
 
     problem: BenchProblem
@@ -139,17 +141,13 @@ def make_spec(
 ) -> BenchSpec:
     """Every planner on every problem with every seed: seed by seed, so that an unfinished benchmark is balanced.
 
-    Raises InputError: nothing to play, or two problems or planners that cannot be told apart.
+    Raises InputError: nothing to play, or two planners that cannot be told apart.
     """
-    names = {"problem": Counter(p.name for p in problems), "planner": Counter(p.label for p in planners)}
-    for what, counts in names.items():
-        if twice := sorted(name for name, count in counts.items() if count > 1):
-            raise InputError(f"More than one {what} is called {', '.join(twice)}. Names must differ.")
+    labels = Counter(p.label for p in planners)
+    if twice := [label for label, count in labels.items() if count > 1]:
+        raise InputError(f"More than one planner is called {', '.join(twice)}. Names must differ.")
     trials = tuple(
-        planned(problem, planner, seed, around, version)
-        for seed in seeds
-        for problem in problems
-        for planner in planners
+        planned(p, who, seed, around, version) for seed in seeds for p in problems for who in planners
     )
     if not trials:
         raise InputError("There is nothing to play: name at least one problem, planner and repeat.")
@@ -161,16 +159,12 @@ def planned(
 ) -> PlannedTrial:
     """A trial with its id; `around` is the benchmark's, without the planner's variant."""
     here, spec = around.under(planner), planner.spec
+    who = {"name": spec.name, "vlm": vlm_facts(spec.vlm), "settings": dict(spec.settings)}
     facts = {
         "format": ID_FORMAT,
         "torc": version,
         "problem": {"name": problem.name, "digest": problem.digest},
-        "planner": {
-            "name": spec.name,
-            "vlm": vlm_facts(spec.vlm),
-            "settings": dict(spec.settings),
-            "source": planner.source,
-        },
+        "planner": who | {"source": planner.source},
         "seed": seed,
         "around": here.facts,
     }
@@ -204,3 +198,54 @@ def merged(old: BenchSpec, new: BenchSpec) -> BenchSpec:
 def _difference(name: str, old: Conditions, new: Conditions) -> str:
     there, now = (c.settings.get(name, getattr(c, name, "default")) for c in (old, new))
     return f"{name} {there} there, {now} now" if there != now else f"{name} {now}, which has changed since"
+
+
+def parse_shard(text: str) -> tuple[int, int]:
+    """Index, from 1, and count of a shard such as "3/20". Raises InputError."""
+    found = re.fullmatch(r"(\d+)/(\d+)", text)
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        raise InputError(f"--shard takes I/N with I from 1 to N, e.g. 3/20, not '{text}'.")
+    return int(found[1]), int(found[2])
+
+
+def shard_of(spec: BenchSpec, index: int, count: int) -> BenchSpec:
+    """Every `count`-th trial, beginning with number `index`, from 1. Raises InputError if there are none."""
+    trials = spec.trials[index - 1 :: count]
+    if not trials:
+        raise InputError(
+            f"--shard {index}/{count} holds none of the {len(spec.trials)} trials: take fewer shards."
+        )
+    return replace(spec, trials=trials)
+
+
+def problem_fingerprint(problem: Problem) -> str:
+    """Of what can change a trial: the objects in their order, the target, its description. Not of notes and origin.
+
+    Models that come with torc are settled by its version; the user's own count with their files.
+    """
+    builtin = set(builtin_object_names())
+    own = {o.model for o in problem.objects} - builtin
+    objects = [
+        [o.name, o.model, *([float(v) for v in vector] for vector in (o.position, o.wxyz))]
+        for o in problem.objects
+    ]
+    facts = {"description": problem.description, "target": problem.target, "objects": objects}
+    return fingerprint(facts | {"models": {name: _own_object(name) for name in sorted(own)}})
+
+
+def vlm_facts(vlm: VlmConfig | None) -> dict[str, Any] | None:
+    """What of a VLM can change its replies. Time-outs and retries cannot."""
+    if vlm is None:
+        return None
+    names = ("provider", "url", "model", "thinking", "max_output_tokens", "seeded", "structured")
+    facts = {name: getattr(vlm, name) for name in names}
+    facts["temperature"] = None if vlm.temperature is None else float(vlm.temperature)
+    return facts | ({"simulated": asdict(find_profile(vlm.model))} if vlm.simulated else {})
+
+
+def _own_object(name: str) -> list[str]:
+    directory = find_stored(name)
+    if directory is None:
+        return []
+    files = (file for pattern in _OWN_OBJECT_FILES for file in sorted(directory.glob(pattern)))
+    return [file_fingerprint(file) for file in files if file.is_file()]

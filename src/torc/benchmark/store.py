@@ -14,12 +14,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-from torc.benchmark.dispatch import Failure
-from torc.benchmark.manifest import MANIFEST_FORMAT
-from torc.benchmark.playing import OUTPUT, TRIAL
+from torc.benchmark.local_pool import Failure
 from torc.benchmark.spec import BenchProblem, BenchSpec, PlannedTrial, merged
 from torc.benchmark.spec_files import from_json, to_json
 from torc.episode.recorded import LOG
@@ -31,8 +28,10 @@ from torc.records.directories import try_lock
 from torc.records.files import write_json
 from torc.specs.files import to_plain
 
-SPEC, MANIFEST, TRIALS, PROBLEMS = "spec.json", "manifest.json", "trials", "problems"
+SPEC, TRIALS, PROBLEMS = "spec.json", "trials", "problems"
 WORK, LOCK = ".work", ".lock"
+TRIAL, OUTPUT = "trial", "output.txt"
+"""In a work directory: the trial, and what its process printed."""
 MAX_SAID = 20_000
 """Characters of a broken trial's output that are kept."""
 
@@ -51,7 +50,12 @@ class Store:
     def spec(self) -> BenchSpec:
         """The trials that belong to the benchmark. Raises InputError."""
         path = self.root / SPEC
-        return from_json(_read(path), str(path))
+        try:
+            return from_json(json.loads(path.read_text(encoding="utf-8")), str(path))
+        except OSError as error:
+            raise InputError(f"{path} cannot be read: {error.strerror}.") from None
+        except ValueError as error:
+            raise InputError(f"{path} is damaged: {error}. Use another --out.") from None
 
     def extended(self, spec: BenchSpec) -> BenchSpec:
         """The benchmark with these trials, not written yet. Raises InputError where they cannot be compared."""
@@ -60,30 +64,20 @@ class Store:
     def extend(self, spec: BenchSpec, problems: Mapping[str, Problem]) -> BenchSpec:
         """Add trials to the benchmark, and keep the problems as they are now; what the benchmark is then.
 
-        Raises InputError where they cannot be compared with those that are there, or the directory cannot be written.
+        Raises InputError where they cannot be compared with those that are there.
         """
         whole = self.extended(spec)
-        try:
-            for name in (PROBLEMS, TRIALS):
-                (self.root / name).mkdir(parents=True, exist_ok=True)
-            for name, problem in problems.items():
-                save_problem(problem, self.root / PROBLEMS / f"{name}.yaml")
-            write_json(self.root / SPEC, to_json(whole))
-        except OSError as error:
-            raise self._unwritable(error) from error
+        for name in (PROBLEMS, TRIALS):
+            (self.root / name).mkdir(parents=True, exist_ok=True)
+        for name, problem in problems.items():
+            save_problem(problem, self.root / PROBLEMS / f"{name}.yaml")
+        write_json(self.root / SPEC, to_json(whole))
         return whole
 
-    def check_writable(self) -> None:
-        """Raises InputError where the directory cannot be made or written, or is a trial; leaves nothing."""
-        try:
-            if (self.root / LOG).exists():
-                raise InputError(f"'{self.root}' is a trial, not a benchmark. Choose another --out.")
-            there = next(path for path in (self.root, *self.root.parents) if path.exists())
-            # Made rather than asked about: the answer for root, or on a network's disk, may be wrong.
-            with TemporaryDirectory(prefix=".torc-", dir=there):
-                pass
-        except OSError as error:
-            raise self._unwritable(error) from error
+    def check(self) -> None:
+        """Raises InputError where the directory is a trial."""
+        if (self.root / LOG).exists():
+            raise InputError(f"'{self.root}' is a trial, not a benchmark. Choose another --out.")
 
     @contextmanager
     def locked(self) -> Iterator[None]:
@@ -140,21 +134,6 @@ class Store:
         shutil.rmtree(work, ignore_errors=True)
         return json.loads((place / "result.json").read_text(encoding="utf-8"))
 
-    def begin_call(self, facts: Mapping[str, Any]) -> None:
-        """Write down that a call begins."""
-        write_json(self.root / MANIFEST, {"format": MANIFEST_FORMAT, "calls": [*self.calls(), dict(facts)]})
-
-    def end_call(self, facts: Mapping[str, Any]) -> None:
-        """Write down how the latest call ended."""
-        calls = self.calls()
-        calls[-1] |= facts
-        write_json(self.root / MANIFEST, {"format": MANIFEST_FORMAT, "calls": calls})
-
-    def calls(self) -> list[dict[str, Any]]:
-        """The entries of manifest.json; none where it is missing."""
-        path = self.root / MANIFEST
-        return list(_read(path).get("calls", [])) if path.is_file() else []
-
     def _as_errored(self, trial: PlannedTrial, work: Path, failure: Failure) -> Path:
         """What a process left behind when it ended, made a trial that says so."""
         left = work / TRIAL if (work / TRIAL).is_dir() else work / f"{TRIAL}.partial"
@@ -169,15 +148,3 @@ class Store:
         result = {"status": "errored", "cause": failure.kind.value, "error": failure.text}
         write_json(left / "result.json", {"format": RESULT_FORMAT, **result, "versions": versions()})
         return left
-
-    def _unwritable(self, error: OSError) -> InputError:
-        return InputError(f"Cannot write to '{self.root}': {error.strerror}. Choose another --out.")
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}.") from None
-    except ValueError as error:
-        raise InputError(f"{path} is damaged: {error}. Use another --out.") from None

@@ -5,7 +5,8 @@ They are small enough to keep where the trials are not, with all that a report c
 
 import csv
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -53,22 +54,19 @@ def pick_records(table: Table) -> list[dict[str, Any]]:
 def write_tables(table: Table, directory: Path) -> None:
     """trials.csv and picks.csv, and the same as Parquet where DuckDB is there."""
     for name, records in ((TRIALS_FILE, trial_records(table)), (PICKS_FILE, pick_records(table))):
-        if records:
-            _write(directory / name, records)
+        if not records:
+            continue
+        path = directory / name
+        with open(path, "w", newline="", encoding="utf-8") as f:
+            writer = csv.DictWriter(f, fieldnames=list(records[0]))
+            writer.writeheader()
+            writer.writerows(records)
+        with suppress(ImportError):
+            import duckdb
 
-
-def _write(path: Path, records: Sequence[Mapping[str, Any]]) -> None:
-    with open(path, "w", newline="", encoding="utf-8") as f:
-        writer = csv.DictWriter(f, fieldnames=list(records[0]))
-        writer.writeheader()
-        writer.writerows(records)
-    try:
-        import duckdb
-    except ImportError:
-        return
-    with duckdb.connect() as connection:
-        rows = connection.read_csv(str(path), sample_size=-1, all_varchar=False)
-        rows.write_parquet(str(path.with_suffix(".parquet")))
+            with duckdb.connect() as connection:
+                rows = connection.read_csv(str(path), sample_size=-1, all_varchar=False)
+                rows.write_parquet(str(path.with_suffix(".parquet")))
 
 
 def read_rows(directory: Path) -> list[TrialRow]:

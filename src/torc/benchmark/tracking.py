@@ -22,32 +22,24 @@ def track(report: Report, where: str) -> None:
     if tracker not in ("mlflow", "wandb") or not name:
         raise InputError(f"{where!r} is no tracker. Write mlflow:EXPERIMENT or wandb:PROJECT.")
     try:
-        library = import_module(tracker)
+        library: Any = import_module(tracker)
     except ImportError:
         raise InputError(f"{tracker} is not installed: pip install {tracker}") from None
-    log = _log_to_mlflow if tracker == "mlflow" else _log_to_wandb
-    log(library, name, report)
-
-
-def _log_to_mlflow(mlflow: Any, experiment: str, report: Report) -> None:
-    mlflow.set_experiment(experiment)
+    if tracker == "mlflow":
+        library.set_experiment(name)
     for standing in report.summary["ranking"]:
-        with mlflow.start_run(run_name=standing["planner"]):
-            mlflow.log_params(_facts(standing))
-            mlflow.log_metrics(_metrics(standing))
-            mlflow.log_artifact(str(report.page))
-
-
-def _log_to_wandb(wandb: Any, project: str, report: Report) -> None:
-    for standing in report.summary["ranking"]:
-        run = wandb.init(project=project, name=standing["planner"], config=_facts(standing))
-        run.log(_metrics(standing))
-        run.save(str(report.page), base_path=str(report.directory), policy="now")
-        run.finish()
-
-
-def _facts(standing: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in standing.items() if key != "measures"}
+        planner, metrics = standing["planner"], _metrics(standing)
+        facts = {key: value for key, value in standing.items() if key != "measures"}
+        if tracker == "mlflow":
+            with library.start_run(run_name=planner):
+                library.log_params(facts)
+                library.log_metrics(metrics)
+                library.log_artifact(str(report.page))
+        else:
+            run = library.init(project=name, name=planner, config=facts)
+            run.log(metrics)
+            run.save(str(report.page), base_path=str(report.directory), policy="now")
+            run.finish()
 
 
 def _metrics(standing: dict[str, Any]) -> dict[str, float]:

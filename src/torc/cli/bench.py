@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import os
 import shlex
-import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from torc.cli.printing import print_json, tell
+from torc.cli.printing import print_json, split_names, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.errors import InputError
 from torc.specs.conditions import Conditions
 
 if TYPE_CHECKING:
-    from torc.benchmark.dispatch import Backend
-    from torc.benchmark.local_pool import PoolConfig
-    from torc.benchmark.preflight import Question
-    from torc.benchmark.runner import Played
-    from torc.benchmark.spec import BenchSpec
+    from torc.benchmark.local_pool import Backend, PoolConfig
+    from torc.benchmark.spec import BenchPlanner, BenchSpec, PlannedTrial
     from torc.benchmark.store import Store
     from torc.problems.problem import Problem
 
@@ -106,17 +102,13 @@ class BenchCommand:
         return (read_experiment(Path(files[0])) if files else {}), list(arguments[len(files) :])
 
     def run(self) -> int:
-        """Play what is missing; returns the exit code."""
-        from tempfile import TemporaryDirectory
-
+        """Play; returns the exit code."""
         from torc.benchmark.store import Store
 
         self._check()
         store = Store(self.out)
-        store.check_writable()
-        # Before the benchmark's directory is made: wrong arguments leave nothing.
-        with TemporaryDirectory() as aside:
-            spec, problems = self._plan(Path(aside))
+        store.check()
+        spec, problems = self._plan()  # before the directory is made: wrong arguments leave nothing
         if self.dry_run:
             store.extended(spec)
             for trial in store.left(spec)[: self.limit]:
@@ -127,12 +119,8 @@ class BenchCommand:
             return self._play(store, spec, problems)
 
     def _check(self) -> None:
-        from torc.benchmark.shards import parse_shard
-
         if self.repeats < 1 or self.workers < 0 or (self.limit is not None and self.limit < 1):
             raise InputError("--repeats and --limit must be at least 1, and --workers at least 0.")
-        if self.shard is not None:
-            parse_shard(self.shard)
         if self.timeout <= 0 or self.memory < 0:
             raise InputError("--timeout must be above 0 and --memory at least 0.")
         if self.ray is not None:
@@ -140,83 +128,80 @@ class BenchCommand:
 
             load_ray()  # now rather than after the planners were looked at
 
+    def _plan(self) -> tuple[BenchSpec, dict[str, Problem]]:
+        """What the options ask for, and the problems by name."""
+        import torc
+        from torc.benchmark.preflight import find_around, find_problems, under_variants
+        from torc.benchmark.spec import make_spec, parse_shard, shard_of
+        from torc.problems.made_for import robot_hint
+        from torc.robots.loading import load_robot
+        from torc.specs.variants import variants
+
+        shard = parse_shard(self.shard) if self.shard else (1, 1)
+        problems, robot = find_problems(self.problems), load_robot(self.conditions.robot)
+        hints = Counter(robot_hint(problem, robot.name, robot.source) for problem in problems.values())
+        for hint in filter(None, hints):
+            tell(f"{hints[hint]} of {len(problems)} problem(s): {hint}")
+        around = find_around(self.conditions)
+        planners = under_variants(self._planners(), self.conditions, variants(self.sweep))
+        spec = make_spec(tuple(problems), planners, range(self.repeats), around, torc.__version__)
+        return shard_of(spec, *shard), {problem.name: problem for problem in problems.values()}
+
+    def _planners(self) -> list[BenchPlanner]:
+        """What --planners names, each with its own VLM or that of --vlm."""
+        from torc.benchmark.preflight import find_planner, split_vlm
+        from torc.specs.trial import PlannerSpec
+
+        of_file = self.own_planners if self.planners == type(self).planners else ()
+        given = of_file or tuple((name, {}) for name in split_names(self.planners))
+        named = [(*split_vlm(text), settings) for text, settings in given]
+        # Options of a VLM may be meant for those named in --planners alone.
+        for_all = self.vlm.config() if self.vlm.vlm or all(vlm is None for _, vlm, _ in named) else None
+        planners = []
+        for name, vlm, settings in named:
+            spec = PlannerSpec(name, for_all if vlm is None else self.vlm.config(vlm), settings)
+            planners.append(find_planner(spec, self.vlm.cache(), own_vlm=vlm is not None))
+        return planners
+
     def _play(self, store: Store, spec: BenchSpec, problems: dict[str, Problem]) -> int:
-        from torc.benchmark.manifest import call_facts, ended_facts
+        from torc.benchmark.manifest import begin_call, calls, end_call
+        from torc.benchmark.playing import run_missing
         from torc.benchmark.progress import shown
-        from torc.benchmark.runner import run_missing
+        from torc.episode.versions import differing, versions, versions_text
         from torc.pipeline.warm_up import MESSAGE, kernel_cache
 
         store.extend(spec, problems)
         left = len(store.left(spec))
         todo = left if self.limit is None else min(left, self.limit)
         shard = f"Shard {self.shard}: " if self.shard else ""
-        done = len(spec.trials) - left
-        tell(f"{shard}{len(spec.trials)} trials, {done} complete already, {todo} to play now.")
+        tell(
+            f"{shard}{len(spec.trials)} trials, {len(spec.trials) - left} complete already, {todo} to play now."
+        )
+        played_with = [call["versions"] for call in calls(store.root)[-1:]]
+        if changed := differing(map(versions_text, [*played_with, versions()])):
+            tell(f"The trials in {store.root} were played with other versions: {', '.join(changed)}.")
         if todo and not kernel_cache()[1]:
             tell(MESSAGE)
         completed: list[bool] = []
-        with self._players(spec, problems, todo) as (backend, about), shown(todo) as show:
-            facts = call_facts(sys.argv[1:], self.workers or os.cpu_count() or 1)
-            store.begin_call(facts | ({"shard": self.shard} if self.shard else {}) | about)
+        with self._players(spec, problems, todo) as (backend, facts), shown(todo) as show:
+            begin_call(store.root, **facts, **({"shard": self.shard} if self.shard else {}))
 
-            def listen(trial: Played) -> None:
-                completed.append(trial.completed)
-                show(trial)
+            def listen(trial: PlannedTrial, result: dict[str, Any]) -> None:
+                completed.append(result.get("status") == "completed")
+                show(trial, result)
 
             try:
-                cache = self.vlm.cache()
-                run_missing(store, spec, backend, limit=self.limit, vlm_cache=cache, listener=listen)
+                run_missing(
+                    store, spec, backend, limit=self.limit, vlm_cache=self.vlm.cache(), listener=listen
+                )
             except KeyboardInterrupt:
                 tell("Stopped. The same command goes on from here.")
                 raise
             finally:
-                errored = completed.count(False)
-                store.end_call(ended_facts(len(completed), errored, len(store.left(spec))))
+                errored, missing = completed.count(False), len(store.left(spec))
+                end_call(store.root, played=len(completed), errored=errored, missing=missing)
         self._sum_up(store, spec, len(completed), errored)
         return 1 if errored else 0
-
-    def _plan(self, log_directory: Path) -> tuple[BenchSpec, dict[str, Problem]]:
-        """What the options ask for, and the problems by name."""
-        import torc
-        from torc.benchmark.preflight import find_around, find_planners, find_problems
-        from torc.benchmark.shards import parse_shard
-        from torc.benchmark.spec import make_spec
-        from torc.problems.made_for import robot_hint
-        from torc.robots.loading import load_robot
-        from torc.specs.variants import variants
-
-        problems, robot = find_problems(self.problems), load_robot(self.conditions.robot)
-        hints = Counter(robot_hint(problem, robot.name, robot.source) for problem in problems.values())
-        for hint in filter(None, hints):
-            tell(f"{hints[hint]} of {len(problems)} problem(s): {hint}")
-        changes = variants(self.sweep)
-        around, sources = find_around(self.conditions, changes, self._backend(), log_directory)
-        planners = find_planners(self._questions(), self._backend(), log_directory)
-        under = [
-            replace(p, variant=variant, variant_sources=own if variant else {})
-            for variant, own in zip(changes, sources)
-            for p in planners
-        ]
-        spec = make_spec(tuple(problems), under, range(self.repeats), around, torc.__version__)
-        if self.shard:
-            spec = parse_shard(self.shard).of(spec)
-        return spec, {problem.name: problem for problem in problems.values()}
-
-    def _questions(self) -> list[Question]:
-        """What --planners names, each with its own VLM or that of --vlm."""
-        from torc.benchmark.preflight import Question, split_vlm
-        from torc.specs.trial import PlannerSpec
-
-        of_file = self.own_planners if self.planners == type(self).planners else ()
-        given = of_file or tuple((text.strip(), {}) for text in self.planners.split(","))
-        named = [(*split_vlm(text), settings) for text, settings in given if text]
-        # Options of a VLM may be meant for those named in --planners alone.
-        for_all = self.vlm.config() if self.vlm.vlm or all(vlm is None for _, vlm, _ in named) else None
-        questions = []
-        for name, vlm, settings in named:
-            planner = PlannerSpec(name, for_all if vlm is None else self.vlm.config(vlm), settings)
-            questions.append(Question(planner, self.vlm.cache(), vlm is not None))
-        return questions
 
     @contextmanager
     def _players(
@@ -224,7 +209,7 @@ class BenchCommand:
     ) -> Iterator[tuple[Backend, dict[str, Any]]]:
         """Who plays, and what the manifest says of them."""
         if self.ray is None or not todo:
-            yield self._backend(), {}
+            yield self._backend(), {"workers": self._workers}
             return
         from torc.benchmark.ray_pool import ray_pool
 
@@ -236,7 +221,11 @@ class BenchCommand:
     def _backend(self) -> Backend:
         from torc.benchmark.local_pool import LocalPool
 
-        return LocalPool(self._limits(self.workers or os.cpu_count() or 1))
+        return LocalPool(self._limits(self._workers))
+
+    @property
+    def _workers(self) -> int:
+        return self.workers or os.cpu_count() or 1
 
     def _limits(self, workers: int) -> PoolConfig:
         from torc.benchmark.local_pool import PoolConfig

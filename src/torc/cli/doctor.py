@@ -60,7 +60,7 @@ class DoctorCommand:
     def run(self) -> int:
         """Print the findings; returns the exit code."""
         checks = []
-        for check in all_checks():
+        for check in _checks():
             checks.append(check)
             if not self.json:
                 mark = "ok  " if check.ok else ("MISS" if check.required else "note")
@@ -72,15 +72,27 @@ class DoctorCommand:
         return 0 if all(check.ok or not check.required for check in checks) else 1
 
 
-def all_checks() -> Iterator[Check]:
-    """All findings, required ones first; each as it is found, since some take seconds."""
+def _checks() -> Iterator[Check]:
+    """All findings, each as it is found, since some take seconds."""
     yield Check("torc", True, f"{torc.__version__}, in {Path(torc.__file__).parent}")
     good = (3, 11) <= sys.version_info < (3, 14)
     yield Check("Python", good, platform.python_version(), "Install Python 3.11, 3.12 or 3.13.")
     yield _libraries()
-    yield _rendering()
+    from torc.pipeline.warm_up import MESSAGE, kernel_cache
+    from torc.sim.gl import gl_backend
+
+    backend = gl_backend()
+    drawn = backend in ("egl", "osmesa", "glfw")
+    how = f"OpenGL through {backend}" if drawn else "no OpenGL: slower, plainer pictures, by casting rays"
+    remedy = "apt-get install libegl1 libopengl0 libgl1-mesa-dri   (or libosmesa6 alone)"
+    yield Check("rendering", drawn, how, remedy, required=False)
     yield Check("cores", True, f"{os.cpu_count()}")
-    yield from _kernels()
+    path, compiled = kernel_cache()
+    detail = "compiled and cached" if compiled else "not compiled yet"
+    yield Check("kernels", compiled, detail, f"Nothing to do; the first run says: {MESSAGE}", required=False)
+    probe = next(p for p in (path, *path.parents) if p.exists())
+    remedy = f"Make '{probe}' writable or set NUMBA_CACHE_DIR."
+    yield Check("cache", os.access(probe, os.W_OK), str(path), remedy, required=False)
     for extra, (module, use) in _EXTRAS.items():
         yield Check(f"extra '{extra}'", _installed(module), f"for {use}", extra_remedy(extra), required=False)
     free_gb = shutil.disk_usage(".").free / 1e9
@@ -98,28 +110,6 @@ def _libraries() -> Check:
             remedies.append(f"pip install {package}")
     detail = "; ".join(faults) if faults else f"all {len(_LIBRARIES)} can be loaded"
     return Check("libraries", not faults, detail, "   and   ".join(remedies))
-
-
-def _rendering() -> Check:
-    from torc.sim.gl import gl_backend
-
-    backend = gl_backend()
-    remedy = "apt-get install libegl1 libopengl0 libgl1-mesa-dri   (or libosmesa6 alone)"
-    if backend in ("egl", "osmesa", "glfw"):
-        return Check("rendering", True, f"OpenGL through {backend}")
-    detail = "no OpenGL: the camera works by casting rays (slower, plainer pictures)"
-    return Check("rendering", False, detail, remedy, required=False)
-
-
-def _kernels() -> Iterator[Check]:
-    from torc.pipeline.warm_up import MESSAGE, kernel_cache
-
-    path, compiled = kernel_cache()
-    detail = "compiled and cached" if compiled else "not compiled yet"
-    yield Check("kernels", compiled, detail, f"Nothing to do; the first run says: {MESSAGE}", required=False)
-    probe = next(p for p in (path, *path.parents) if p.exists())
-    remedy = f"Make '{probe}' writable or set NUMBA_CACHE_DIR."
-    yield Check("cache", os.access(probe, os.W_OK), str(path), remedy, required=False)
 
 
 def _installed(module: str) -> bool:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from torc.cli.printing import print_json, printable
+from torc.cli.printing import print_json, printable, split_names
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,7 @@ class ExportCommand:
         """Export; exit code 2 if there is nothing to export."""
         from torc.exports.exporting import ExportSpec, export_trials
 
-        spec = ExportSpec(
-            self.format, self.every, self.test_share, tuple(filter(None, self.planner.split(",")))
-        )
+        spec = ExportSpec(self.format, self.every, self.test_share, split_names(self.planner))
         facts = export_trials(self.directory, self.out, spec, self.overwrite)
         if self.json:
             print_json(facts)

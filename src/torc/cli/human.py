@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from torc.cli.printing import split_names
 from torc.cli.web_page import check_web_libraries, served_page
 from torc.episode.viewer_links import VIEWER_PORT
 from torc.specs.conditions import Conditions
@@ -67,11 +68,10 @@ class HumanCommand:
         from torc.web.session import Session
         from torc.web.shelf import Shelf
 
-        problems = select_problems(",".join(self.problems))
+        problems, experts = select_problems(",".join(self.problems)), split_names(self.experts)
         for problem in problems:
             load_problem(problem)
         build_system(self.conditions)
-        experts = [name.strip() for name in self.experts.split(",") if name.strip()]
         queue = make_queue(
             problems, experts, self.out, self.seed, self.conditions, outside_view=self.outside_view
         )
@@ -85,9 +85,8 @@ class HumanCommand:
                 "With the view from outside you see more than planners do: these trials are references, not ranked."
             )
         session, board = Session(), FrameBoard() if self.outside_view else None
-        site = Site(Shelf(self.out), queue, session, board)
         try:
-            with served_page(site, self.host, self.port, self.open):
+            with served_page(Site(Shelf(self.out), queue, session, board), self.host, self.port, self.open):
                 queue.play(session, lambda spec, out: self._play(spec, out, session, board))
                 print("Everything is complete. The page stays until Ctrl-C.", flush=True)
                 threading.Event().wait()

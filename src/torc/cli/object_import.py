@@ -82,7 +82,9 @@ class ImportCommand:
                     anew = "" if stored == called else f", as {called}"
                     self._say(f"{start}: {stored} is there already (--overwrite imports it again{anew})")
                 else:
-                    rows.append(self._import_one(path, replace(options, name=called), start))
+                    rows.append(
+                        {"file": str(path), **self._import_one(path, replace(options, name=called), start)}
+                    )
                 files[stored] = path
             except (InputError, PhysicsError) as error:
                 rows.append({"file": str(path), "refused": str(error)})
@@ -94,13 +96,11 @@ class ImportCommand:
         if self.json:
             print_json(rows)
             return 1 if refused else 0
-        stores = store_directories()
+        stores = [store.resolve() for store in store_directories()]
         imported = f"{len(meshes) - refused - there} imported{f', {there} there already' if there else ''}"
         print(printable(f"\n{imported}, {refused} refused, into {self.library or stores[0]}"))
-        if len(meshes) > refused and self.library:
-            library = self.library.resolve()
-            if library not in [store.resolve() for store in stores]:
-                print(printable(f"To use them: export TORC_OBJECTS={library}"))
+        if self.library and len(meshes) > refused and self.library.resolve() not in stores:
+            print(printable(f"To use them: export TORC_OBJECTS={self.library.resolve()}"))
         return 1 if refused else 0
 
     def _meshes(self) -> tuple[list["_Mesh"], list[tuple[Path, str]]]:
@@ -164,22 +164,14 @@ class ImportCommand:
         if not check_object(found.model).stands:
             notes.append("It does not stay where it is set down: expect it to roll or to fall over.")
         model = add_object(found, self.library, self.overwrite).model
-        x, y, z = (1000 * s for s in model.size_m)
+        size, pieces = " x ".join(f"{1000 * s:.0f}" for s in model.size_m), len(model.pieces)
         self._say(
-            f"{start}: {model.name}, {model.description}: {x:.0f} x {y:.0f} x {z:.0f} mm, {model.mass_kg:.3f} kg, "
-            f"{len(model.pieces)} convex pieces"
+            f"{start}: {model.name}, {model.description}: {size} mm, {model.mass_kg:.3f} kg, {pieces} convex pieces"
         )
         for note in notes:
             self._say(f"    {note}")
-        return {
-            "file": str(path),
-            "name": model.name,
-            "description": model.description,
-            "size_m": list(model.size_m),
-            "mass_kg": model.mass_kg,
-            "pieces": len(model.pieces),
-            "notes": notes,
-        }
+        facts = {name: getattr(model, name) for name in ("name", "description", "mass_kg")}
+        return {**facts, "size_m": list(model.size_m), "pieces": pieces, "notes": notes}
 
     def _say(self, text: str) -> None:
         print(printable(text), file=sys.stderr if self.json else sys.stdout, flush=True)

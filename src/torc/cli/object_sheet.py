@@ -32,28 +32,24 @@ class SheetCommand:
 
     def run(self) -> int:
         """Draw and save the pages."""
-        from rich.console import Console
-
         from torc.objects.library import load_object
 
         names = _chosen(self.names)
         check_picture_name(self.out, ".jpg", ".png")
         self.out.parent.mkdir(parents=True, exist_ok=True)
         cells = []
-        with Console(stderr=True).status("") as status:
-            for number, name in enumerate(names, start=1):
-                status.update(f"{number} of {len(names)}: {name}")
-                try:
-                    cells.append(_cell(load_object(name)))
-                except InputError as error:
-                    tell(f"torc: {error}")
+        for name in names:
+            try:
+                cells.append(_cell(load_object(name)))
+            except InputError as error:
+                tell(f"torc: {error}")
         if not cells:
             raise InputError("None of these objects can be drawn. Import them again, or name others.")
-        pages = [cells[i : i + COLUMNS * ROWS] for i in range(0, len(cells), COLUMNS * ROWS)]
-        for number, page in enumerate(pages, start=1):
-            path = self.out if len(pages) == 1 else self.out.with_stem(f"{self.out.stem}-{number}")
-            _page(page).save(path, quality=82, optimize=True)
-            print(f"{path}  (page {number} of {len(pages)})", flush=True)
+        sheets = [cells[i : i + COLUMNS * ROWS] for i in range(0, len(cells), COLUMNS * ROWS)]
+        for number, sheet in enumerate(sheets, start=1):
+            path = self.out if len(sheets) == 1 else self.out.with_stem(f"{self.out.stem}-{number}")
+            _page(sheet).save(path, quality=82, optimize=True)
+            print(f"{path}  (page {number} of {len(sheets)})", flush=True)
         return 0
 
 
@@ -102,9 +98,9 @@ def _cell(model: "ObjectModel") -> "Picture":
     edges = " x ".join(f"{1000 * s:.0f}" for s in model.size_m)
     facts = f"{edges} mm, {1000 * model.mass_kg:.0f} g"
     for text, size, color in ((model.name, 17, _INK), (model.description, 14, _FAINT), (facts, 14, _FAINT)):
-        fonts = [ImageFont.load_default(px) for px in range(size, 7, -1)]
-        fitting = (font for font in fonts if draw.textlength(text, font=font) <= CELL[0] - 14)
-        draw.text((8, y), text, color, next(fitting, fonts[-1]))
+        width = draw.textlength(text, ImageFont.load_default(size))
+        fitting = min(size, max(8, int(size * (CELL[0] - 14) / width)))
+        draw.text((8, y), text, color, ImageFont.load_default(fitting))
         y += size + 5
     return cell
 
@@ -112,7 +108,7 @@ def _cell(model: "ObjectModel") -> "Picture":
 def _page(cells: Sequence["Picture"]) -> "Picture":
     from PIL import Image
 
-    width, height = CELL[0], CELL[1] + CAPTION
+    width, height = cells[0].size
     page = Image.new("RGB", (COLUMNS * width, -(-len(cells) // COLUMNS) * height), _PAPER)
     for k, cell in enumerate(cells):
         page.paste(cell, (k % COLUMNS * width, k // COLUMNS * height))

@@ -12,8 +12,6 @@ from torc.cli.object_sheet import SheetCommand, check_picture_name, known_object
 from torc.cli.printing import print_json
 from torc.errors import UnknownNameError
 
-_GRIPPER = {True: "gets hold of it as it stands", False: "does not get hold of it as it stands"}
-
 
 @dataclass(frozen=True)
 class ListCommand:
@@ -35,11 +33,10 @@ class ListCommand:
             raise UnknownNameError("kind of object", self.kind, kinds)
         found = [f for f in found if self.kind in (None, f.kind) and not (self.own and f.builtin)]
         if self.json:
-            keys = ("name", "kind", "description", "mass_kg", "graspable", "own")
-            rows = [
-                (f.name, f.kind, f.description, f.mass_kg, graspable(f.name), not f.builtin) for f in found
-            ]
-            print_json([dict(zip(keys, row)) for row in rows])
+            names = ("name", "kind", "description", "mass_kg")
+            rows = [{key: getattr(f, key) for key in names} for f in found]
+            more = [{"graspable": graspable(f.name), "own": not f.builtin} for f in found]
+            print_json([row | facts for row, facts in zip(rows, more)])
             return 0
         width = max((len(f.name) for f in found), default=0)
         for f in found:
@@ -57,7 +54,7 @@ class ShowCommand:
     name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="NAME")]
     """Name of the object (`torc objects list`)."""
     picture: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Also write a picture (PNG), drawn by the simulator: from the robot's side and from above."""
+    """Also write a picture (PNG), drawn by the simulator."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
     def run(self) -> int:
@@ -66,24 +63,29 @@ class ShowCommand:
             check_picture_name(self.picture, ".png")
         facts = _facts(self.name)
         if self.picture is not None:
-            _write_picture(self.name, self.picture)
+            from PIL import Image
+
+            from torc.objects.library import load_object
+            from torc.sim.portraits import portrait
+
+            Image.fromarray(portrait(load_object(self.name), 640, 640)).save(self.picture)
         if self.json:
             print_json(facts)
             return 0
-        x, y, z = (1000 * s for s in facts["size_m"])
+        size = " x ".join(f"{1000 * s:.0f}" for s in facts["size_m"])
         print(f"{facts['name']}: {facts['description']}\n")
         print(f"  kind       {facts['kind']}{'' if facts['own'] else ' (comes with torc)'}")
-        print(f"  size       {x:.0f} x {y:.0f} x {z:.0f} mm (depth, width, height, seen from the robot)")
+        print(f"  size       {size} mm (depth, width, height, seen from the robot)")
         rolls = ", rolls" if facts["rolls"] else ""
         print(f"  mass       {facts['mass_kg']:.3f} kg, friction {facts['friction']:g}{rolls}")
         print(f"  contact    {facts['pieces']} convex pieces")
         if facts["graspable"] is not None:
-            print(f"  gripper    {_GRIPPER[facts['graspable']]}")
+            held = "gets" if facts["graspable"] else "does not get"
+            print(f"  gripper    {held} hold of it as it stands")
         print(f"  to look at {facts['triangles']} triangles, {facts['textures']} textures")
         if facts["own"]:
-            print(
-                f"  from       {facts['source']} (scale {facts['scale']:g})\n  stored in  {facts['directory']}"
-            )
+            print(f"  from       {facts['source']} (scale {facts['scale']:g})")
+            print(f"  stored in  {facts['directory']}")
         if self.picture is not None:
             print(f"\nPicture: {self.picture}")
         return 0
@@ -112,15 +114,13 @@ def _facts(name: str) -> dict[str, Any]:
     from torc.objects.store import find_stored
 
     model, own = load_object(name), not object_facts(name).builtin
+    plain = {
+        key: getattr(model, key) for key in ("name", "kind", "description", "mass_kg", "friction", "rolls")
+    }
     facts: dict[str, Any] = {
-        "name": model.name,
-        "kind": model.kind,
-        "description": model.description,
+        **plain,
         "own": own,
         "size_m": list(model.size_m),
-        "mass_kg": model.mass_kg,
-        "friction": model.friction,
-        "rolls": model.rolls,
         "graspable": graspable(name),
         "pieces": len(model.pieces),
         "triangles": sum(len(v.faces) for v in model.visuals),
@@ -132,21 +132,3 @@ def _facts(name: str) -> dict[str, Any]:
         facts |= {"source": source.file, "scale": source.scale, "note": source.note}
         facts["directory"] = str(directory)
     return facts
-
-
-def _write_picture(name: str, path: Path) -> None:
-    """From the robot's side, and from above."""
-    import numpy as np
-    from PIL import Image
-
-    from torc.objects.library import load_object
-    from torc.sim.object_check import world_with
-    from torc.sim.rendering import render_view
-
-    model = load_object(name)
-    world = world_with(model)
-    x, y, z = (float(v) for v in world.positions[0])
-    away = 1.6 * float(np.linalg.norm(model.size_m)) + 0.05
-    eyes = [(x - away, y, z + 0.25 * away), (x - 0.6 * away, y - 0.6 * away, z + 0.7 * away)]
-    views = [render_view(world, eye, (x, y, z), 640, 640, 0.6) for eye in eyes]
-    Image.fromarray(np.concatenate(views, axis=1)).save(path)

@@ -50,8 +50,6 @@ class GalleryCommand:
 
     def run(self) -> int:
         """Draw and write."""
-        from rich.console import Console
-
         from torc.generation.batch import inspector_for
         from torc.generation.gallery import HTML, MARKDOWN, left_over, make_gallery
         from torc.generation.oracle_orders import orders_from
@@ -63,14 +61,11 @@ class GalleryCommand:
         orders = orders_from(self.answers, problems) if self.answers else {}
         title = self.title or f"{self.problems}: {len(problems)} problem{'s' if len(problems) > 1 else ''}"
         inspector, names = inspector_for(self.robot, self.workspace), [problem.name for problem in problems]
-        with announced_compilation(tell), Console(stderr=True).status("") as status:
 
-            def progress(problem: Problem) -> None:
-                text = f"{names.index(problem.name) + 1} of {len(names)}: {problem.name}"
-                status.update(text)
-                if not status.console.is_terminal:
-                    tell(text)
+        def progress(problem: Problem) -> None:
+            tell(f"{names.index(problem.name) + 1} of {len(names)}: {problem.name}")
 
+        with announced_compilation(tell):
             cards = make_gallery(title, problems, inspector, self.out, orders, progress)
         for name in left_over(problems, self.out):
             tell(f"Of an earlier gallery, and on no page now: {self.out / 'cards' / name}")

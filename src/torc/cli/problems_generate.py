@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from torc.cli.printing import print_json, tell
+from torc.cli.printing import print_json, split_names, tell
 from torc.errors import InputError
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE
 
 if TYPE_CHECKING:
     from torc.generation.batch import Job
-    from torc.generation.generator import GeneratedProblem
     from torc.robots.description import RobotDescription
 
 
@@ -87,12 +86,12 @@ class GenerateCommand:
         conditions = Conditions(robot=self.robot, workspace=self.workspace)
         robot = inspector_for(self.robot, self.workspace).robot  # an unknown one is refused before any work
         say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
-        jobs = self._jobs()
+        jobs = {job: self._path(job) for job in self._jobs()}
         self.out.mkdir(parents=True, exist_ok=True)
-        there = {job: str(self._path(job)) for job in jobs if self._is_there(job, robot)}
-        left = [job for job in jobs if job not in there]
+        there = [job for job in jobs if self._is_there(job, robot)]
         if there:
             say(f"{len(there)} of {len(jobs)} are in {self.out} already.")
+        left = [job for job in jobs if job not in there]
         made: list[dict[str, Any]] = []
         failed: list[dict[str, Any]] = []
         scenes, rejections = 0, Counter[str]()
@@ -102,31 +101,33 @@ class GenerateCommand:
 
         with announced_compilation(tell):
             for job, found in generate_batch(left, conditions, self.workers, progress=progress):
-                path = self._path(job)
+                path = jobs[job]
                 scenes += found.attempts
                 rejections.update({reason.value: n for reason, n in found.rejections.items()})
                 facts = {"seed": job.seed, "category": job.config.category, "attempts": found.attempts}
                 if isinstance(found, GeneratedProblem):
                     save_problem(found.problem, path)
-                    made.append({"file": str(path), **facts, **_difficulty(found)})
+                    target = {"objects": found.difficulty.objects, "target": found.problem.description}
+                    made.append({"file": str(path), **facts, **target, **found.difficulty.facts()})
                     say(f"{path}: {found.problem.description}; {found.difficulty.words()}")
                 else:
                     failed.append(facts)
                     say(f"{path}: not made, none of {found.attempts} scenes holds such a problem")
         if self.json:
-            summary = {"there": [*there.values()], "made": made, "failed": failed, "scenes_tried": scenes}
-            print_json(summary | {"rejections": dict(rejections.most_common())})
-        elif not left:
+            summary = {"there": [str(jobs[job]) for job in there], "made": made, "failed": failed}
+            print_json(summary | {"scenes_tried": scenes, "rejections": dict(rejections.most_common())})
+            return 1 if failed else 0
+        if not left:
             print("Nothing was left to make: --overwrite makes it again, another --seed something else.")
-        else:
-            beside = f" beside the {len(there)} that were there" if there else ""
-            print(f"\n{len(made)} of {len(left)} made{beside}, {scenes} scenes tried")
-            for reason, n in rejections.most_common():
-                print(f"  {n:>4} rejected: {reason}")
-            if failed and rejections.most_common(1)[0][0] == Reason.DOES_NOT_FIT:
-                print("So many objects seldom fit side by side: ask for fewer --objects (8-20 are typical).")
-            elif failed:
-                print("Ask for more --attempts, another --hidden, or other --objects.")
+            return 0
+        beside = f" beside the {len(there)} that were there" if there else ""
+        print(f"\n{len(made)} of {len(left)} made{beside}, {scenes} scenes tried")
+        for reason, n in rejections.most_common():
+            print(f"  {n:>4} rejected: {reason}")
+        if failed and rejections.most_common(1)[0][0] == Reason.DOES_NOT_FIT:
+            print("So many objects seldom fit side by side: ask for fewer --objects (8-20 are typical).")
+        elif failed:
+            print("Ask for more --attempts, another --hidden, or other --objects.")
         return 1 if failed else 0
 
     def _jobs(self) -> list["Job"]:
@@ -137,17 +138,20 @@ class GenerateCommand:
 
         if self.count < 1 or self.workers < 1:
             raise InputError("--count and --workers must be at least 1.")
+        found = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", self.objects.strip())
+        if found is None:
+            raise InputError(f"--objects is '{self.objects}'; give a number, e.g. 12, or a range, e.g. 8-20.")
         categories: list[Category] = ["structured", "unstructured"]
         if self.structured != self.unstructured:
             categories = ["structured"] if self.structured else ["unstructured"]
         configs = [
             GenerationConfig(
                 category,
-                _parsed_range(self.objects),
+                (int(found[1]), int(found[2] or found[1])),
                 self.hidden,
                 {"any": None, "only": True, "none": False}[self.held_out],
-                _parsed_names(self.kinds),
-                _parsed_names(self.models),
+                split_names(self.kinds),
+                split_names(self.models),
                 self.own,
                 self.attempts,
             )
@@ -177,19 +181,3 @@ class GenerateCommand:
                 "with --overwrite."
             )
         return True
-
-
-def _difficulty(found: "GeneratedProblem") -> dict[str, Any]:
-    difficulty = found.difficulty
-    return {"objects": difficulty.objects, "target": found.problem.description, **difficulty.facts()}
-
-
-def _parsed_range(text: str) -> tuple[int, int]:
-    found = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", text.strip())
-    if found is None:
-        raise InputError(f"--objects is '{text}'; give a number, e.g. 12, or a range, e.g. 8-20.")
-    return int(found[1]), int(found[2] or found[1])
-
-
-def _parsed_names(text: str) -> tuple[str, ...]:
-    return tuple(name.strip() for name in text.split(",") if name.strip())

@@ -5,7 +5,7 @@ import sys
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
@@ -98,24 +98,17 @@ class ImportCommand:
         return 0 if len(done) == len(rows) else 1
 
 
-def _row(attempt: "Attempt") -> dict[str, object]:
-    problem = attempt.problem
-    return {
-        "scene": attempt.scene,
-        "target": problem.target if problem else attempt.target,
-        "file": str(attempt.file) if attempt.file else None,
-        "category": problem.category if problem else None,
-        "description": problem.description if problem else None,
-        "objects": len(problem.objects) if problem else None,
-        "in_sight": attempt.in_sight,
-        "fell": list(attempt.fell),
-        "there": attempt.there,
-        "reason": attempt.reason,
-        "notes": list(attempt.notes),
-    }
+def _row(attempt: "Attempt") -> dict[str, Any]:
+    problem, names = attempt.problem, ("scene", "in_sight", "fell", "there", "reason", "notes")
+    row: dict[str, Any] = {name: getattr(attempt, name) for name in names}
+    row |= {"file": str(attempt.file) if attempt.file else None, "target": attempt.target}
+    if problem is not None:
+        facts = {"target": problem.target, "category": problem.category, "description": problem.description}
+        row |= {**facts, "objects": len(problem.objects)}
+    return row
 
 
-def _line(row: dict[str, object]) -> str:
+def _line(row: dict[str, Any]) -> str:
     where = f"scene {row['scene']}" + (f", {row['target']}" if row["target"] else "")
     if row["there"]:
         return f"there  {where}: {row['file']}"

@@ -3,6 +3,7 @@
 import importlib.metadata
 import platform
 import sys
+from collections.abc import Iterable, Mapping
 
 import torc
 
@@ -18,3 +19,14 @@ def versions() -> dict[str, str]:
         except importlib.metadata.PackageNotFoundError:
             continue
     return found
+
+
+def versions_text(found: Mapping[str, str]) -> str:
+    """On one line: "mujoco-core 3.3.7, numpy 2.2.6, ..."."""
+    return ", ".join(f"{name} {version}" for name, version in sorted(found.items()))
+
+
+def differing(texts: Iterable[str]) -> list[str]:
+    """What not all of several such lines have in common."""
+    sets = [set(text.split(", ")) for text in texts]
+    return sorted(set.union(*sets) - set.intersection(*sets)) if sets else []

@@ -26,23 +26,11 @@ HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cache-Control": "no-store",
 }
-_NO_TOKEN = (
-    "This page needs the token. Open the address that torc printed when it started; it ends in ?token=...\n"
-)
-_FOREIGN = "This request comes from another site or under another name, and is refused.\n"
-
-
-def is_loopback(host: str) -> bool:
-    """Whether only this machine reaches a server that is bound there."""
-    try:
-        return host == "localhost" or ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def token_for(host: str) -> str | None:
     """A fresh token where others can reach the server, None where only this machine can."""
-    return None if is_loopback(host) else secrets.token_urlsafe(24)
+    return None if _is_loopback(host) else secrets.token_urlsafe(24)
 
 
 class Gate:
@@ -68,13 +56,18 @@ class Gate:
 
     def _refusal(self, request: Request) -> Response | None:
         if not self._same_site(request):
-            return PlainTextResponse(_FOREIGN, 403)
+            text = "This request comes from another site or under another name, and is refused.\n"
+            return PlainTextResponse(text, 403)
         bearer = request.headers.get("authorization", "").removeprefix("Bearer ")
-        given = bearer, request.cookies.get(self._cookie, "")
-        if self._token is None or any(map(self._is_token, given)):
+        if (
+            self._token is None
+            or self._is_token(bearer)
+            or self._is_token(request.cookies.get(self._cookie, ""))
+        ):
             return None
         if request.method != "GET" or not self._is_token(request.query_params.get("token", "")):
-            return PlainTextResponse(_NO_TOKEN, 401)
+            text = "This page needs the token. Open the address that torc printed when it started (?token=...).\n"
+            return PlainTextResponse(text, 401)
         # From the address into a cookie, so that it does not stay in the address bar.
         response = RedirectResponse("/", 303)
         response.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
@@ -92,9 +85,16 @@ class Gate:
     def _is_own_name(self, host: str) -> bool:
         try:
             parts = urlsplit(f"//{host}")
-            return is_loopback(parts.hostname or "") and (parts.port or 80) == self._port
+            return _is_loopback(parts.hostname or "") and (parts.port or 80) == self._port
         except ValueError:
             return False
 
     def _is_token(self, text: str) -> bool:
         return hmac.compare_digest(text.encode("utf-8", "replace"), str(self._token).encode())
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return host == "localhost" or ip_address(host).is_loopback
+    except ValueError:
+        return False

@@ -32,6 +32,7 @@ from torc.web.thumbnails import thumbnail
 PAGE = Path(__file__).parent / "page"
 _POLL_S, _HEARTBEAT_S, _FRAME_WAIT_S = 0.05, 10.0, 8.0
 _FRAME_NUMBER = "X-Frame"
+_Body = TypeVar("_Body")
 
 
 @dataclass(frozen=True)
@@ -49,9 +50,6 @@ class Site:
     trials: Shelf | HumanQueue
     session: Session | None = None
     frames: FrameBoard | None = None
-
-
-_Body = TypeVar("_Body")
 
 
 class _Start(BaseModel):
@@ -83,7 +81,7 @@ def make_app(site: Site, token: str | None, port: int) -> Starlette:
         routes.append(Route("/report", app.report))
     else:
         routes += [
-            Route("/api/session", app.session),
+            Route("/api/session", app.state),
             Route("/api/session/changes", app.changes),
             Route("/api/session/start", app.start, methods=["POST"]),
             Route("/api/session/choose", app.choose, methods=["POST"]),
@@ -100,13 +98,11 @@ def make_app(site: Site, token: str | None, port: int) -> Starlette:
 
 
 class _App:
-    """The answers."""
+    """The answers. `closing` is set when the server ends, so that answers without an end find theirs."""
 
     def __init__(self, site: Site) -> None:
-        self._site = site
+        self._site, self.closing = site, threading.Event()
         self._session, self._frames = site.session or Session(), site.frames or FrameBoard()
-        self.closing = threading.Event()
-        """Set when the server ends, so that answers without an end find theirs."""
 
     def page(self, request: Request) -> Response:
         return FileResponse(PAGE / "index.html")
@@ -116,10 +112,9 @@ class _App:
         return Response(page, media_type="text/html", headers={"Content-Security-Policy": POLICY})
 
     def trials(self, request: Request) -> Response:
-        mode = "human" if self._site.session else "view"
-        report = has_report(self._site.shelf.root)
-        outside, lines = self._site.frames is not None, self._site.trials.lines()
-        return _json({"mode": mode, "report": report, "outside": outside, "trials": lines})
+        site = self._site
+        facts = {"mode": "human" if site.session else "view", "outside": site.frames is not None}
+        return _json({**facts, "report": has_report(site.shelf.root), "trials": site.trials.lines()})
 
     def trial(self, request: Request) -> Response:
         return _json({"key": request.path_params["key"], **trial_page(self._read(request))})
@@ -146,20 +141,20 @@ class _App:
             raise InputError("This trial has no video.")
         return FileResponse(path, media_type="video/mp4")
 
-    async def session(self, request: Request) -> Response:
+    def state(self, request: Request) -> Response:
         return _json(asdict(self._session.state))
 
-    async def changes(self, request: Request) -> Response:
+    def changes(self, request: Request) -> Response:
         """Server-sent events: the state now, and whenever it changes."""
         return StreamingResponse(self._states(), media_type="text/event-stream")
 
     async def start(self, request: Request) -> Response:
-        self._session.start((await _body(request, _Start)).trial)
-        return _json(asdict(self._session.state))
+        self._session.start((await _body(request, TypeAdapter(_Start))).trial)
+        return self.state(request)
 
     async def choose(self, request: Request) -> Response:
-        self._session.choose(await _body(request, Choice))
-        return _json(asdict(self._session.state))
+        self._session.choose(await _body(request, TypeAdapter(Choice)))
+        return self.state(request)
 
     async def robot(self, request: Request) -> Response:
         """The next picture after number `after`, as soon as there is one; 204 if there is none for a while."""
@@ -167,7 +162,7 @@ class _App:
         seen = int(after) if after.isdecimal() and len(after) < 16 else 0
         for _ in range(round(_FRAME_WAIT_S / _POLL_S)):
             number, picture = self._frames.watch()
-            if number > seen or (number and number < seen):
+            if number not in (0, seen):
                 return Response(picture, media_type="image/jpeg", headers={_FRAME_NUMBER: str(number)})
             if self.closing.is_set() or await request.is_disconnected():
                 break
@@ -204,13 +199,13 @@ def _json(data: Any, status: int = 200) -> Response:
     return Response(text, status, media_type="application/json")
 
 
-async def _body(request: Request, model: type[_Body]) -> _Body:
+async def _body(request: Request, model: TypeAdapter[_Body]) -> _Body:
     """The request's JSON, checked. Raises InputError."""
     if request.headers.get("content-type", "").split(";")[0].strip() != "application/json":
         # Other sites' forms cannot send this type.
         raise InputError("Send JSON, with Content-Type: application/json.")
     try:
-        return TypeAdapter(model).validate_json(await request.body())
+        return model.validate_json(await request.body())
     except ValidationError:
         raise InputError("This is not what the page sends. Reload it.") from None
 

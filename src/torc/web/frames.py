@@ -59,8 +59,7 @@ class RobotCamera(Closing):
         self._calls += 1
         if self._calls % OBSERVATIONS_PER_FRAME != 1 or not self._board.watched:
             return
-        if self._renderer is None:
-            self._renderer = CameraRenderer(world, MOUNT)
+        self._renderer = self._renderer or CameraRenderer(world, MOUNT)
         self._board.put(jpeg(self._renderer.render_color()))
         time.sleep(max(0.0, self._drawn_at + MIN_INTERVAL_S - time.monotonic()))
         self._drawn_at = time.monotonic()
@@ -74,7 +73,5 @@ class RobotCamera(Closing):
 
 def jpeg(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
     """A picture as JPEG."""
-    _, encoded = cv2.imencode(
-        ".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
-    )
-    return encoded.tobytes()
+    bgr = cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
+    return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()

@@ -15,36 +15,22 @@ MAX_EDGES = 1500
 def graph_page(data: Mapping[str, Any], probabilities: Mapping[str, float]) -> dict[str, Any] | None:
     """A graph as `DependencyGraph.to_dict` made it, laid out; None if it is none, or too large to draw.
 
-    Args:
-        data: the graph.
-        probabilities: p(sink) by id, as text.
+    `probabilities` are p(sink) by id, as text.
     """
     try:
         if len(data["nodes"]) > MAX_OBJECTS + 1 or len(data["edges"]) > MAX_EDGES:
             return None
         graph = DependencyGraph.from_dict(data)
         layout = lay_out(graph)
-        nodes = [
-            {
-                "id": n.id,
-                "color": hex_color(n.id),
-                "hidden": n.hidden,
-                "graspable": n.graspable,
-                "place": layout.places[n.id],
-                "p": _probability(probabilities, n.id),
-            }
-            for n in graph.nodes
-        ]
+        nodes = []
+        for n in graph.nodes:
+            p = probabilities.get(str(n.id)) if isinstance(probabilities, Mapping) else None
+            known = isinstance(p, int | float) and 0 <= p <= 1
+            facts = {"id": n.id, "color": hex_color(n.id), "hidden": n.hidden, "graspable": n.graspable}
+            nodes.append({**facts, "place": layout.places[n.id], "p": p if known else None})
         edges = [
-            {
-                "source": e.source,
-                "target": e.target,
-                "kind": e.kind.value,
-                "weight": e.weight,
-                "evidence": dict(e.evidence),
-                "route": layout.routes[(e.source, e.target)],
-            }
-            for e in graph.edges
+            edge | {"route": layout.routes[edge["source"], edge["target"]]}
+            for edge in graph.to_dict()["edges"]
         ]
     except (InputError, KeyError, TypeError, AttributeError):
         return None
@@ -53,10 +39,5 @@ def graph_page(data: Mapping[str, Any], probabilities: Mapping[str, float]) -> d
 
 
 def hex_color(object_id: int) -> str:
-    """The colour of an object in the marked image."""
+    """The color of an object in the marked image."""
     return "#{:02x}{:02x}{:02x}".format(*object_color(object_id))
-
-
-def _probability(probabilities: Mapping[str, float], node_id: int) -> float | None:
-    p = probabilities.get(str(node_id)) if isinstance(probabilities, Mapping) else None
-    return float(p) if isinstance(p, int | float) and 0 <= p <= 1 else None

@@ -37,33 +37,23 @@ class QueuedTrial:
         return trial_key(self.directory.name)
 
     @property
-    def status(self) -> str:
-        """ "completed", "errored", "interrupted" or "waiting"; only the first is not played again."""
+    def ended(self) -> dict[str, Any]:
+        """How it ended; else the status "interrupted" or "waiting". Only what is "completed" is not played again."""
         result = self.directory / "result.json"
         if result.exists():
-            return read_result(result).status
+            return read_result(result).summary
         partial = self.directory.with_name(self.directory.name + PARTIAL)
-        return "interrupted" if partial.exists() else "waiting"
+        return {"status": "interrupted" if partial.exists() else "waiting"}
+
+    @property
+    def completed(self) -> bool:
+        """It is not played again."""
+        return self.ended["status"] == "completed"
 
     @property
     def problem(self) -> str:
         """Name of the problem, or of its file."""
         return Path(self.spec.problem).stem
-
-    @property
-    def line(self) -> dict[str, Any]:
-        """What the page lists of it."""
-        line: dict[str, Any] = {
-            "key": self.key,
-            "name": self.directory.name,
-            "problem": self.problem,
-            "planner": NAME,
-            "expert": self.spec.planner.expert,
-            "seed": self.spec.seed,
-            "status": self.status,
-        }
-        result = self.directory / "result.json"
-        return line | (read_result(result).summary if result.exists() else {})
 
 
 @dataclass(frozen=True)
@@ -74,7 +64,7 @@ class HumanQueue:
 
     def waiting(self) -> tuple[str, ...]:
         """Keys of what is left to play."""
-        return tuple(t.key for t in self.trials if t.status != "completed")
+        return tuple(t.key for t in self.trials if not t.completed)
 
     def play(self, session: Session, play: Play) -> None:
         """Play whatever the page starts, until nothing is left. Ctrl-C ends it: KeyboardInterrupt."""
@@ -82,7 +72,10 @@ class HumanQueue:
         while waiting := self.waiting():
             key = session.ask_start(waiting, message)
             chosen = next(t for t in self.trials if t.key == key)
-            _set_aside(chosen.directory)
+            if chosen.directory.exists():  # errored: whoever asks for this trial now wants the new one
+                aside = chosen.directory.with_name(chosen.directory.name + ".errored")
+                shutil.rmtree(aside, ignore_errors=True)
+                chosen.directory.rename(aside)
             try:
                 result = play(chosen.spec, chosen.directory).result
             except InputError as error:
@@ -96,12 +89,17 @@ class HumanQueue:
 
     def lines(self) -> list[dict[str, Any]]:
         """A line per trial. What tells of a problem is offered once nobody has to play it any more."""
-        to_play = self._to_play()
-        lines = []
+        to_play, lines = self._to_play(), []
         for t in self.trials:
-            video = t.problem not in to_play and (t.directory / VIDEO).is_file()
-            replay = t.problem not in to_play and t.status == "completed"
-            lines.append({**t.line, "video": video, "replay": replay})
+            ended, over = t.ended, t.problem not in to_play
+            who = {"planner": NAME, "expert": t.spec.planner.expert, "seed": t.spec.seed}
+            offered = {
+                "video": over and (t.directory / VIDEO).is_file(),
+                "replay": over and ended["status"] == "completed",
+            }
+            lines.append(
+                {"key": t.key, "name": t.directory.name, "problem": t.problem, **who, **ended, **offered}
+            )
         return lines
 
     def withholds(self, trial: RecordedTrial) -> bool:
@@ -109,7 +107,7 @@ class HumanQueue:
         return trial.result is not None and Path(trial.spec.problem).stem in self._to_play()
 
     def _to_play(self) -> set[str]:
-        return {t.problem for t in self.trials if t.status != "completed"}
+        return {t.problem for t in self.trials if not t.completed}
 
 
 def make_queue(
@@ -144,7 +142,7 @@ def make_queue(
             "Two problems have the same file name, so their trials would be mixed up. Rename one."
         )
     for trial in trials:
-        if trial.status == "completed":
+        if trial.completed:
             there = _around(read_spec(trial.directory / "spec.json"))
             here = _around(RecordedSpec(trial.spec, sources(conditions)))
             if there != here:
@@ -159,11 +157,3 @@ def _around(recorded: RecordedSpec) -> str:
     """The conditions as text, the budget among them."""
     budget = f"at most {recorded.spec.conditions.max_picks} picks"
     return ", ".join(filter(None, (budget, recorded.conditions_text)))
-
-
-def _set_aside(directory: Path) -> None:
-    """Keep an errored trial under another name: whoever asks for this one now wants the new one."""
-    if directory.exists():
-        aside = directory.with_name(directory.name + ".errored")
-        shutil.rmtree(aside, ignore_errors=True)
-        directory.rename(aside)

@@ -36,9 +36,7 @@ class SessionState:
 
     Attributes:
         version: rises with every change.
-        phase: what is going on.
         trial: key of the trial being played, or of the one that was played last.
-        pick: number of the pick.
         allowed: ids that may be chosen while phase is CHOOSING.
         chosen: id that was chosen in this pick.
         message: a line for people.
@@ -143,11 +141,11 @@ class Session:
         if state.phase is not Phase.CHOOSING:
             made = "" if state.chosen is None else f": object {state.chosen}"
             raise RefusedError(f"Pick {state.pick + 1} has been decided already{made}.")
-        if chosen is None and state.allowed and not choice.give_up:
-            raise RefusedError("Name an object: some can be grasped.")
-        if chosen is not None and chosen not in state.allowed and not choice.give_up:
-            graspable = ", ".join(map(str, state.allowed)) or "none"
-            raise RefusedError(f"Object {chosen} cannot be grasped now; these can: {graspable}.")
+        if choice.give_up or chosen in state.allowed or (chosen is None and not state.allowed):
+            return
+        graspable = ", ".join(map(str, state.allowed)) or "none"
+        what = "Name an object" if chosen is None else f"Object {chosen} cannot be grasped now"
+        raise RefusedError(f"{what}; these can: {graspable}.")
 
     def _set(self, **changes: Any) -> None:
         self._state = replace(self._state, version=self._state.version + 1, **changes)

@@ -2,7 +2,6 @@
 
 import cv2
 import numpy as np
-from jaxtyping import UInt8
 
 from torc.episode.pictures import crop_around_objects
 from torc.episode.recorded import RecordedTrial
@@ -18,29 +17,18 @@ def thumbnail(trial: RecordedTrial, number: int) -> bytes:
 
     Raises InputError where there is no picture.
     """
-    image = _decoded(trial.picture(number))
+    png = trial.picture(number)
+    # Width and height stand in the first chunk: nothing huge is unpacked.
+    width, height = (int.from_bytes(png[i : i + 4], "big") for i in (16, 20))
+    small = width * height <= MAX_PIXELS
+    image = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR_RGB) if small else None
+    if image is None:
+        raise InputError("The picture of this pick is damaged or too large.")
     view, decided = trial.view(number), trial.pick(number).decided
     if view is not None and view.label_image.shape == image.shape[:2]:
         if decided is not None and decided.object_id is not None:
-            image = _ringed(image, view.label_image == decided.object_id)
+            mask = (view.label_image == decided.object_id).astype(np.uint8)
+            image[cv2.dilate(mask, np.ones((9, 9), np.uint8)) > mask] = 255
         image = image[crop_around_objects(view.label_image.astype(np.int16))]
-    height = max(1, round(WIDTH * image.shape[0] / image.shape[1]))
-    return jpeg(cv2.resize(image, (WIDTH, height), interpolation=cv2.INTER_AREA))
-
-
-def _decoded(png: bytes) -> UInt8[np.ndarray, "h w 3"]:
-    # Width and height stand in the first chunk: nothing huge is unpacked.
-    width, height = (int.from_bytes(png[i : i + 4], "big") for i in (16, 20))
-    image = (
-        cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR) if width * height <= MAX_PIXELS else None
-    )
-    if image is None:
-        raise InputError("The picture of this pick is damaged or too large.")
-    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8)
-
-
-def _ringed(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    grown = cv2.dilate(mask.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
-    out = image.copy()
-    out[grown & ~mask] = 255
-    return out
+    rows = max(1, round(WIDTH * image.shape[0] / image.shape[1]))
+    return jpeg(cv2.resize(image, (WIDTH, rows), interpolation=cv2.INTER_AREA).astype(np.uint8))

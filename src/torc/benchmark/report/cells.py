@@ -67,12 +67,4 @@ def signed_text(found: Estimate, digits: int) -> str:
 
 def seconds_text(found: Estimate) -> str:
     """The value alone, in two significant digits."""
-    value = found.value
-    if not np.isfinite(value):
-        return ""
-    return f"{value:.2g}" if value < 100 else f"{value:.0f}"
-
-
-def p_text(p: float, is_a_bound: bool) -> str:
-    """A p-value; `is_a_bound`: it is known only to be less."""
-    return ("< " if is_a_bound else "") + f"{p:.2g}"
+    return found.text(None).partition(" ")[0]

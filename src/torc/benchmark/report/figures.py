@@ -1,4 +1,4 @@
-"""The figures: the paper's 9 and 10 from our trials, with the paper's own values beside them, and two more.
+"""The figures: the paper's 9 and 10 from our trials, with the paper's own values beside them, and every problem.
 
 Colors are those of M. Okabe and K. Ito, which people of every color vision can tell apart; hatches and markers say the
 same again. matplotlib is imported when the first figure is drawn.
@@ -9,14 +9,14 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from torc.benchmark.intervals import Estimate
-from torc.benchmark.measures import COST, DROP_FREE, SUCCESS
+from torc.benchmark.measures import DROP_FREE, SUCCESS
 from torc.benchmark.paper import PaperMethod, paper_method, paper_success
-from torc.benchmark.report.tables import CATEGORIES
 from torc.benchmark.rows import Table, TrialRow
 from torc.errors import MissingDependencyError, extra_remedy
 
@@ -71,8 +71,7 @@ def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
             figure.tight_layout()
             figure.savefig(svg, format="svg", metadata={"Date": None})
             figure.savefig(png, format="png", dpi=150)
-        wide = draw in (_categories, _problems)
-        pictures.append(Picture(name, title, text, svg.getvalue(), png.getvalue(), wide))
+        pictures.append(Picture(name, title, text, svg.getvalue(), png.getvalue(), draw is _problems))
     return pictures
 
 
@@ -93,32 +92,13 @@ def _success(table: Table, planners: list[str]) -> Figure:
     return figure
 
 
-def _picks(table: Table, planners: list[str]) -> Figure:
-    return _boxes(table, planners, lambda r: [r.picks], lambda m: [m.picks], "picks per trial")
-
-
-def _drops(table: Table, planners: list[str]) -> Figure:
-    return _boxes(table, planners, lambda r: [r.drops], lambda m: [m.drops], "objects dropped per trial")
-
-
-def _decision_time(table: Table, planners: list[str]) -> Figure:
-    def seconds(row: TrialRow) -> list[float]:
-        return [max(p.decision_s, 1e-4) for p in row.picked]
-
-    def papers(method: PaperMethod) -> list[float]:
-        return [] if method.decision_s is None else [method.decision_s]
-
-    figure = _boxes(table, planners, seconds, papers, "seconds per decision")
-    figure.axes[0].set_yscale("log")
-    return figure
-
-
 def _boxes(
     table: Table,
     planners: list[str],
     values: Callable[[TrialRow], list[float]],
-    papers: Callable[[PaperMethod], list[float]],
+    paper: Callable[[PaperMethod], list[float]],
     label: str,
+    log: bool = False,
 ) -> Figure:
     """A box, and points, of all values of each planner's completed trials."""
     figure, (axes,) = _new_figure(max(5.4, 1.8 + 0.85 * len(planners)), 3.8)
@@ -134,26 +114,10 @@ def _boxes(
                 points = rng.choice(points, _MAX_POINTS, replace=False)
             beside = i + rng.uniform(-0.2, 0.2, len(points))
             axes.scatter(beside, points, 7, color=_color(i), alpha=0.6, zorder=3)
-        _mark_paper(axes, i, planner, papers)
+        _mark_paper(axes, i, planner, paper)
     axes.set_ylabel(label)
+    axes.set_yscale("log" if log else "linear")
     _name_planners(axes, planners)
-    return figure
-
-
-def _categories(table: Table, planners: list[str]) -> Figure:
-    figure, all_axes = _new_figure(max(8.4, 3.0 + 1.7 * len(planners)), 3.8, 2)
-    for axes, measure in zip(all_axes, (SUCCESS, COST)):
-        for category, marker, shift in zip(CATEGORIES, ("s", "o"), (-0.12, 0.12)):
-            for i, planner in enumerate(planners):
-                found = measure.of(table.completed(planner, category))
-                if found.count:
-                    x, look = i + shift, {"color": _color(i), "edgecolor": _INK, "zorder": 4}
-                    _whisker(axes, x, found)
-                    axes.scatter(x, found.value, 52, marker=marker, **look)
-            axes.scatter([], [], 52, marker=marker, color="white", edgecolor=_INK, label=category)
-        axes.set_ylabel("share retrieved" if measure is SUCCESS else measure.name)
-        _name_planners(axes, planners)
-    all_axes[0].set_ylim(0, 1.04)
     return figure
 
 
@@ -215,8 +179,7 @@ def _whisker(axes: Axes, x: float, found: Estimate) -> None:
 def _mark_paper(axes: Axes, i: int, planner: str, values: Callable[[PaperMethod], list[float]]) -> None:
     """The paper's values beside a planner's; an entry of the legend with the first."""
     method = paper_method(planner)
-    marks = values(method) if method else []
-    if marks:
+    if marks := values(method) if method else []:
         axes.scatter([i + 0.36] * len(marks), marks, **_PAPER_MARK)
     if i == 0:
         axes.scatter([], [], **_PAPER_MARK, label="the paper")
@@ -230,27 +193,30 @@ _FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
         "95 % intervals. Diamonds: the paper's values, upper one for all successes, lower one for those with no drop.",
     ),
     "picks": (
-        _picks,
+        partial(_boxes, values=lambda r: [r.picks], paper=lambda m: [m.picks], label="picks per trial"),
         "Picks required (the paper's figure 9, right)",
         "Picks of every completed trial, failed attempts included. Box: quartiles and median. Diamonds: the paper's "
         "medians.",
     ),
     "drops": (
-        _drops,
+        partial(
+            _boxes, values=lambda r: [r.drops], paper=lambda m: [m.drops], label="objects dropped per trial"
+        ),
         "Objects dropped (the paper's figure 10, left)",
         "Objects other than the target that fell off the table, of every completed trial. Diamonds: the paper's "
         "medians.",
     ),
     "decision_time": (
-        _decision_time,
+        partial(
+            _boxes,
+            values=lambda r: [max(p.decision_s, 1e-4) for p in r.picked],
+            paper=lambda m: [] if m.decision_s is None else [m.decision_s],
+            label="seconds per decision",
+            log=True,
+        ),
         "Decision time (the paper's figure 10, right)",
         "Wall time of every decision on a logarithmic scale (0.1 ms is the least that is shown). Diamonds: the paper's "
         "medians, on other machines.",
-    ),
-    "categories": (
-        _categories,
-        "Structured against unstructured scenes",
-        "Left: share of trials with the target retrieved. Right: picks to retrieval. Lines: 95 % intervals.",
     ),
     "problems": (
         _problems,

@@ -4,25 +4,19 @@ import base64
 import io
 from collections import defaultdict, deque
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from PIL import Image
 
 from torc.benchmark.report.cells import Cell, Link, TextTable, address_of, outcome
-from torc.benchmark.rows import PickRow, Table, TrialRow
-from torc.episode.pictures import COLUMNS, PANEL_WIDTH
+from torc.benchmark.rows import Table, TrialRow
 
 _FAILED, _ERRORED, _MISSING = "\N{MULTIPLICATION X}", "!", "\N{MIDDLE DOT}"
 KEY: tuple[str | Link, ...] = (
     *("A square per seed: ", Link("4", kind="clean"), " retrieved in 4 picks, "),
-    *(
-        Link("4", kind="drops"),
-        " the same, but with drops, ",
-        Link(_FAILED, kind="failed"),
-        " not retrieved, ",
-    ),
+    *(Link("4", kind="drops"), " the same, but with drops, "),
+    *(Link(_FAILED, kind="failed"), " not retrieved, "),
     *(Link(_ERRORED, kind="errored"), " errored, ", Link(_MISSING, kind="missing"), " not played yet."),
 )
 """How to read the table of trials."""
@@ -47,8 +41,7 @@ def _square(table: Table, row: TrialRow) -> Link:
     else:
         kind, text = "drops" if row.drops else "clean", str(row.picks)
     told = f"{outcome(row)}, {row.picks} picks, {row.drops} dropped" if row.completed else row.status
-    title = f"{row.planner} on {row.problem}, seed {row.seed}: {told}"
-    return Link(text, address_of(table, row), kind, title)
+    return Link(text, address_of(table, row), kind, f"{row.title}: {told}")
 
 
 @dataclass(frozen=True)
@@ -81,37 +74,21 @@ def failures(table: Table, planners: Sequence[str], most: int) -> tuple[list[Fai
 
 
 def _failure(table: Table, row: TrialRow) -> Failure:
-    pick = row.failed_pick
-    text = f"{row.end} after {row.picks} picks"
+    pick, text, jpeg = row.failed_pick, f"{row.end} after {row.picks} picks", ""
     if pick is not None:
         said = f": {pick.detail}" if pick.detail else ""
         text += f". Pick {pick.pick + 1}, object {pick.object_id}: {pick.result}{said}"
-    title = f"{row.planner} on {row.problem}, seed {row.seed}"
-    address = address_of(table, row, pick.pick if pick else 0)
-    return Failure(title, text, address, _picture(row.directory, pick) if pick else "")
+        jpeg = _small(row.directory / "picks" / f"{pick.pick:02d}_seen.png")
+    return Failure(row.title, text, address_of(table, row, pick.pick if pick else 0), jpeg)
 
 
-def _picture(directory: Path, pick: PickRow) -> str:
-    """The pick's panel of the strip, with choice and outcome; else what the planner saw; else nothing."""
-    image: Image.Image | None = None
-    with suppress(OSError, ValueError):
-        image = _panel(directory / "strip.png", pick.pick)
-    with suppress(OSError, ValueError):
-        image = image or Image.open(directory / "picks" / f"{pick.pick:02d}_seen.png").convert("RGB")
-    if image is None:
+def _small(picture: Path) -> str:
+    """A small copy as JPEG in base64; "" where there is no readable picture."""
+    try:
+        image = Image.open(picture).convert("RGB")
+    except (OSError, ValueError):
         return ""
     image.thumbnail((_MAX_WIDTH, 10 * _MAX_WIDTH))
     encoded = io.BytesIO()
     image.save(encoded, "JPEG", quality=_JPEG_QUALITY)
     return base64.b64encode(encoded.getvalue()).decode()
-
-
-def _panel(strip: Path, pick: int) -> Image.Image:
-    """A strip has its panels in rows of COLUMNS; how many rows follows from the number of picks."""
-    image = Image.open(strip).convert("RGB")
-    picks = len(list((strip.parent / "picks").glob("*_seen.png")))
-    height = image.height // max(1, -(-picks // COLUMNS))
-    left, top = (pick % COLUMNS) * PANEL_WIDTH, (pick // COLUMNS) * height
-    if left + PANEL_WIDTH > image.width or top + height > image.height:
-        raise ValueError("the strip has no such panel")
-    return image.crop((left, top, left + PANEL_WIDTH, top + height))

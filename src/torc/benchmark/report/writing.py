@@ -6,18 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from torc.benchmark.intervals import Estimate
+from torc.benchmark.manifest import calls
 from torc.benchmark.measures import MEASURES
 from torc.benchmark.paper import CITATION
 from torc.benchmark.reading import read_tables
 from torc.benchmark.report import tables
-from torc.benchmark.report.bounds import beaten_table, bound_summary, bounds_table
+from torc.benchmark.report.bounds import beaten_table, bound_summary
 from torc.benchmark.report.cells import Link, address_of
 from torc.benchmark.report.figures import Picture, draw_all
-from torc.benchmark.report.pages import Page, Section, html_page, markdown_page
+from torc.benchmark.report.pages import Section, html_page, markdown_page
+from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
 from torc.benchmark.report.trials import KEY, failures, trial_board
-from torc.benchmark.report.verdict import Ranking, rank_on_common_ground
 from torc.benchmark.rows import Table
-from torc.benchmark.store import Store
 from torc.benchmark.table_files import write_tables
 from torc.errors import InputError
 
@@ -40,13 +40,9 @@ _OBJECTIVE = (
 
 @dataclass(frozen=True)
 class Report:
-    """What was written, and its gist.
+    """What was written: the HTML page in a directory, and as plain data answer, ranking, measures.
 
-    Attributes:
-        directory: of the report.
-        page: the HTML page.
-        view_command: what makes its links to trials work; "" where it has none.
-        summary: plain data: answer, ranking, measures.
+    `view_command` makes the links to trials work; "" where there are none.
     """
 
     directory: Path
@@ -71,38 +67,35 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
     ranking = rank_on_common_ground(table)
     pictures = draw_all(table, [s.planner for s in ranking.standings])
     view_command = table.view_command if any(address_of(table, row) for row in table.rows) else ""
-    page = _page(table, ranking, pictures, gallery, view_command)
+    planners = [s.planner for s in ranking.standings]
+    trials = f"{sum(r.completed for r in table.rows)} trials, {len(table.problems)} problems, {len(planners)} planners"
+    conditions = f", with {table.conditions}" if table.conditions else ""
+    title = f"{table.root.resolve().name}: {trials}{conditions}"
+    page = title, ranking.verdict, _sections(table, ranking, pictures, gallery, view_command)
     try:
         (out / _FIGURES).mkdir(parents=True, exist_ok=True)
         for picture in pictures:
             (out / _FIGURES / f"{picture.name}.svg").write_bytes(picture.svg)
             (out / _FIGURES / f"{picture.name}.png").write_bytes(picture.png)
         write_tables(table, out)
-        (out / "index.html").write_text(html_page(page), encoding="utf-8")
-        (out / "report.md").write_text(markdown_page(page, _FIGURES), encoding="utf-8")
+        (out / "index.html").write_text(html_page(*page), encoding="utf-8")
+        (out / "report.md").write_text(markdown_page(*page, _FIGURES), encoding="utf-8")
     except OSError as error:
         raise InputError(f"Cannot write to '{out}': {error.strerror}. Choose another --out.") from error
     return Report(out, out / "index.html", view_command, _summary(ranking))
 
 
-def _page(
+def _sections(
     table: Table, ranking: Ranking, pictures: Sequence[Picture], gallery: int, view_command: str
-) -> Page:
+) -> list[Section]:
     planners = [s.planner for s in ranking.standings]
-    trials = sum(r.completed for r in table.rows)
-    counts = f"{trials} trials, {len(table.problems)} problems, {len(planners)} planners"
-    conditions = f", with {table.conditions}" if table.conditions else ""
     references = tables.references_table(ranking.standings, ranking.table)
     open_tables = [
         tables.comparison_table(table, planners),
         tables.measures_table(table, planners),
-        tables.paper_table(table, planners),
         *tables.causes_tables(table, planners),
         tables.promises_table(table, planners),
-        tables.times_table(table, planners),
-        tables.difficulty_table(table),
         beaten_table(table),
-        bounds_table(table),
         tables.errors_table(table),
     ]
     shown, failed = failures(table, planners, gallery)
@@ -111,8 +104,7 @@ def _page(
     )
     how = " Each is a link to the trial, pick by pick. Links to trials work while "
     links = (how, Link(view_command, kind="code"), " runs.") if view_command else ()
-    numbers = tables.problems_table(table, planners), tables.trials_table(table)
-    sections = [
+    return [
         Section("", [tables.ranking_table(ranking.standings, ranking.table, ranking.comparable)]),
         *([Section(references.title, [references])] if references.rows else []),
         Section("The paper's figures, from these trials", pictures, "figures"),
@@ -122,20 +114,18 @@ def _page(
         ),
         Section("Every trial", [(*KEY, *links), trial_board(table, planners)], "trials"),
         Section("Failures", [told if failed else "No completed trial failed.", *shown], "failures"),
-        Section("Every problem and trial in numbers", [t for t in numbers if t.rows], "details", folded=True),
         Section(
             "How this was made",
             [_OBJECTIVE, _INTERVALS, f"Diamonds: {CITATION}.", *_origins(table)],
             "method",
         ),
     ]
-    return Page(f"{table.root.resolve().name}: {counts}{conditions}", ranking.verdict, sections)
 
 
 def _origins(table: Table) -> list[str]:
     """Sentences on where the trials come from."""
-    store, told = Store(table.root), []
-    for call in store.calls() if store.is_there else []:
+    told = []
+    for call in calls(table.root):
         commit, machine = call.get("commit"), call.get("machine", {})
         changed = ", changed" if commit and commit["changed"] else ""
         source = f"commit {commit['id'][:12]}{changed}" if commit else "no checkout"

@@ -1,24 +1,63 @@
-"""The answer to "which planner should I use?", with what speaks for it and what stands in the way."""
+"""Which planner is best by the paper's objectives, which ones the trials cannot tell from it, and the answer in words.
+
+The primary objective is to minimise the picks until the target is retrieved, the secondary one to minimise the objects
+dropped (the paper: Task Planning Solutions for TORC). A trial that never retrieves the target has spent its budget and
+would need more picks than that: it counts as the whole budget, so that giving up early wins nothing.
+"""
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from torc.benchmark.measures import DECISION_S
-from torc.benchmark.ranking import Standing, rank
+from torc.benchmark.comparison import ALPHA, Comparison, compare, holm
+from torc.benchmark.intervals import Estimate
+from torc.benchmark.measures import COST, DECISION_S, DROPS, SUCCESS
 from torc.benchmark.report.bounds import bound_sentence
 from torc.benchmark.report.cells import seconds_text, signed_text
 from torc.benchmark.rows import Table
+from torc.episode.versions import differing
 
 FEW_PROBLEMS = 10
-_ONLY_REFERENCES = (
-    "There are only references here, no planners to use: add some, or the directory of their trials."
-)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A planner in the ranking.
+
+    Attributes:
+        cost, success, drops: of its completed trials.
+        completed, played, planned: numbers of trials.
+        reference: not a planner to use: in some trial it was no participant.
+        behind: against the leader; None for the leader itself, and where they share no trial.
+        p: of no difference in cost from the leader, corrected for the number of planners; None as `behind`, and for
+            references.
+    """
+
+    planner: str
+    cost: Estimate
+    success: Estimate
+    drops: Estimate
+    completed: int
+    played: int
+    planned: int
+    reference: bool
+    behind: Comparison | None = None
+    p: float | None = None
+
+    @property
+    def ties(self) -> bool:
+        """The trials cannot tell it from the leader by the primary objective."""
+        return self.p is not None and not self.p < ALPHA
+
+    @property
+    def errored(self) -> float:
+        """Share of the played trials."""
+        return 1 - self.completed / self.played if self.played else 0.0
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The answer: a planner's label, or None where no trial was completed; and sentences."""
+    """The answer: a planner's label, or None where there is none to name; and sentences."""
 
     planner: str | None
     answer: str
@@ -40,14 +79,48 @@ class Ranking:
     comparable: bool = True
 
 
+def rank(table: Table) -> list[Standing]:
+    """All planners: by picks to retrieval, then drops; those without a completed trial last, references after all."""
+    standings = sorted((_standing(table, planner) for planner in table.planners), key=_order)
+    leader = _leader(standings)
+    if leader is None:
+        return standings
+    behind = {
+        s.planner: found
+        for s in standings
+        if s is not leader and s.completed and (found := compare(table, s.planner, leader.planner)).pairs
+    }
+    competing = [s.planner for s in standings if s.planner in behind and not s.reference]
+    p = dict(zip(competing, holm([behind[planner].p_cost for planner in competing])))
+    return [replace(s, behind=behind.get(s.planner), p=p.get(s.planner)) for s in standings]
+
+
+def _standing(table: Table, planner: str) -> Standing:
+    rows, done = table.of(planner), table.completed(planner)
+    played = sum(r.status != "missing" for r in rows)
+    facts = COST.of(done), SUCCESS.of(done), DROPS.of(done)
+    reference = not all(r.participant for r in rows)
+    return Standing(planner, *facts, len(done), played, len(rows), reference)
+
+
+def _order(standing: Standing) -> tuple[bool, bool, float, float, str]:
+    none = standing.completed == 0
+    cost, drops = (0.0, 0.0) if none else (round(standing.cost.value, 9), standing.drops.value)
+    return standing.reference, none, cost, drops, standing.planner
+
+
+def _leader(standings: Sequence[Standing]) -> Standing | None:
+    """The others are compared with it."""
+    return next((s for s in standings if not s.reference and s.completed), None)
+
+
 def rank_on_common_ground(table: Table) -> Ranking:
     """The ranking over the problems that every planner has trials of: means over different ones do not compare.
 
     References may have fewer.
     """
     standings = rank(table)
-    ranked = [s.planner for s in standings if not s.reference]
-    problems = {planner: {r.problem for r in table.of(planner)} for planner in ranked}
+    problems = {s.planner: {r.problem for r in table.of(s.planner)} for s in standings if not s.reference}
     everything = set().union(*problems.values())
     common = everything.intersection(*problems.values())
     if common == everything:
@@ -55,7 +128,7 @@ def rank_on_common_ground(table: Table) -> Ranking:
     counts = ", ".join(f"{planner} {len(mine)}" for planner, mine in problems.items())
     if not common:
         answer = f"These planners cannot be ranked: there is no problem that all of them were played on ({counts})."
-        told = Verdict(None, answer, (), verdict(table, standings).warnings)
+        told = Verdict(None, answer, (), tuple(_warnings(table, standings)))
         return Ranking(table, standings, told, comparable=False)
     shared = replace(table, rows=tuple(r for r in table.rows if r.problem in common))
     standings = rank(shared)
@@ -69,13 +142,13 @@ def rank_on_common_ground(table: Table) -> Ranking:
 
 def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
     """By the primary objective, and by the secondary one where the first cannot tell."""
-    leader = next((s for s in standings if s.is_leader), None)
-    warnings = tuple(_warnings(table, standings))
+    leader, warnings = _leader(standings), tuple(_warnings(table, standings))
     if leader is None:
-        judged = any(s.completed for s in standings)
-        answer = _ONLY_REFERENCES if judged else "No planner has completed a trial yet."
+        answer = "No planner has completed a trial yet."
+        if any(s.completed for s in standings):
+            answer = "There are only references here, no planners to use: add some, or the directory of their trials."
         return Verdict(None, answer, (), warnings)
-    ties = [s for s in standings if s.ties and not s.reference]
+    ties = [s for s in standings if s.ties]
     cleaner = [s for s in ties if s.behind is not None and s.behind.drops.high < 0]
     best = min(cleaner, key=lambda s: s.drops.value) if cleaner else leader
     reasons = [_numbers(table, best), bound_sentence(table, best.planner)]
@@ -97,8 +170,7 @@ def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
 
 def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
     found = []
-    missing = Counter(r.planner for r in table.rows if r.status == "missing")
-    if missing:
+    if missing := Counter(r.planner for r in table.rows if r.status == "missing"):
         told = ", ".join(f"{planner} {n}" for planner, n in missing.items())
         found.append(
             f"{missing.total()} planned trials have not been played yet ({told}): torc bench goes on."
@@ -117,12 +189,11 @@ def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
         found.append(
             f"Only {problems} problems: intervals are wide, and another choice of problems may say otherwise."
         )
-    budgets = {r.max_picks for r in done}
+    budgets, versions = {r.max_picks for r in done}, differing(r.version for r in done)
     if len(budgets) > 1:
         found.append(f"Trials have different budgets of picks ({', '.join(map(str, sorted(budgets)))}).")
-    versions = {r.version for r in done}
-    if len(versions) > 1:
-        found.append(f"Trials come from several versions of torc ({', '.join(sorted(versions))}).")
+    if versions:
+        found.append(f"Trials were played with several versions ({', '.join(versions)}).")
     if table.left_out:
         found.append(f"{len(table.left_out)} directories of trials are left out (see the end of this page).")
     return found
