@@ -51,7 +51,7 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
     from torc.episode.events import Event, Executed, Planned, Started
     from torc.episode.loop import run_episode
     from torc.episode.simulated import pick_parts, simulated_robot
-    from torc.episode.steps import EpisodeConfig, EpisodeParts
+    from torc.episode.steps import EpisodeConfig
     from torc.pipeline.building import build_system
     from torc.pipeline.failures import failed_tries
     from torc.problems.problem import load_problem
@@ -78,9 +78,8 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
 
     with simulated_robot(system, problem) as simulated:
         simulated.take_over()
-        parts = EpisodeParts(pick_parts(system, simulated), make_planner(planner))
         started = Started(problem.name, planner, seed, problem.description, EpisodeConfig().max_picks)
-        run_episode(parts, started, EpisodeConfig(seed=seed), [note])
+        run_episode(pick_parts(system, simulated), make_planner(planner), started, [note])
     aside = path.with_suffix(".partial")
     aside.write_text(json.dumps({"problem": problem.name, "category": problem.category, "tries": tries}))
     aside.rename(path)

@@ -31,8 +31,6 @@ from benchmarks.processes import run_jobs
 from torc.episode.events import Event, Looked, Started
 from torc.episode.loop import run_episode
 from torc.episode.simulated import pick_parts, simulated_robot
-from torc.episode.steps import EpisodeConfig, EpisodeParts
-from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.report import hold_back_unlikely
@@ -74,9 +72,8 @@ def gather(problem_name: str, looks: int, directory: Path) -> str:
     with simulated_robot(system, problem) as simulated:
         simulated.take_over()
         planner = make_planner("dg-select")
-        parts = EpisodeParts(pick_parts(system, simulated), planner)
         started = Started(problem.name, planner.name, 0, problem.description, looks)
-        run_episode(parts, started, EpisodeConfig(max_picks=looks), [note])
+        run_episode(pick_parts(system, simulated), planner, started, [note])
     aside = directory.with_suffix(".partial")
     aside.mkdir(parents=True, exist_ok=True)
     for pick, observation in enumerate(seen[:looks]):
@@ -179,7 +176,7 @@ def compare(frame: Path, path: Path) -> str:
 
 def look(pipeline: Pipeline, observation: Observation, seed: int = 0) -> Look:
     """As the first look of a trial."""
-    return pipeline.look(observation, empty_volume(pipeline.workspace.grid), target_description="", seed=seed)
+    return pipeline.look(observation, seed=seed)
 
 
 def row(

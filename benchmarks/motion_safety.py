@@ -20,7 +20,6 @@ from tests.helpers.motion_checker import PlanChecker
 from torc.episode.steps import pick_request
 from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
-from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import build_pipeline
 from torc.pipeline.look import Look
 from torc.pipeline.seeding import stage_rng
@@ -85,9 +84,7 @@ def requests(
     while len(problem.objects) > 1:
         with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
             observation = simulated.capture()
-        look: Look = pipeline.look(
-            observation, empty_volume(workspace.grid), target_description="", seed=seed
-        )
+        look: Look = pipeline.look(observation, seed=seed)
         graspable = look.context.report.graspable_ids
         for object_id in graspable:
             yield pick_request(look, object_id)

@@ -42,8 +42,8 @@ class Args:
 def solve(problem_name: str, seed: int, budget: float, likely: bool) -> dict:
     """The answer, and when it came."""
     from torc.episode.oracle.answer import answer_from
-    from torc.episode.oracle.branches import Branches
     from torc.episode.oracle.search import search
+    from torc.episode.oracle.solve import Branches
     from torc.episode.privileged import open_sandbox
     from torc.episode.steps import EpisodeConfig
     from torc.pipeline.building import build_system

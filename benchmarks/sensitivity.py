@@ -137,7 +137,7 @@ def _played(problem_name: str, planner: str, seed: int, condition: Condition) ->
     from torc.episode.events import Started
     from torc.episode.loop import run_episode
     from torc.episode.simulated import pick_parts
-    from torc.episode.steps import EpisodeConfig, EpisodeParts
+    from torc.episode.steps import EpisodeConfig
     from torc.pipeline.building import build_system
     from torc.problems.problem import load_problem
     from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
@@ -157,9 +157,8 @@ def _played(problem_name: str, planner: str, seed: int, condition: Condition) ->
     guards = ExecutionConfig() if condition.guard else ExecutionConfig(free_guard=None, approach_guard=None)
     with SimulatedRobot(world, SimulatedRobotConfig(execution=guards)) as simulated:
         simulated.take_over()
-        parts = EpisodeParts(pick_parts(system, simulated), make_planner(planner))
         started = Started(problem.name, planner, seed, problem.description, config.max_picks)
-        result = run_episode(parts, started, config)
+        result = run_episode(pick_parts(system, simulated), make_planner(planner), started)
     tried = [o for o in result.outcomes if o.result.grasp_tried]
     return {
         "end": result.end.value,

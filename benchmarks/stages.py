@@ -16,7 +16,6 @@ import tyro
 from torc.episode.events import Decided, Event, Executed, Looked, Planned, Started
 from torc.episode.loop import rehearse, run_episode
 from torc.episode.simulated import pick_parts, simulated_robot
-from torc.episode.steps import EpisodeConfig, EpisodeParts
 from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.problems.sets import problem_names
@@ -88,12 +87,12 @@ def main() -> None:
         for problem in map(load_problem, problem_names("torc40")):
             with simulated_robot(system, problem) as simulated:
                 simulated.take_over()
-                parts = EpisodeParts(pick_parts(system, simulated), planner)
+                parts = pick_parts(system, simulated)
                 if not warm:
-                    rehearse(parts)
+                    rehearse(parts, planner)
                     warm = True
                 started = Started(problem.name, planner.name, seed, problem.description, args.picks)
-                run_episode(parts, started, EpisodeConfig(args.picks, seed), [watch])
+                run_episode(parts, planner, started, [watch])
     print("| step | samples | median, s | p95, s | budget, s | paper, s | paper / ours |")
     print("|---|---|---|---|---|---|---|")
     for name, budget in BUDGETS.items():

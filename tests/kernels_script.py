@@ -14,7 +14,7 @@ from tests.helpers.kernels import all_signatures, compiled_since
 from torc.brain import decide_frame, load_frame, rehearse
 from torc.episode.loop import rehearse as rehearse_episode
 from torc.episode.pick_view import view_of
-from torc.episode.steps import EpisodeParts, PickParts
+from torc.episode.steps import PickParts
 from torc.episode.trial import run_trial
 from torc.motion.planner import SamplingMotionPlanner
 from torc.pipeline.building import build_pipeline
@@ -32,7 +32,7 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
     shapes = random_clutter(np.random.default_rng(0), 9)
     motion = SamplingMotionPlanner(robot, workspace)
     planner, pipeline = make_planner("dg-select"), build_pipeline(Conditions(), robot, workspace)
-    rehearsal = rehearse_episode(EpisodeParts(PickParts(FakeRobot(robot, shapes), pipeline, motion), planner))
+    rehearsal = rehearse_episode(PickParts(FakeRobot(robot, shapes), pipeline, motion), planner)
     view_of(rehearsal.context)
     rehearsed = all_signatures()
     announced: list[str] = []

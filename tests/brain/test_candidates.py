@@ -5,7 +5,7 @@ import pytest
 
 from tests.helpers.fake_episode import ScriptedPlanner
 from torc.brain import decide_frame
-from torc.brain.candidates import FATES, blockers_of, grasp_fates, valid_grasps
+from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.records import GraspStatus
 from torc.testing.contexts import box, make_context
 
@@ -15,10 +15,10 @@ def context():
     return make_context(shapes, valid={1: 2}, blocked={0: [(1,), (1,)]}, unreachable={0: 3})
 
 
-def test_every_grasp_has_a_fate_in_words():
-    assert set(FATES) == set(GraspStatus)
-    assert grasp_fates(context(), 0) == {GraspStatus.BLOCKED: 2, GraspStatus.UNREACHABLE: 3}
-    assert grasp_fates(context(), 1) == {GraspStatus.VALID: 2}
+def test_every_status_is_counted_and_has_words():
+    assert set(STATUS_WORDS) == set(GraspStatus)
+    assert status_counts(context(), 0) == {GraspStatus.BLOCKED: 2, GraspStatus.UNREACHABLE: 3}
+    assert status_counts(context(), 1) == {GraspStatus.VALID: 2}
     assert blockers_of(context(), 0) == {1: 2}
     assert blockers_of(context(), 1) == {}
 
@@ -34,10 +34,3 @@ def test_the_grasps_of_the_choice_are_its_valid_ones_best_first(frame_of, chosen
         distance = np.linalg.norm(points - grasp.T_world_tcp[:3, 3], axis=1).min()
         assert distance < 0.06  # at the object, and nowhere else
     assert answer.to_dict()["grasps"] == [grasp.to_dict() for grasp in answer.grasps]
-
-
-def test_without_a_choice_there_is_no_grasp(frame_of):
-    answer = decide_frame(frame_of(), ScriptedPlanner([None]))
-    assert answer.grasps == ()
-    assert answer.to_dict()["grasps"] == []
-    assert valid_grasps(context(), 0) == ()

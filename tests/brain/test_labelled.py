@@ -2,19 +2,13 @@
 
 import json
 import re
-from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.brain import answer_text, decide_frame
-from torc.brain.labelled import evidence_in_labels
-from torc.perception.marking import mark_image
-from torc.task_planning.dg_select import DgSelectPlanner
-from torc.task_planning.drawing import draw_decision
+from torc.brain.answer import evidence_in_labels
 from torc.task_planning.registry import make_planner
-from torc.testing import contexts
 
 IDS = {"0", "1"}
 """Ids that torc gives the labels 512 and 40000."""
@@ -57,23 +51,6 @@ def test_reasons_and_json_hold_labels_alone(frame_of, name, target):
     assert not IDS & set(re.findall(r"Pick (\d+)", answer_text(answer)))
 
 
-def test_a_path_to_the_target_is_told_in_labels():
-    context = replace(contexts.behind_context(), labels=((0, 512), (1, 40_000), (2, 7)))
-    told = DgSelectPlanner().decide(context, np.random.default_rng(0)).reason
-    assert told.startswith("Pick 40000 (")
-    assert told.endswith("grasps of the target 512.")
-
-
 def test_what_somebodys_planner_leaves_passes_as_it_is():
     evidence = {"graph": [1, 2], "probabilities": "none", "certainty": {}, "pixels": {"1": 40}}
     assert evidence_in_labels(evidence, {0: 512, 1: 40_000}) == evidence
-
-
-def test_pictures_carry_labels(frame_of):
-    answer = decide_frame(frame_of())
-    scene = answer.look.context.scene
-    assert not np.array_equal(mark_image(scene, labels=answer.labels), mark_image(scene))
-    assert np.array_equal(mark_image(scene, labels={k: k for k in scene.ids}), mark_image(scene))
-    drawn, plain = draw_decision(answer.decision, answer.labels), draw_decision(answer.decision)
-    assert drawn.shape == plain.shape
-    assert not np.array_equal(drawn, plain)

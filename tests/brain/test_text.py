@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from tests.helpers.fake_episode import ScriptedPlanner
@@ -49,21 +48,7 @@ def test_lines_fit_eighty_columns(frame_of, chosen):
     assert max(map(len, text.splitlines())) <= 80
 
 
-def test_what_is_left_out_is_said(frame_of):
-    assert "Left out, for too few pixels or readings of depth: 23." in answer_text(decide_frame(frame_of()))
-
-
 def test_a_target_that_shows_too_little_is_said_to_be_hidden(frame_of):
     text = answer_text(decide_frame(frame_of(target=23))).replace("\n", " ")
     assert "The target is object 23, shows too little to be found and counts as hidden." in text
     assert "The target is hidden." in answer_text(decide_frame(frame_of(target="hidden")))
-
-
-def test_a_frame_without_anything_to_see_has_no_table(frame_of):
-    frame = frame_of()
-    label = np.where(frame.observation.label_image == 23, np.int16(23), np.int16(-1))
-    nothing = replace(frame, observation=replace(frame.observation, label_image=label))
-    text = answer_text(decide_frame(nothing))
-    assert text.startswith("No choice.")
-    assert "Objects in sight: 0." in text
-    assert "What became" not in text

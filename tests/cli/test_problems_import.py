@@ -8,7 +8,7 @@ from torc_command import run_torc
 
 from tests.helpers.graspclutter6d_tree import upright, write_tree
 from tests.helpers.plain_mesh_reader import read_plain_mesh
-from torc.generation.graspclutter6d import objects
+from torc.generation.graspclutter6d import placing
 
 OBJECTS = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))
 
@@ -19,7 +19,7 @@ _import = partial(run_torc, "problems", "import")
 @pytest.fixture
 def root(tmp_path, monkeypatch):
     monkeypatch.setenv("TORC_OBJECTS", str(tmp_path / "store"))
-    monkeypatch.setattr(objects, "read_mesh", read_plain_mesh)
+    monkeypatch.setattr(placing, "read_mesh", read_plain_mesh)
     write_tree(tmp_path / "gc6d", {249: OBJECTS}, images=15)
     return tmp_path / "gc6d"
 

@@ -6,14 +6,9 @@ import numpy as np
 import pytest
 
 from torc.episode.pick_view import (
-    GRASPS_PER_OBJECT,
-    MAX_BACKGROUND_POINTS,
-    MAX_OBJECT_POINTS,
-    POINT_UNIT_M,
     load_view,
     view_of,
 )
-from torc.records import GraspStatus
 from torc.records.serialization import save_record
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.testing.contexts import behind_context, cluttered_context, empty_context, hidden_context
@@ -70,26 +65,3 @@ def test_the_unseen_voxels_are_all_there_with_who_hides_them():
     rebuilt[place], seen[place] = unseen.hiders[unseen.hider], False
     np.testing.assert_array_equal(seen, volume.seen)
     np.testing.assert_array_equal(rebuilt, volume.hidden_by)
-
-
-def test_the_cloud_is_thinned_and_lies_where_it_was_seen():
-    context = cluttered_context(8, 1)
-    cloud = view_of(context).cloud
-    assert np.count_nonzero(cloud.ids >= 0) <= MAX_OBJECT_POINTS
-    assert np.count_nonzero(cloud.ids < 0) <= MAX_BACKGROUND_POINTS
-    o = context.scene.objects[0]
-    mine = cloud.points[cloud.ids == o.id] * POINT_UNIT_M
-    assert 0 < len(mine) <= len(o.points)
-    nearest = np.min(np.linalg.norm(mine[:, None] - o.points[None], axis=2), axis=1)
-    assert nearest.max() <= POINT_UNIT_M
-
-
-def test_valid_grasps_are_kept_before_others():
-    context = behind_context()
-    grasps = view_of(context).grasps
-    for k in context.scene.ids:
-        status = grasps.status[grasps.object_ids == k]
-        total = np.count_nonzero(context.grasps.object_ids == k)
-        assert len(status) == min(GRASPS_PER_OBJECT, total)
-        is_valid = status == GraspStatus.VALID
-        assert np.all(np.diff(is_valid.astype(int)) <= 0)

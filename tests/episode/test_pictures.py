@@ -18,11 +18,6 @@ def test_crop_holds_all_objects_in_the_images_own_aspect(box):
     assert part.shape[1] / part.shape[0] == pytest.approx(640 / 480, rel=0.03)
 
 
-def test_crop_of_an_empty_scene_is_the_whole_image():
-    labels = np.full((48, 64), -1, np.int16)
-    assert labels[crop_around_objects(labels)].shape == (48, 64)
-
-
 @pytest.mark.parametrize("picks", [1, 4, 5, 9])
 def test_strip_holds_every_pick(picks, rng):
     image = rng.integers(0, 255, (48, 64, 3), dtype=np.uint8)

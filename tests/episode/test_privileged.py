@@ -81,17 +81,6 @@ def test_a_trial_and_the_sandbox_go_the_same_way_and_do_not_disturb_each_other(s
         assert moment.episode.outcomes[-1] == outcome
 
 
-def test_a_look_without_objects_is_about_the_look_after_picking_them(sandbox):
-    start = sandbox.begin()
-    look = sandbox.look(start)
-    k = look.context.report.graspable_ids[0]
-    guess = set(sandbox.look_without(start, [k]).context.scene.ids)
-    after = sandbox.pick(start, look, k)
-    assert after.episode.outcomes[-1].delivered
-    assert len(guess ^ set(sandbox.look(after).context.scene.ids)) <= 1
-    assert k not in guess
-
-
 def test_privileged_planners_are_known_to_trials_alone():
     assert isinstance(make_trial_planner("oracle"), Privileged)
     assert not isinstance(make_trial_planner("random"), Privileged)

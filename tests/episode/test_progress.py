@@ -6,9 +6,9 @@ from typing import get_args
 import pytest
 from rich.console import Console
 
-from torc.episode.events import Event, Executed, Planned, Started
+from torc.episode.events import Event, Executed, Started
 from torc.episode.progress import _NEXT, TerminalProgress
-from torc.records import PickOutcome, PickResult, PlanFailure, PlanStage
+from torc.records import PickOutcome, PickResult
 
 STARTED = Started("test", "scripted", 3, "the [red] box", 5, ("red_box", "mug"))
 
@@ -31,12 +31,6 @@ def test_names_stand_beside_ids_and_brackets_are_text(terminal):
     text, _ = _shown(terminal, STARTED, Executed(0, outcome, 1.0))
     assert "the [red] box" in text
     assert "dropped 1 (mug)" in text
-
-
-@pytest.mark.parametrize(("event", "next_"), [(STARTED, "looking..."), (None, "the robot moves...")])
-def test_the_live_line_says_what_goes_on(terminal, event, next_):
-    event = event or Planned(0, None, PlanFailure(PlanStage.FREE, "no way", 1), 0.5)
-    assert _shown(terminal, event)[1] == next_
 
 
 def test_every_event_can_be_shown(terminal):

@@ -15,7 +15,7 @@ from torc.episode.privileged import Privileged, Truth
 from torc.episode.progress import TerminalProgress
 from torc.episode.situations import Situations, situation_of
 from torc.episode.trial import run_trial
-from torc.errors import InputError, UnknownNameError
+from torc.errors import InputError
 from torc.sim.visibility import Visibility
 from torc.specs.trial import TrialSpec
 from torc.testing import contexts
@@ -93,10 +93,3 @@ def test_looking_up_the_truth_disturbs_nothing(tmp_path):
     assert _log(tmp_path / "c")[1] == _log(tmp_path / "a")[1]
     assert plain.result["participant"] is True
     assert plain.result["vlm"] is None
-
-
-def test_a_profile_that_is_unknown_is_refused_before_anything_is_run(tmp_path):
-    spec = TrialSpec.of("structured-04", "vlm-select", vlm=VlmConfig("simulated", "perfct"))
-    with pytest.raises(UnknownNameError, match="Did you mean 'perfect'"):
-        run_trial(spec, tmp_path / "a", say=_silent)
-    assert list(tmp_path.iterdir()) == []

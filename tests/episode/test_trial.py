@@ -9,7 +9,7 @@ import pytest
 
 from tests.helpers.trial_logs import comparable_log as _log
 from torc.episode.events import Decided, Looked
-from torc.episode.trial import run_trial
+from torc.episode.trial import Recording, run_trial
 from torc.errors import InputError, PhysicsError
 from torc.problems.problem import load_problem, save_problem
 from torc.specs.trial import TrialSpec
@@ -96,23 +96,14 @@ def test_only_trials_are_replaced(tmp_path):
     assert not (tmp_path / "trial").exists()
 
 
-def test_a_problem_for_another_robot_is_played_with_a_hint(tmp_path):
-    origin = {"robot": "my_robot", "robot_source": "a1"}
-    save_problem(replace(load_problem("structured-04"), origin=origin), tmp_path / "other.yaml")
-    spec, said = TrialSpec.of(str(tmp_path / "other.yaml"), "random", max_picks=1), []
-
-    def stop(event):
-        raise KeyboardInterrupt
-
-    run_trial(spec, tmp_path / "trial", listeners=[stop], say=said.append)
-    assert any("Made for the robot 'my_robot'" in line for line in said)
-
-
 def test_video_plays(tmp_path):
     import av
 
     trial = run_trial(
-        TrialSpec.of("structured-04", "dg-select", max_picks=1), tmp_path / "trial", video=True, say=_silent
+        TrialSpec.of("structured-04", "dg-select", max_picks=1),
+        tmp_path / "trial",
+        recording=Recording(video=True),
+        say=_silent,
     )
     with av.open(str(trial.directory / "video.mp4")) as container:
         frames = sum(1 for _ in container.decode(video=0))

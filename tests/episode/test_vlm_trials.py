@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from tests.helpers.trial_logs import comparable_log as _log
+from tests.helpers.vlm_server import Fail, FakeVlmServer, Say
 from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.specs.trial import TrialSpec
-from torc.testing.vlm_server import Fail, FakeVlmServer, Say
 from torc.vlm.cache import CacheConfig, CacheMode
 from torc.vlm.config import VlmConfig
 from torc.vlm.keys import OWN_SERVER_VARIABLE

@@ -5,15 +5,13 @@ import os
 
 import pytest
 
-from torc.episode.log_lines import Blocking, LookedLine, SeenObject
 from torc.errors import InputError
-from torc.exports.answers import thoughts
 from torc.exports.exporting import ExportSpec, export_trials
 from torc.exports.selection import split_of
 from torc.vlm.answers import read_first_pick
-from torc.vlm.json_text import find_json
-from torc.vlm.prompt_files import fill_prompt
+from torc.vlm.asking import fill_prompt
 from torc.vlm.protocol import Finish, Reply, Tokens
+from torc.vlm.replies import find_json
 
 ALL = ("oracle", "random", "dg-select")
 """Planners that retrieved a target."""
@@ -86,20 +84,6 @@ def test_no_problem_is_in_both_splits_and_none_moves(trials, tmp_path):
         export_trials(trials, tmp_path / run, ExportSpec("sft", test_share=0.5))
     assert rows_of(tmp_path / "a") == rows_of(tmp_path / "b")
     assert all(row["split"] == split_of(row["problem"], 0.5) for row in rows_of(tmp_path / "a"))
-
-
-def test_thoughts_say_what_the_sensors_told():
-    seen = tuple(SeenObject(id=k, pixels=9) for k in range(4))
-    look = {"event": "looked", "pick": 0, "objects": seen, "target_visible": True}
-    blocked = LookedLine(
-        **look,
-        graspable=(2,),
-        blocking=(Blocking(object=0, by=3, grasps=4), Blocking(object=0, by=2, grasps=1)),
-    )
-    assert "objects 2 and 3 are in the way" in thoughts(blocked, 2)
-    assert "Object 2 can be grasped now" in thoughts(blocked, 2)
-    assert "at once" in thoughts(LookedLine(**look, graspable=(0,)), 0)
-    assert "not in sight" in thoughts(LookedLine(**{**look, "target_visible": False}, graspable=(1,)), 1)
 
 
 def test_what_cannot_be_exported_is_said_and_nothing_is_left(trials, tmp_path):

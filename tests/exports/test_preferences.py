@@ -1,9 +1,7 @@
 """Pairs: only where an expert and another planner met the same look and chose differently."""
 
-import pytest
 from test_finetuning import read, rows_of
 
-from torc.errors import InputError
 from torc.exports.exporting import ExportSpec, export_trials
 
 
@@ -18,8 +16,3 @@ def test_pairs_are_of_the_same_look_and_differ(trials, tmp_path):
     picture = tmp_path / "out" / row["split"] / row["file_name"]
     for planner in ("oracle", "random"):
         assert picture.read_bytes() == (trials / "boxes" / planner / "picks" / "00_seen.png").read_bytes()
-
-
-def test_without_an_expert_there_are_none(trials, tmp_path):
-    with pytest.raises(InputError, match="oracle or human"):
-        export_trials(trials / "boxes" / "random", tmp_path / "out", ExportSpec("pairs"))

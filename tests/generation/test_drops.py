@@ -12,7 +12,6 @@ from torc.generation.arrangements import (
     drop_arrangement,
 )
 from torc.generation.sampling import sample_models
-from torc.geometry.transforms import rotation_from_wxyz
 from torc.objects.library import load_object
 
 
@@ -30,10 +29,3 @@ def test_dropped_objects_are_apart_and_between_the_walls(seed: int) -> None:
     )
     assert inside.all()
     assert centers[:, 2].max() < DROP_FROM_Z_M + 1.0  # a fall from higher would scatter the heap
-
-
-def test_orientations_of_dropped_objects_are_uniform() -> None:
-    placements = drop_arrangement(["die_white"] * 60, np.random.default_rng(0))
-    up = np.array([rotation_from_wxyz(p.wxyz)[2] for p in placements])
-    assert np.abs(up.mean(axis=0)).max() < 0.25
-    np.testing.assert_allclose((up**2).mean(axis=0), 1 / 3, atol=0.1)

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import pytest
 from PIL import Image
@@ -37,44 +36,20 @@ def make(monkeypatch, tmp_path):
     return made
 
 
-class _Page(HTMLParser):
-    """Elements by tag, and whether they are closed in order."""
-
-    VOID = ("meta", "img", "input")
-
-    def __init__(self, text):
-        super().__init__()
-        self.found, self.open = {}, []
-        self.feed(text)
-        assert self.open == []
-
-    def handle_starttag(self, tag, attrs):
-        self.found.setdefault(tag, []).append(dict(attrs))
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-
 def test_the_html_page_shows_and_filters_every_card(make):
-    out = make(A, B, orders={A.name: ORDER})
-    text = (out / "index.html").read_text()
-    found = _Page(text).found
-    facts = [(a["id"], a["data-category"], a["data-hiddenness"]) for a in found["article"]]
-    assert facts == [(A.name, "structured", "hidden"), (B.name, "unstructured", "partly")]
-    for image, link in zip(found["img"], (a for a in found["a"] if a.get("class") == "views"), strict=True):
-        assert image["src"] == link["href"]
-        with Image.open(out / image["src"]) as picture:
-            assert picture.size == (int(image["width"]), int(image["height"]))
-    values = {(i["name"], i["value"]) for i in found["input"]}
-    assert values == {
-        *(("category", v) for v in ("", "structured", "unstructured")),
-        *(("hiddenness", v) for v in ("", "partly", "hidden")),
-    }
-    assert len(found["li"]) == 2
-    assert text.count("ORACLE:</strong>") == 1
-    assert "no order does with less" in text
+    text = (make(A, B, orders={A.name: ORDER}) / "index.html").read_text()
+    for problem, group in ((A, "hidden"), (B, "partly")):
+        assert f'id="{problem.name}" data-category="{problem.category}" data-hiddenness="{group}"' in text
+        assert f'<img src="cards/{problem.name}.jpg"' in text
+    assert re.findall(r'<option value="(\w*)">', text) == [
+        "",
+        "structured",
+        "unstructured",
+        "",
+        "partly",
+        "hidden",
+    ]
+    assert "ORACLE: juice_carton_orange, lime_green" in text
     assert "$" not in text
 
 
@@ -89,25 +64,16 @@ def test_the_markdown_page_has_a_row_and_a_card_for_each(make):
     assert "ORACLE: juice_carton_orange, lime_green](cards/structured-04.jpg)" in text
 
 
-def test_an_answer_comes_before_what_the_problem_states(make):
-    names = {o.name for o in A.objects}
-    assert "lime_green" in names
-    stating = replace(A, origin={"oracle_order": f"{sorted(names)[0]}, lime_green"})
-    assert f"<li>{sorted(names)[0]}</li>" in (make(stating) / "index.html").read_text()
-    text = (make(stating, orders={A.name: ORDER}) / "index.html").read_text()
-    assert "<li>juice_carton_orange</li>" in text
-
-
 def test_words_from_strangers_do_no_harm(make):
     wild = replace(A, description='<script>alert("x")</script> | a [b](c) *d* ${title} & \\')
     out = make(wild, title="<b>&")
-    found = _Page((out / "index.html").read_text()).found
-    assert len(found["script"]) == 1
-    assert "b" not in found
+    page = (out / "index.html").read_text()
+    assert page.count("<script>") == 1
+    assert "<b>" not in page
     text = (out / "gallery.md").read_text()
     assert "<" not in text.replace("\\<", "")
     (row,) = [line for line in text.splitlines() if line.startswith("| [")]
-    assert len(re.findall(r"(?<!\\)\|", row)) == 5
+    assert len(re.findall(r"(?<!\\)\|", row)) == 6
 
 
 def test_two_problems_of_one_name_are_refused(make, tmp_path):

@@ -3,7 +3,6 @@
 from collections import Counter
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from generation_configs import SMALL
 
@@ -16,10 +15,8 @@ from torc.generation.config import (
     GENERATOR_VERSION,
     GenerationConfig,
 )
-from torc.generation.generator import GeneratedProblem, NotGenerated, generate_problem, is_made_from
-from torc.generation.inspection import Inspector
-from torc.generation.rejections import Reason
-from torc.objects.files import save_object
+from torc.generation.generator import GeneratedProblem, generate_problem, is_made_from
+from torc.generation.rejections import Reason, RejectedError
 from torc.objects.library import load_object
 from torc.problems.problem import parse_problem, problem_text
 from torc.robots.loading import load_robot
@@ -44,23 +41,9 @@ def test_it_is_what_was_asked_for(generated, inspector):
     assert not inspector.graspable_at_first(view, problem.target, SMALL.first_looks)
     around = inspector.around(problem, problem.target)
     assert all(inspector.graspable_at_all(problem, name) for name in (problem.target, *around.all))
-    difficulty = generated.difficulty
-    assert difficulty.visible_fraction == pytest.approx(view.fraction(problem.target))
-    assert (difficulty.in_front, difficulty.beside, difficulty.taller) == (
-        len(around.in_front),
-        len(around.beside),
-        len(around.taller),
-    )
-
-
-def test_origin_says_how_to_make_it_again_and_how_hard_it_is(generated):
-    origin = generated.problem.origin
-    assert origin["generator"] == GENERATOR_VERSION
-    assert origin["seed"] == 3
-    assert origin["wanted_objects"] == "8-8"
-    assert origin["visible_fraction"] == round(generated.difficulty.visible_fraction, 4)
-    assert origin["hiddenness"] == generated.difficulty.hiddenness.value
-    assert "8 objects" in generated.difficulty.words()
+    assert generated.difficulty.visible_fraction == pytest.approx(view.fraction(problem.target))
+    assert problem.origin["generator"] == GENERATOR_VERSION
+    assert problem.origin["visible_fraction"] == round(generated.difficulty.visible_fraction, 4)
 
 
 class _Rejecting:
@@ -69,9 +52,11 @@ class _Rejecting:
     def __init__(self, rejected, made):
         self.rejected, self.made, self.seen = list(rejected), made, []
 
-    def __call__(self, config, count, models, seed, attempt, inspector, clutter):
+    def __call__(self, config, count, models, seed, attempt, inspector):
         self.seen.append((count, seed, attempt))
-        return self.rejected.pop(0) if self.rejected else self.made
+        if self.rejected:
+            raise RejectedError(self.rejected.pop(0))
+        return self.made
 
 
 def test_attempts_go_on_from_the_same_seed_and_are_counted(generated, inspector, monkeypatch):
@@ -90,51 +75,15 @@ def test_attempts_go_on_from_the_same_seed_and_are_counted(generated, inspector,
     assert made.problem.origin["attempt"] == 3
 
 
-def test_origin_names_what_was_asked_for_besides(generated, inspector, monkeypatch, object_store):
-    save_object(replace(load_object("die_white"), name="mine"), object_store / "mine")
-    monkeypatch.setattr(
-        generator_module, "_attempt", _Rejecting([], (generated.problem, generated.difficulty))
-    )
-    besides = {"robot", "robot_source", "held_out", "kinds", "models", "own"}
-    assert not besides & set(generate_problem(SMALL, 7, inspector).problem.origin)
-    kinds = ("mug", "apple", "bowl", "soup_can", "teacup")
-    asked = replace(SMALL, held_out=False, kinds=kinds, own=True)
-    named_as_shipped = replace(inspector.robot, source="a1")
-    other = Inspector(replace(inspector.system, robot=named_as_shipped))
-    origin = generate_problem(asked, 7, other).problem.origin
-    assert {k: origin.get(k) for k in besides} == {
-        "robot": "sda10f_2f85",
-        "robot_source": "a1",
-        "held_out": "none",
-        "kinds": ",".join(kinds),
-        "models": None,
-        "own": True,
-    }
-    many = replace(SMALL, kinds=kinds * 100)
-    made = generate_problem(many, 7, inspector).problem
-    assert made.origin["kinds"].startswith("500 names (SHA-256 of the list: ")
-    assert parse_problem(problem_text(made)) == made
-    others = replace(many, kinds=("mug", *many.kinds[1:-1], "bowl"))
-    assert generate_problem(others, 7, inspector).problem.origin["kinds"] != made.origin["kinds"]
-
-
 def test_a_problem_tells_what_it_was_made_from(generated, inspector):
     problem, robot = generated.problem, inspector.robot
     assert is_made_from(problem, SMALL, 3, robot)
     assert is_made_from(parse_problem(problem_text(problem)), SMALL, 3, robot)
     assert not is_made_from(problem, SMALL, 4, robot)
     assert not is_made_from(problem, replace(SMALL, hidden="partly"), 3, robot)
-    assert not is_made_from(problem, replace(SMALL, kinds=("mug",)), 3, robot)
     assert not is_made_from(problem, SMALL, 3, replace(robot, source="a1"))
     older = replace(problem, origin={**problem.origin, "generator": GENERATOR_VERSION - 1})
     assert not is_made_from(older, SMALL, 3, robot)
-    assert not is_made_from(replace(problem, name="mine"), SMALL, 3, robot)
-
-
-def test_after_the_last_attempt_it_says_why(inspector, monkeypatch):
-    monkeypatch.setattr(generator_module, "_attempt", _Rejecting([Reason.NONE_SO_HIDDEN] * 5, None))
-    made = generate_problem(replace(SMALL, attempts=5), 0, inspector)
-    assert made == NotGenerated(5, {Reason.NONE_SO_HIDDEN: 5})
 
 
 @pytest.mark.parametrize(
@@ -142,8 +91,6 @@ def test_after_the_last_attempt_it_says_why(inspector, monkeypatch):
     [
         ({"objects": (1, 5)}, "2 to 64"),
         ({"objects": (9, 8)}, "9-8"),
-        ({"objects": (8, 65)}, "2 to 64"),
-        ({"category": "messy"}, "structured"),
         ({"hidden": "maybe"}, "partly"),
         ({"attempts": 0}, "at least one attempt"),
     ],
@@ -167,5 +114,3 @@ def test_no_generated_box_lies_so_that_it_is_too_wide_for_the_gripper(tmp_path):
     assert generator_module._for_gripper(given, load_robot().gripper) == given
     narrow = load_robot(str(write_slides(tmp_path, 0.05))).gripper
     assert generator_module._for_gripper(given, narrow).arrangement.lying_width_m < 0.05
-    anything = replace(given, arrangement=replace(given.arrangement, lying_width_m=np.inf))
-    assert generator_module._for_gripper(anything, narrow).arrangement.lying_width_m < 0.05

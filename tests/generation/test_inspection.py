@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from torc.generation.config import Hiddenness, hiddenness_of
-from torc.occlusion.volume import empty_volume
+from torc.generation.difficulty import Difficulty, stated_difficulty
 from torc.perception.segmentation import PerceptionConfig
 from torc.problems.problem import load_problem
 from torc.records import TARGET_ID
@@ -41,20 +41,11 @@ def test_graspable_at_first_is_what_the_pipeline_finds_among_all_objects(inspect
     pipeline = replace(inspector.system.pipeline, min_score=0.0)
     answers = []
     for placement in SCENE.objects:
-        look = pipeline.look(
-            view.observation_for(placement.name),
-            empty_volume(inspector.workspace.grid),
-            target_description="",
-        )
+        look = pipeline.look(view.observation_for(placement.name))
         expected = look.context.report.has_valid_grasp(TARGET_ID)
         assert inspector.graspable_at_first(view, placement.name) == expected, placement.name
         answers.append(expected)
     assert len(set(answers)) == 2  # some can be grasped, some cannot
-
-
-def test_a_hidden_target_is_not_graspable_at_first(inspector, view):
-    assert inspector.hiddenness(view, SCENE.target) is Hiddenness.HIDDEN
-    assert not inspector.graspable_at_first(view, SCENE.target, looks=3)
 
 
 @pytest.mark.parametrize(
@@ -68,3 +59,12 @@ def test_a_hidden_target_is_not_graspable_at_first(inspector, view):
 )
 def test_groups_by_what_is_visible(fraction, pixels, group):
     assert hiddenness_of(fraction, pixels) is group
+
+
+STATED = Difficulty(len(SCENE.objects), Hiddenness.PARTLY, 0.3125, 7, 8, 9)
+
+
+def test_what_a_file_states_of_another_target_does_not_count():
+    origin = {"target": SCENE.target, **STATED.facts()}
+    assert stated_difficulty(replace(SCENE, origin=origin)) == STATED
+    assert stated_difficulty(replace(SCENE, origin={**origin, "target": "another"})) is None

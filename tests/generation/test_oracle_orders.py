@@ -31,21 +31,10 @@ def test_answers_come_back_with_their_verdict(tmp_path):
     assert "not proved: every order needs" in orders[B.name].verdict
 
 
-def test_of_several_seeds_the_first_counts_and_other_problems_are_passed_over(tmp_path):
-    for seed, ids in ((11, (1, 0)), (2, (5, 0)), (9, (3, 0))):
-        _keep(tmp_path, replace(answer_for(A, ids), seed=seed))
-    _keep(tmp_path, answer_for(B, (2, 0)))
-    orders = orders_from(tmp_path, [A])
-    assert list(orders) == [A.name]
-    assert orders[A.name].names[0] == A.ordered()[5].name
-
-
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        ("", "not an answer of the oracle"),
         ("[1, 2]", "not an answer of the oracle"),
-        ('{"problem": "structured-04", "seed": "one"}', "seed: "),
         (json.dumps({**answer_for(A, (3, 0)).to_dict(), "problem": "elsewhere"}), "No answer"),
         (json.dumps({**answer_for(B, (3, 0)).to_dict(), "problem": A.name}), "changed since"),
     ],

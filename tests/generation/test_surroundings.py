@@ -31,12 +31,10 @@ def _around(*others):
     ("model", "x", "y", "groups"),
     [
         ("die_red", 0.55, 0.0, {"in_front"}),
-        ("die_red", 0.45, 0.0, {"in_front"}),  # directly in front, however far
         ("die_red", 0.55, -0.06, set()),  # the robot looks past it, and it is not level with the target
         ("die_red", 0.85, 0.0, set()),  # behind, and lower
         ("die_red", 0.70, 0.19, {"beside"}),  # 140 mm from side to side
         ("die_red", 0.70, 0.21, set()),  # 160 mm
-        ("die_red", 0.70, -0.19, {"beside"}),
         ("spray_can_red", 0.70, 0.10, {"beside", "taller"}),
         ("spray_can_red", 0.85, 0.0, {"taller"}),  # behind, 84 mm away
         ("spray_can_red", 0.94, 0.0, set()),  # behind, 174 mm away

@@ -3,11 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from torc.generation.validation import Check, validate_problem
-from torc.objects.files import save_object
-from torc.objects.library import load_object
+from torc.generation.validation import validate_problem
 from torc.problems.problem import ObjectPlacement, load_problem
 from torc.sim.stillness import StillnessConfig
 from torc.workspace.files import load_workspace
@@ -74,42 +71,3 @@ def test_a_wide_box_that_lies_beside_the_target_makes_it_unsolvable(inspector):
     _, checks = _checks(replace(GOOD, objects=(*others, book)), inspector)
     assert not checks["surroundings"].passed
     assert "big_book" in checks["surroundings"].text
-
-
-def test_a_changed_visible_fraction_is_noticed(inspector):
-    _, checks = _checks(replace(GOOD, origin={"visible_fraction": 0.4}), inspector)
-    assert not checks["sight"].passed
-    assert "40 %" in checks["sight"].text
-    _, checks = _checks(replace(GOOD, origin={"visible_fraction": 0.0}), inspector)
-    assert checks["sight"].passed
-
-
-def _thing_in(problem, model, store):
-    """The problem with a stored object on the table."""
-    save_object(model, store / model.name)
-    x, y, z = 0.55, 0.2, TABLE_Z + model.size_m[2] / 2
-    return _with(problem, ObjectPlacement("it", model.name, (x, y, z), (1.0, 0.0, 0.0, 0.0)))
-
-
-def test_a_damaged_object_fails_its_problem_alone(inspector, object_store):
-    problem = _thing_in(GOOD, replace(load_object("die_red"), name="thing"), object_store)
-    (object_store / "thing" / "geometry.npz").write_bytes(b"")
-    report, checks = _checks(problem, inspector)
-    assert not report.valid
-    assert report.difficulty is None
-    assert list(checks) == ["objects"]
-    assert "geometry.npz is not a readable" in checks["objects"].text
-
-
-@pytest.mark.parametrize("solved", [True, False])
-def test_solving_again_is_one_more_check(inspector, solved):
-    asked = []
-
-    def resolve(problem):
-        asked.append(problem)
-        return Check("solved", solved, "In 3 picks.")
-
-    report, checks = _checks(GOOD, inspector, resolve=resolve)
-    assert asked == [GOOD]
-    assert checks["solved"].text == "In 3 picks."
-    assert report.valid == solved

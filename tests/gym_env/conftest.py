@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.fake_episode import FakePlayground
+from tests.helpers.fake_episode import FakeSimulation
 from tests.helpers.fake_trial import SHAPES
 from torc.gym_env.env import RetrievalEnv
 
@@ -12,7 +12,7 @@ def make_env(robot):
     """Environments whose robot obeys; `results` scripts the picks of each episode."""
 
     def make(shapes=SHAPES, results=(), **settings):
-        playground = FakePlayground(robot, shapes, results)
-        return RetrievalEnv("structured-01,structured-02", playground=playground, **settings)
+        simulation = FakeSimulation(robot, shapes, results)
+        return RetrievalEnv("structured-01,structured-02", simulation=simulation, **settings)
 
     return make

@@ -41,13 +41,6 @@ def test_flags_shares_and_edges_are_those_of_the_context(context):
     assert seen["edges"].sum() == pytest.approx(weights.sum())
 
 
-def test_positions_are_relative_to_the_workspace(context):
-    seen, grid = observed(context, 5), context.volume.grid
-    for o in context.scene.objects:
-        middle = grid.origin + (seen["position"][o.id] + 1) / 2 * (grid.upper - grid.origin)
-        assert middle == pytest.approx(o.points.mean(axis=0), abs=1e-4)
-
-
 def test_stacked_has_a_row_per_object_and_the_targets_edges_last(context):
     seen = observed(context, 5)
     rows = stacked(seen)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from tests.helpers.fake_episode import FakePlayground, FakeRobot, ScriptedPlanner
+from tests.helpers.fake_episode import FakeRobot, ScriptedPlanner
 from tests.helpers.fake_trial import SHAPES
 from torc.episode.trial import run_trial
 from torc.errors import InputError, PhysicsError
@@ -76,20 +76,6 @@ def test_broken_physics_truncates_and_says_why(make_env, monkeypatch):
         env.step(HIDER)
 
 
-def test_a_reset_that_fails_leaves_no_episode_to_go_on_with(make_env, monkeypatch):
-    env = make_env()
-    env.reset(seed=0)
-
-    def explode(self, problem, config):
-        raise PhysicsError("the pile exploded")
-
-    monkeypatch.setattr(FakePlayground, "begin", explode)
-    with pytest.raises(PhysicsError):
-        env.reset()
-    with pytest.raises(InputError, match="reset"):
-        env.step(HIDER)
-
-
 def test_the_seed_draws_problem_and_episode_and_options_name_them(make_env):
     env = make_env(shapes=SHAPES[2:])
     drawn = [env.reset(seed=7)[1], env.reset()[1], env.reset()[1]]
@@ -140,15 +126,6 @@ def test_gymnasium_finds_it_by_its_name_and_nothing_heavy_is_imported_for_that()
         "print(gymnasium.spec('torc/Retrieval-v0').entry_point, 'mujoco' in sys.modules)"
     )
     assert _run(code) == ["False", "torc.gym_env.env:RetrievalEnv", "False"]
-
-
-def test_without_gymnasium_the_error_says_how_to_get_it():
-    code = (
-        "import sys; sys.modules['gymnasium'] = None\n"
-        "from torc.errors import MissingDependencyError\n"
-        "try:\n    import torc.gym_env\nexcept MissingDependencyError as error:\n    print(error)"
-    )
-    assert "scripts/setup gym" in " ".join(_run(code))
 
 
 @pytest.mark.slow

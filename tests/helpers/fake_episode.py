@@ -88,8 +88,8 @@ class ScriptedPlanner:
         return Decision(choice, f"told to pick {choice}")
 
 
-class FakePlayground:
-    """Begins episodes on a table of analytic shapes, whatever the problem; see `torc.gym_env.playground`.
+class FakeSimulation:
+    """Begins episodes on a table of analytic shapes, whatever the problem; see `torc.gym_env.simulation`.
 
     `results` are those of the executed picks per episode; success where a list ends, or where there is none.
     """

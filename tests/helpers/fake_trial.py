@@ -8,7 +8,7 @@ from torc.episode.events import Listener, Started
 from torc.episode.log_writing import result_facts
 from torc.episode.loop import run_episode
 from torc.episode.recorder import TrialRecorder
-from torc.episode.steps import EpisodeConfig, EpisodeParts, PickParts
+from torc.episode.steps import PickParts
 from torc.episode.trial import RESULT_FORMAT, Trial
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.perception.privileged import LabelPerception
@@ -45,16 +45,13 @@ def play_fake_trial(
     grasps = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
     pipeline = Pipeline(LabelPerception(), grasps, robot.gripper, workspace)
     picking = PickParts(FakeRobot(robot, shapes, results), pipeline, FakeMotionPlanner())
-    parts = EpisodeParts(picking, planner)
     recorder = TrialRecorder(out, to_plain(spec, {}), overwrite=True)
     names = tuple(f"thing {s.id}" for s in shapes)
     started = Started(
         spec.problem, planner.name, spec.seed, "the small box", spec.conditions.max_picks, names
     )
     try:
-        ended = run_episode(
-            parts, started, EpisodeConfig(spec.conditions.max_picks, spec.seed), [recorder, *listeners]
-        )
+        ended = run_episode(picking, planner, started, [recorder, *listeners])
     except KeyboardInterrupt:
         result = {"format": RESULT_FORMAT, "status": "interrupted"}
         recorder.write_result(result)

@@ -83,29 +83,21 @@ def write_tree(
     scenes: Mapping[int, Sequence[TreeObject]],
     models: Sequence[str] = ("models_obj_m",),
     images: int = 20,
-    named_rightly: bool = False,
 ) -> None:
     """Writes scenes (the objects of each by its number, in the order of the annotation), meshes and lists.
 
     Args:
         models: folders of meshes: models_obj_m, models_m, models_obj, models, models_obj_eval, models_eval.
         images: pictures per scene; the data set has 52.
-        named_rightly: write the camera poses world-to-camera, as their name says and the data set does not.
     """
     for scene, objects in scenes.items():
         directory = root / "scenes" / f"{scene:06d}"
         directory.mkdir(parents=True)
-        cameras, truth = _annotations(objects, images, named_rightly)
+        cameras, truth = _annotations(objects, images)
         write_json(directory / "scene_camera.json", cameras)
         write_json(directory / "scene_gt.json", truth)
     for folder in models:
         _write_models(root / folder, sorted({o.object_id for objects in scenes.values() for o in objects}))
-    split = root / "split_info"
-    split.mkdir()
-    write_json(split / "grasp_train_scene_ids.json", [f"{scene:06d}" for scene in scenes])
-    write_json(split / "grasp_test_scene_ids.json", [])
-    ids = {str(scene): sorted({o.object_id for o in objects}) for scene, objects in scenes.items()}
-    write_json(split / "obj_ids_per_scene.json", ids)
 
 
 def write_json(path: Path, data: Any) -> None:
@@ -120,17 +112,14 @@ def edit_json(path: Path, change: Callable[[Any], None]) -> None:
     write_json(path, data)
 
 
-def _annotations(
-    objects: Sequence[TreeObject], images: int, named_rightly: bool
-) -> tuple[dict[str, Any], dict[str, Any]]:
+def _annotations(objects: Sequence[TreeObject], images: int) -> tuple[dict[str, Any], dict[str, Any]]:
     cameras, truth = {}, {}
     for image, T_table_camera in camera_poses(images).items():
-        written = invert(T_table_camera) if named_rightly else T_table_camera
         cameras[str(image)] = {
             "cam_K": [1415.0, 0.0, 969.0, 0.0, 1424.0, 548.0, 0.0, 0.0, 1.0],
             "depth_scale": 1.0,
-            "cam_R_w2c": written[:3, :3].ravel().tolist(),
-            "cam_t_w2c": (1000 * written[:3, 3]).tolist(),
+            "cam_R_w2c": T_table_camera[:3, :3].ravel().tolist(),
+            "cam_t_w2c": (1000 * T_table_camera[:3, 3]).tolist(),
         }
         truth[str(image)] = []
         for o in objects:

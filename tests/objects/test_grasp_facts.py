@@ -1,17 +1,10 @@
 """What is known of grasping the models is complete, of the models as they are now, and survives the disk."""
 
+from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
-from torc.errors import InputError
-from torc.objects.grasp_facts import (
-    GraspFact,
-    all_grasp_facts,
-    model_digest,
-    read_facts,
-    save_facts,
-)
+from tools.grasp_model.facts import model_digest, save_facts
+from torc.objects.grasp_facts import GraspFact, all_grasp_facts, read_facts
 from torc.objects.library import builtin_object_names, load_object
 
 BUILT_IN = builtin_object_names()
@@ -31,18 +24,7 @@ def test_facts_survive_the_disk(tmp_path: Path) -> None:
     assert read_facts(tmp_path / "facts.json") == facts
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"format": "other"}', '{"format": "torc-graspable/1"}',
-                                  '{"format": "torc-graspable/1", "models": {"a": {"standing": 1}}}'])  # fmt: skip
-def test_a_damaged_file_is_named_with_its_remedy(tmp_path: Path, text: str) -> None:
-    path = tmp_path / "facts.json"
-    path.write_text(text)
-    with pytest.raises(InputError, match=r"facts\.json is not readable.*tools\.grasp_model graspable"):
-        read_facts(path)
-
-
 def test_a_digest_changes_with_what_decides_a_grasp_only() -> None:
-    from dataclasses import replace
-
     model = load_object("mug_red")
     digest = model_digest(model)
     assert digest == model_digest(replace(model, visuals=(), description="another"))

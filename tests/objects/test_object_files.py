@@ -1,9 +1,8 @@
 """Objects on disk: what goes in comes out, and strangers' directories are read without trust."""
 
 import io
-import os
 import zipfile
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,24 +27,13 @@ def box(tmp_path: Path) -> Path:
 
 
 def assert_same(a: ObjectModel, b: ObjectModel) -> None:
-    for field in ("name", "kind", "description", "mass_kg", "size_m", "rolls", "friction", "held_out"):
-        assert getattr(a, field) == getattr(b, field)
-    assert len(a.pieces) == len(b.pieces)
-    for p, q in zip(a.pieces, b.pieces):
-        assert (p.kind, p.size, p.position, p.wxyz) == (q.kind, q.size, q.position, q.wxyz)
-        assert p.relative_density == q.relative_density
-        _assert_equal(p.vertices, q.vertices)
-    assert len(a.visuals) == len(b.visuals)
-    for v, w in zip(a.visuals, b.visuals):
-        assert v.rgba == pytest.approx(w.rgba)
-        for field in ("vertices", "faces", "uv", "normals", "texture"):
-            _assert_equal(getattr(v, field), getattr(w, field))
-
-
-def _assert_equal(a: np.ndarray | None, b: np.ndarray | None) -> None:
-    assert (a is None) == (b is None)
-    if a is not None and b is not None:
-        np.testing.assert_array_equal(a, b)
+    """Numbers, texts and arrays alike."""
+    one, other = asdict(a), asdict(b)
+    parts = [(one, other), *zip(one.pop("pieces"), other.pop("pieces"), strict=True)]
+    parts += zip(one.pop("visuals"), other.pop("visuals"), strict=True)
+    for left, right in parts:
+        for field, value in left.items():
+            np.testing.assert_array_equal(value, right[field])
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -72,31 +60,17 @@ def test_a_directory_is_replaced_only_when_told_to(box: Path) -> None:
     assert [p.name for p in box.parent.iterdir() if p.name != "objects"] == ["cracker_box_red"]
 
 
-def test_a_name_that_differs_from_the_directory_is_refused(box: Path) -> None:
-    with pytest.raises(InputError, match="bears its name"):
-        save_object(load_object("mug_red"), box.parent / "mug")
-    box.rename(box.parent / "other")
-    with pytest.raises(InputError, match="Give both one name"):
-        load_object_directory(box.parent / "other")
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
         ("format: torc-object/1", "format: torc-object/2", "format"),
         ("name: cracker_box_red", "name: ../cracker_box_red", "name: must be 1 to 64"),
         ("mass_kg: 0", "mass_kg: -", "mass_kg"),
-        ("mass_kg: 0", "mass_kg: .nan #", "mass_kg"),
-        ("friction: 0.8", "friction: 99", "friction"),
-        ("friction: 0.8", "friction: true", "friction: must be a number, not true or false"),
         ("friction: 0.8", "fricton: 0.8", "not a field"),
-        ("rolls: false", "rolls: false\nrolls: true", "given 2 times"),
-        ("description: ", 'description: "\\e[2J" #', "cannot be printed"),
         ("texture: texture_0.png", "texture: ../../secret.png", "texture"),
         ("texture: texture_0.png", "texture: texture_9.png", "texture_9.png is missing"),
         ("uv: true", "uv: false", "needs texture coordinates"),
         ("- kind: box", "- kind: sphere", "sphere has 1 sizes"),
-        ("relative_density: 1.0", "relative_density: 0", "relative_density"),
         ("wxyz: [1.0", "wxyz: [3.0", "no unit quaternion"),
     ],
 )
@@ -118,23 +92,6 @@ def test_the_frame_and_size_must_be_those_of_the_pieces(box: Path) -> None:
         load_object_directory(box)
     path.write_text(text.replace("size_m: [0.", "size_m: [0.1"))
     with pytest.raises(InputError, match="size_m is"):
-        load_object_directory(box)
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (b"", "holds no object"),
-        (b"[" * 5_000, "nested too deeply"),
-        (b"a: &x [1]\nb: *x\n", "aliases"),
-        (b"!!python/object/apply:os.system [id]", "not readable YAML"),
-        (b"#" * 200_001, "too large"),
-        (b"\xff\xfe", "not UTF-8"),
-    ],
-)
-def test_hostile_descriptions_are_refused(box: Path, content: bytes, message: str) -> None:
-    (box / "object.yaml").write_bytes(content)
-    with pytest.raises(InputError, match=message):
         load_object_directory(box)
 
 
@@ -162,13 +119,9 @@ def _npy(array: np.ndarray) -> bytes:
     ("key", "content", "message"),
     [
         ("visual_0_vertices.npy", _npy(np.array([[1.0, 2.0, np.nan]])), "not finite"),
-        ("visual_0_uv.npy", _npy(np.array([[1.0, 1e300]])), "huge"),
         ("visual_0_vertices.npy", _npy(np.array([{"a": 1}], dtype=object)), "allow_pickle=False"),
         ("visual_0_vertices.npy", _npy(np.zeros((3, 2))), "rows of 3"),
-        ("visual_0_vertices.npy", _npy(np.zeros((0, 3))), "rows of 3"),
-        ("visual_0_vertices.npy", b"nothing", "rows of 3"),
         ("visual_0_faces.npy", _npy(np.array([[0, 1, 10**6]])), "points beyond"),
-        ("visual_0_faces.npy", _npy(np.array([[0, 1, -1]])), "points beyond"),
         ("visual_0_uv.npy", _npy(np.zeros((5, 2))), "one row per vertex"),
     ],
 )
@@ -178,9 +131,8 @@ def test_hostile_arrays_are_refused(box: Path, key: str, content: bytes, message
         load_object_directory(box)
 
 
-@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 and no more", _npy(np.zeros(3))])
-def test_what_is_no_archive_is_refused(box: Path, content: bytes) -> None:
-    (box / "geometry.npz").write_bytes(content)
+def test_what_is_no_archive_is_refused(box: Path) -> None:
+    (box / "geometry.npz").write_bytes(b"PK\x03\x04 and no more")
     with pytest.raises(InputError, match=r"not a readable \.npz"):
         load_object_directory(box)
 
@@ -197,21 +149,6 @@ def test_what_is_no_archive_is_refused(box: Path, content: bytes) -> None:
 def test_hostile_textures_are_refused(box: Path, content: bytes, message: str) -> None:
     (box / "texture_0.png").write_bytes(content)
     with pytest.raises(InputError, match=message):
-        load_object_directory(box)
-
-
-@pytest.mark.parametrize("file", ["object.yaml", "geometry.npz", "texture_0.png"])
-def test_links_and_pipes_are_not_followed(box: Path, file: str, tmp_path: Path) -> None:
-    (box / file).rename(tmp_path / "elsewhere")
-    (box / file).symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(InputError, match="is a link"):
-        load_object_directory(box)
-    (box / file).unlink()
-    os.mkfifo(box / file)
-    with pytest.raises(InputError, match="not a plain file"):
-        load_object_directory(box)
-    (box / file).unlink()
-    with pytest.raises(InputError, match="is missing"):
         load_object_directory(box)
 
 

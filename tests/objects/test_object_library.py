@@ -1,7 +1,5 @@
 """The laws that every object that comes with torc obeys."""
 
-import subprocess
-import sys
 from collections import Counter
 
 import numpy as np
@@ -11,7 +9,6 @@ from torc.objects.files import read_entry
 from torc.objects.library import (
     builtin_object_names,
     held_out_kinds,
-    kind_names,
     load_object,
     object_description,
     object_facts,
@@ -25,9 +22,10 @@ FILLER = {"the", "a", "of", "with", "and"}
 
 
 def test_the_library_is_large_and_varied() -> None:
-    assert len(kind_names()) >= 60
+    kinds = Counter(object_facts(name).kind for name in NAMES)
+    assert len(kinds) >= 60
     assert len(NAMES) >= 180
-    assert min(Counter(object_facts(name).kind for name in NAMES).values()) >= 3
+    assert min(kinds.values()) >= 3
     assert len(held_out_kinds()) == 9
 
 
@@ -37,15 +35,6 @@ def test_the_index_tells_what_the_files_do() -> None:
         entry = read_entry(SHIPPED_OBJECTS / facts.name)
         for field in ("name", "kind", "description", "mass_kg", "held_out"):
             assert getattr(facts, field) == getattr(entry, field)
-
-
-def test_a_kind_is_held_out_as_a_whole_and_stands_together() -> None:
-    """Samples of a seed follow from the order of the kinds."""
-    facts = [object_facts(name) for name in NAMES]
-    kinds = [(f.kind, f.held_out) for f in facts]
-    assert [kind for kind, last in zip(kinds, [None, *kinds]) if kind != last] == [
-        (kind, kind in held_out_kinds()) for kind in kind_names()
-    ]
 
 
 def test_names_and_descriptions_are_unique() -> None:
@@ -69,15 +58,6 @@ def test_no_description_fits_another_object_too() -> None:
     assert ambiguous == []
 
 
-def test_names_need_neither_pillow_nor_numpy() -> None:
-    code = (
-        "import sys; from torc.objects.library import kind_names, object_facts, object_names;"
-        "object_facts(object_names()[0]), kind_names();"
-        "sys.exit(int(bool({'numpy', 'PIL', 'scipy', 'yaml'} & set(sys.modules))))"
-    )
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_frame_size_and_mass(name: str) -> None:
     model = load_object(name)
@@ -89,35 +69,6 @@ def test_frame_size_and_mass(name: str) -> None:
     assert sum(model.piece_masses_kg) == pytest.approx(model.mass_kg)
     assert min(model.size_m) > 0.007
     assert max(model.size_m) < 0.30
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_meshes_of_contact_pieces_are_convex_and_solid(name: str) -> None:
-    from scipy.spatial import ConvexHull
-
-    for piece in load_object(name).pieces:
-        if piece.kind == "mesh":
-            hull = ConvexHull(piece.mesh_vertices)
-            to_planes = piece.mesh_vertices @ hull.equations[:, :3].T + hull.equations[:, 3]
-            # a vertex deep inside the hull would mean that the shape was not convex
-            assert to_planes.max(axis=1).min() > -0.0012
-            assert hull.volume > 1e-8
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_visual_meshes_are_well_formed(name: str) -> None:
-    model = load_object(name)
-    for mesh in model.visuals:
-        assert np.isfinite(mesh.vertices).all()
-        assert mesh.faces.min() >= 0
-        assert mesh.faces.max() < len(mesh.vertices)
-        assert (mesh.uv is None) == (mesh.texture is None)
-        assert mesh.normals is not None
-        np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-6)
-        if mesh.texture is not None and mesh.uv is not None:
-            assert max(mesh.texture.shape) <= 512
-            assert mesh.uv.min() >= 0
-            assert mesh.uv.max() <= 1
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation, binary_erosion, distance_transform_edt
 
-from torc.errors import InputError
 from torc.geometry.projection import project
 from torc.occlusion.holes import bridge_holes
 from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
@@ -102,22 +101,6 @@ def test_small_holes_in_a_plane_get_its_depth(tilt, rng):
     assert np.max((depth / plane - 1)[inner]) < 1e-4
 
 
-def test_small_holes_in_the_table_leave_the_same_voxels_seen(rng):
-    view = synthetic_observation([])
-    lost = speckles(rng) | discs(rng)
-    assert np.count_nonzero(volume_of(view).seen & ~volume_of(view, lost, OPEN).seen) > 10_000
-    assert np.array_equal(volume_of(view, lost).seen, volume_of(view).seen)
-
-
-def test_small_holes_in_clutter_change_almost_nothing(rng):
-    view = synthetic_observation(random_clutter(rng, 15))
-    lost = speckles(rng, 0.03) | discs(rng, 200)
-    full, holed = volume_of(view), volume_of(view, lost)
-    changed = np.count_nonzero(free(full) != free(holed))
-    assert changed < 0.005 * np.count_nonzero(~free(full))
-    assert np.count_nonzero(free(full) != free(volume_of(view, lost, OPEN))) > 50 * changed
-
-
 @pytest.mark.parametrize("place", [(slice(210, 260), slice(240, 300)), (slice(300, 330), slice(100, 600))])
 def test_a_large_hole_stays_unknown_and_nobody_hides_it(place):
     view = synthetic_observation([])
@@ -206,18 +189,3 @@ def test_an_object_without_a_reading_is_not_looked_through(rng):
     some = unread & (rng.random(unread.shape) > 0.05)
     volume = volume_of(view, some)
     assert not np.any(free(volume)[inside(pen, GRID.centers())])
-
-
-def test_what_moved_is_unknown_inside_behind_its_holes_too():
-    before = volume_of(synthetic_observation([BOX]))
-    moved = replace(BOX, center=(0.6, -0.3, BOX.center[2]))
-    view = synthetic_observation([moved])
-    lost = discs(np.random.default_rng(0), 900) & (view.label_image == 1)
-    assert lost.sum() > 100
-    after = volume_of(view, lost, before=before)
-    assert not np.any(after.seen[inside(moved, GRID.centers(), -0.01)])
-
-
-def test_a_hole_has_a_width():
-    with pytest.raises(InputError, match="hole_rad"):
-        OcclusionConfig(hole_rad=-0.1)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.errors import InputError
 from torc.geometry.projection import project
 from torc.occlusion.volume import (
     FIXED_REAL_CAMERA,
@@ -14,12 +13,11 @@ from torc.occlusion.volume import (
     surface_labels,
     update_volume,
 )
-from torc.perception.noise import NoiseConfig, add_sensor_noise, stereo_camera
+from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.perception.privileged import REAL_CAMERA, LabelPerception
 from torc.records import BACKGROUND, EMPTY, ROBOT, VoxelGrid
 from torc.testing.synthetic import (
     SyntheticBox,
-    SyntheticCylinder,
     inside,
     random_clutter,
     synthetic_observation,
@@ -66,26 +64,6 @@ def behind_box(box, points):
 
 def coarse_grid():
     return VoxelGrid(GRID.origin, 0.03, (20, 34, 14))
-
-
-def test_before_any_snapshot_all_is_unknown_and_hidden_by_nothing():
-    volume = empty_volume(GRID)
-    assert volume.snapshots == 0
-    assert not volume.seen.any()
-    assert not volume.hidden_by.any()
-    assert np.all(volume.surface_label == EMPTY)
-    with pytest.raises(InputError, match="holds no volume"):
-        empty_volume(VoxelGrid(np.zeros(3), 0.0, (1, 1, 1)))
-
-
-@pytest.mark.parametrize("voxel_size_m", [0.005, 0.01, 0.03])
-def test_an_empty_table_hides_nothing_and_is_no_surface(voxel_size_m):
-    shape = tuple(int(n * 0.01 / voxel_size_m) for n in GRID.shape)
-    grid = VoxelGrid(GRID.origin, voxel_size_m, shape)
-    volume = update_volume(empty_volume(grid), perceive([]))
-    assert np.all(volume.seen[in_view(grid)])
-    assert np.all(volume.surface_label == EMPTY)
-    assert not volume.hidden_by.any()
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -143,16 +121,6 @@ def test_unknown_never_grows_while_objects_are_only_taken_away(seed):
     assert np.all(volume.seen[in_view()])
 
 
-def test_noise_alone_never_makes_the_seen_unknown_again(rng):
-    view = synthetic_observation(random_clutter(rng, 14))
-    volume = empty_volume(GRID)
-    for _ in range(4):
-        noisy = add_sensor_noise(view, NoiseConfig(0.002, grain_px=2, dropout=0.01, mask_erosion_px=1), rng)
-        after = update_volume(volume, LabelPerception().perceive(noisy))
-        assert np.count_nonzero(unknown(after) & volume.seen) == 0
-        volume = after
-
-
 def test_the_shadow_of_a_box_has_its_analytic_volume():
     volume = look([BOX])
     points = np.random.default_rng(0).uniform(GRID.origin, GRID.upper, (1_000_000, 3))
@@ -164,51 +132,6 @@ def test_the_shadow_of_a_box_has_its_analytic_volume():
     assert np.mean(has_bit(volume, 1)[shadow]) > 0.95
     assert np.mean(shadow[has_bit(volume, 1)]) > 0.98
     assert np.array_equal(unknown(volume) & in_view(), has_bit(volume, 1))
-
-
-def test_the_inside_of_objects_is_unknown_or_surface():
-    shapes = random_clutter(np.random.default_rng(4), 15)
-    volume = look(shapes)
-    for shape in shapes:
-        deep = inside(shape, GRID.centers(), -GRID.voxel_size_m * np.sqrt(3) / 2)
-        assert np.all(unknown(volume)[deep])
-
-
-def test_a_target_wholly_behind_a_box_lies_in_the_unknown():
-    target = SyntheticCylinder(0, (0.72, 0.0, SUPPORT_Z_M + 0.03), 0.03, 0.06)
-    scene = perceive([target, BOX])
-    assert scene.ids == (1,)
-    volume = update_volume(empty_volume(GRID), scene)
-    body = inside(target, GRID.centers())
-    assert body.sum() > 100
-    assert np.all(unknown(volume)[body])
-    assert np.all(has_bit(volume, 1)[body])
-    revealed = look([target], volume)
-    assert has_bit(revealed, 0).any()
-    assert np.any(revealed.surface_label == 0)
-
-
-def test_taking_the_hider_away_frees_what_it_hid():
-    other = SyntheticBox(2, (0.6, 0.25, SUPPORT_Z_M + 0.05), (0.08, 0.08, 0.1))
-    before = look([BOX, other])
-    after = look([other], before)
-    hidden = has_bit(before, 1)
-    assert hidden.any()
-    assert np.all(after.seen[hidden])
-    assert np.array_equal(has_bit(after, 2), has_bit(before, 2))
-    assert np.all(after.surface_label[before.surface_label == 1] == EMPTY)
-
-
-def test_the_hider_nearest_to_the_camera_is_the_one_named():
-    back = SyntheticBox(2, (0.8, 0.0, SUPPORT_Z_M + 0.16), (0.08, 0.1, 0.32))
-    volume = look([BOX, back])
-    both = behind_box(BOX, GRID.centers()) & behind_box(back, GRID.centers()) & unknown(volume) & in_view()
-    assert both.sum() > 500
-    assert np.mean(has_bit(volume, 1)[both]) > 0.98
-    only_back = (
-        behind_box(back, GRID.centers()) & ~behind_box(BOX, GRID.centers()) & unknown(volume) & in_view()
-    )
-    assert np.mean(has_bit(volume, 2)[only_back]) > 0.95
 
 
 def test_an_object_that_moved_into_seen_space_is_unknown_inside():
@@ -223,29 +146,6 @@ def test_an_object_that_moved_into_seen_space_is_unknown_inside():
     far = np.linalg.norm(GRID.centers() - eye, axis=-1) > np.linalg.norm(np.array(moved.center) - eye) + 0.25
     assert not np.any(unknown(after)[far & before.seen])
     assert np.all(after.seen[inside(BOX, GRID.centers()) & in_view()])
-
-
-def test_a_nudge_of_less_than_a_voxel_is_no_disturbance():
-    before = look([BOX])
-    nudged = replace(BOX, center=(BOX.center[0], BOX.center[1] + 0.006, BOX.center[2]))
-    after = look([nudged], before)
-    assert not np.any(unknown(after) & before.seen)
-
-
-@pytest.mark.parametrize(("side_px", "disturbs"), [(3, False), (6, True)])
-def test_a_few_points_astray_are_no_disturbance(side_px, disturbs):
-    before, view = look([BOX]), synthetic_observation([BOX])
-    depth, label = view.depth_m.copy(), view.label_image.copy()
-    patch = (slice(250, 250 + side_px), slice(200, 200 + side_px))
-    assert np.all(label[patch] == BACKGROUND)
-    depth[patch] -= 0.1
-    label[patch] = 1
-    scene = LabelPerception().perceive(replace(view, depth_m=depth, label_image=label))
-    after = update_volume(before, scene)
-    again = np.count_nonzero(unknown(after) & before.seen)
-    assert (again > 0) == disturbs
-    # And then only behind the patch.
-    assert again < 100
 
 
 @pytest.mark.usefixtures("any_arrays")
@@ -283,8 +183,3 @@ def test_smoothing_takes_away_what_single_bad_readings_hide_and_keeps_the_shadow
     # What is hidden beside an eroded mask is hidden by the object, not by the room.
     dark = unknown(smooth) & in_view() & has_bit(truth, 1)
     assert np.mean(has_bit(smooth, 1)[dark]) > 0.99
-
-
-def test_a_median_filter_has_an_odd_width():
-    with pytest.raises(InputError, match="smooth_px"):
-        OcclusionConfig(smooth_px=4)

@@ -1,13 +1,12 @@
 """Laws of the marked image."""
 
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.perception.label_places import mask_anchor, place_labels
+from torc.perception.label_places import place_labels
 from torc.perception.marking import mark_image, number_image
 from torc.perception.palette import object_color
 from torc.perception.privileged import LabelPerception
@@ -47,14 +46,6 @@ def test_every_mask_gets_a_place_and_no_two_overlap(seed):
         assert place.leader or center == i
 
 
-def test_rings_and_crescents_are_named_on_themselves():
-    y, x = np.mgrid[:100, :100] - 50
-    radius = np.hypot(x, y)
-    for mask in ((radius < 45) & (radius > 25), (radius < 45) & (np.hypot(x - 15, y) > 35)):
-        row, col = mask_anchor(mask)
-        assert np.all(mask[row - 4 : row + 5, col - 4 : col + 5])
-
-
 def test_a_mask_too_small_is_named_beside_itself():
     label = np.full((100, 120), -1, dtype=np.int16)
     label[50:55, 50:55] = 2
@@ -62,27 +53,6 @@ def test_a_mask_too_small_is_named_beside_itself():
     assert place.leader
     assert np.all(label[box_slices(place)] == -1)
     assert abs(place.row - 50) < 40
-
-
-def test_numbers_crowded_in_one_spot_part():
-    """Nested masks share a centre; their numbers must not."""
-    label = np.full((200, 200), -1, dtype=np.int16)
-    for i in range(5):
-        label[20 * i : 200 - 20 * i, 20 * i : 200 - 20 * i] = i
-    places = place_labels(label, dict.fromkeys(range(5), SIZES))
-    assert len(places) == 5
-    assert not any(overlap(a, b) for a, b in combinations(places.values(), 2))
-
-
-def test_empty_masks_are_skipped():
-    label = np.full((60, 60), -1, dtype=np.int16)
-    label[10:50, 10:50] = 1
-    assert list(place_labels(label, dict.fromkeys((0, 1, 60), SIZES))) == [1]
-    with pytest.raises(ValueError, match="empty"):
-        mask_anchor(label == 5)
-    scene = scene_of([SyntheticBox(3, (0.6, 0, 1.11), (0.1, 0.1, 0.12))])
-    ghost = replace(scene.objects[0], id=5)
-    assert np.array_equal(mark_image(replace(scene, objects=(*scene.objects, ghost))), mark_image(scene))
 
 
 def test_the_picture_is_untouched_but_for_the_marks_and_repeats(rng):
@@ -122,16 +92,6 @@ def test_highlighting_brings_out_one_object(rng):
     assert np.sum(np.all(image == color, axis=2)) > 1.3 * np.sum(np.all(plain == color, axis=2))
     with pytest.raises(InputError, match="highlight"):
         mark_image(scene, highlight=63)
-
-
-@pytest.mark.usefixtures("any_arrays")
-def test_marks_grow_with_the_image():
-    label = np.zeros((960, 1280), dtype=np.int16)
-    scene = scene_of([SyntheticBox(0, (0.6, 0, 1.11), (0.1, 0.1, 0.12))])
-    view = replace(scene.observation, rgb=np.zeros((960, 1280, 3), dtype=np.uint8))
-    image = mark_image(replace(scene, observation=view, label_image=label))
-    white = np.argwhere(np.all(image == 255, axis=2))
-    assert np.ptp(white[:, 0]) + 1 >= 24
 
 
 def test_all_numbers_look_different():
@@ -184,16 +144,3 @@ def test_a_number_with_room_in_its_mask_covers_no_other_object(seed):
         views = np.lib.stride_tricks.sliding_window_view(scene.label_image == i, (height + 8, width + 8))
         if views.all(axis=(2, 3)).any():
             assert np.all(scene.label_image[box_slices(place)] == i)
-
-
-def test_a_visible_target_is_numbered_0_in_its_mask():
-    scene = scene_of([SyntheticBox(0, (0.6, 0, 1.13), (0.12, 0.12, 0.16))])
-    image = mark_image(scene)
-    digit = np.repeat(number_image(0, 13)[..., None], 3, axis=2)
-    rows, cols = np.nonzero(scene.label_image == 0)
-    views = np.lib.stride_tricks.sliding_window_view(image, digit.shape)[..., 0, :, :, :]
-    found = np.argwhere((views == digit).all(axis=(2, 3, 4)))
-    assert len(found) == 1
-    assert scene.label_image[tuple(found[0])] == 0
-    assert abs(found[0][0] + 6 - rows.mean()) < 3
-    assert abs(found[0][1] + 4 - cols.mean()) < 3

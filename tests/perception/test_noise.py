@@ -7,9 +7,8 @@ import pytest
 
 from torc.errors import InputError
 from torc.perception.noise import NoiseConfig, add_sensor_noise, stereo_camera
-from torc.perception.privileged import LabelPerception
 from torc.records import BACKGROUND
-from torc.testing.synthetic import SyntheticBox, inside, synthetic_observation
+from torc.testing.synthetic import SyntheticBox, synthetic_observation
 
 BOX = SyntheticBox(1, (0.6, 0.0, 1.11), (0.1, 0.12, 0.12))
 
@@ -17,12 +16,6 @@ BOX = SyntheticBox(1, (0.6, 0.0, 1.11), (0.1, 0.12, 0.12))
 @pytest.fixture
 def view():
     return synthetic_observation([BOX])
-
-
-def test_off_by_default(view, rng):
-    noisy = add_sensor_noise(view, NoiseConfig(), rng)
-    assert np.array_equal(noisy.depth_m, view.depth_m)
-    assert np.array_equal(noisy.label_image, view.label_image)
 
 
 def test_equal_generators_equal_noise_and_the_input_stays(view):
@@ -57,22 +50,6 @@ def test_edges_suffer_and_surfaces_do_not(view, rng):
         assert value == 0 or patch.min() <= value <= patch.max()
 
 
-def test_dropout_loses_that_share(view, rng):
-    noisy = add_sensor_noise(view, NoiseConfig(dropout=0.1), rng)
-    assert np.mean(noisy.depth_m == 0) == pytest.approx(0.1, abs=0.01)
-    kept = noisy.depth_m > 0
-    assert np.array_equal(noisy.depth_m[kept], view.depth_m[kept])
-
-
-def test_pixels_without_a_reading_stay_so(view, rng):
-    depth = view.depth_m.copy()
-    depth[:50] = 0
-    depth[50:60] = np.nan
-    noisy = add_sensor_noise(replace(view, depth_m=depth), stereo_camera(), rng)
-    assert np.all(noisy.depth_m[:50] == 0)
-    assert np.all(np.isnan(noisy.depth_m[50:60]))
-
-
 def test_masks_shrink_to_their_inside(view, rng):
     small = add_sensor_noise(view, NoiseConfig(mask_erosion_px=2), rng).label_image
     large = view.label_image
@@ -82,17 +59,6 @@ def test_masks_shrink_to_their_inside(view, rng):
     background = np.argwhere(large != 1)
     for p in lost[:: max(1, len(lost) // 50)]:
         assert np.min(np.linalg.norm(background - p, axis=1)) < 2.5
-
-
-def test_perception_drops_most_of_the_flying_points(view, rng):
-    noisy = add_sensor_noise(view, NoiseConfig(edge_blend=1.0), rng)
-    mask = view.label_image == 1
-    flying = mask & (np.abs(noisy.depth_m - view.depth_m) > 0.02)
-    scene = LabelPerception().perceive(noisy)
-    pixels = scene.object(1).pixels
-    assert flying.sum() > 50
-    assert flying[pixels[:, 0], pixels[:, 1]].sum() < 0.35 * flying.sum()
-    assert np.mean(inside(BOX, scene.object(1).points, 0.01)) > 0.98
 
 
 def test_nonsense_is_refused():

@@ -72,30 +72,6 @@ def test_normals_next_to_the_ridges_of_a_box_belong_to_one_of_its_faces():
     assert np.mean(angles_deg(o.normals, truth) > 10) < 0.02
 
 
-def test_normals_survive_stereo_noise():
-    clean = synthetic_observation(SHAPES)
-    rng = np.random.default_rng(0)
-    noise = (1 + 0.001 * rng.standard_normal(clean.depth_m.shape)).astype(np.float32)
-    scene = perceive(replace(clean, depth_m=clean.depth_m * noise), normal_radius_px=4)
-    truth = raycast(SHAPES).normals
-    for o in scene.objects:
-        errors = angles_deg(o.normals, truth[o.pixels[:, 0], o.pixels[:, 1]])
-        assert np.median(errors) < 12.0
-
-
-def test_a_turned_world_turns_the_cloud_with_it(rng):
-    """Invariance: the same picture from another camera pose is the same cloud, moved."""
-    view = synthetic_observation(SHAPES)
-    T = np.eye(4)
-    T[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-    T[:3, 3] = rng.uniform(-1, 1, 3)
-    a = perceive(view)
-    b = perceive(replace(view, T_world_camera=T @ view.T_world_camera))
-    for p, q in zip(a.objects, b.objects):
-        assert np.allclose(p.points @ T[:3, :3].T + T[:3, 3], q.points, atol=1e-5)
-        assert np.allclose(p.normals @ T[:3, :3].T, q.normals, atol=1e-5)
-
-
 def test_points_between_two_surfaces_are_dropped():
     view = synthetic_observation([BOX])
     depth = view.depth_m.copy()
@@ -179,43 +155,6 @@ def test_background_is_the_table_without_the_robot():
     on_table = (x > 0.45) & (x < 1.05) & (np.abs(y) < 0.3) & (z > 0.95)  # not the floor before the table
     assert on_table.sum() > 1000
     assert np.allclose(z[on_table], load_workspace().support_z_m, atol=1e-4)
-
-
-def test_what_touches_an_object_does_not_bend_its_normals(rng):
-    """A ball of two labels: whether its right half is crumpled or unread is nothing to its left half."""
-    view = synthetic_observation([BALL])
-    _, cols = np.nonzero(view.label_image == 3)
-    right = (view.label_image == 3) & (np.indices(view.depth_m.shape)[1] > np.median(cols))
-    label = np.where(right, np.int16(4), view.label_image)
-    crumple = np.where(right, 0.002 * rng.standard_normal(label.shape), 0).astype(np.float32)
-    crumpled = perceive(replace(view, depth_m=view.depth_m + crumple, label_image=label)).object(3)
-    unread = perceive(
-        replace(view, depth_m=np.where(right, np.float32(0), view.depth_m), label_image=label)
-    ).object(3)
-    assert np.array_equal(crumpled.pixels, unread.pixels)
-    assert np.array_equal(crumpled.normals, unread.normals)
-
-
-def test_single_readings_amid_none_are_dropped():
-    view = synthetic_observation([BOX])
-    rows, cols = np.indices(view.depth_m.shape)
-    lone = (rows % 5 == 0) & (cols % 5 == 0) & (cols < 320)
-    depth = np.where(lone | (cols >= 320), view.depth_m, np.float32(0))
-    scene = perceive(replace(view, depth_m=depth))
-    assert scene.object(1).pixels[:, 1].min() >= 320
-
-
-def test_stride_thins_the_cloud_and_changes_nothing_else():
-    view = synthetic_observation(SHAPES)
-    full, thin = perceive(view), perceive(view, stride=2)
-    assert full.ids == thin.ids
-    for a, b in zip(full.objects, thin.objects):
-        index = {tuple(p): i for i, p in enumerate(a.pixels)}
-        same = [index[tuple(p)] for p in b.pixels]
-        assert 0.2 < len(b.points) / len(a.points) < 0.3
-        assert np.array_equal(a.points[same], b.points)
-        assert np.median(angles_deg(a.normals[same], b.normals)) < 0.1
-        assert a.pixel_count == b.pixel_count
 
 
 def test_an_image_without_objects_gives_an_empty_scene():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from torc.errors import InputError
 from torc.pipeline.better_bet import BetConfig, expected_picks, hold_back_worse_bets
 from torc.records import GraspReport, GraspSet, GraspStatus
 
@@ -108,8 +107,3 @@ def test_something_is_always_left_to_try_and_only_valid_grasps_change(seed):
     for k in report.object_ids:
         of = grasps.object_ids[changed] == k
         assert of.any() == (report.has_valid_grasp(k) and not after.has_valid_grasp(k))
-
-
-def test_a_share_is_a_share():
-    with pytest.raises(InputError, match="it is a share"):
-        BetConfig(1.5)

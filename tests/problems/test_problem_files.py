@@ -89,8 +89,6 @@ def test_saving_and_loading_gives_back_the_same_problem(
         ),
         ("name: can", "name: mug", r"objects: names must be unique; more than once: mug\. Rename"),
         ("target: mug", "target: mugg", "target: Unknown object 'mugg'. Did you mean 'mug'"),
-        ("target: mug\n", "", "target: is missing; add it"),
-        ("objects:", "objekts:", "objekts: is not a field"),
         ("[0.6,", "[.nan,", r"objects\[0\].position\[0\]: must be a finite number"),
         ("[0.6,", "[true,", r"objects\[0\].position\[0\]: must be a number, not true or false"),
         ("[0.6,", "[6.0,", r"objects\[0\].position: .*not over the table"),
@@ -104,15 +102,6 @@ def test_saving_and_loading_gives_back_the_same_problem(
         ("name: demo", "name: demo\nname: two", "'name' is given 2 times"),
         ("A demo.", r'"a \e[2J demo"', "description: has characters that cannot be printed"),
         ("A demo.", "!!python/object:os.system x", "tags .* are not supported"),
-        ("soup_can_red", r'"\ud800"', r"objects\[0\].model: has characters that are none"),
-        ("soup_can_red", "x" * 65, r"objects\[0\].model: must be 1 to 64 letters"),
-        (
-            "target:",
-            "origin: {seed: 0x" + "f" * 4000 + "}\ntarget:",
-            "origin: holds a number that is too large",
-        ),
-        ("target:", "origin: {share: 1.0e+300}\ntarget:", "origin: holds a number that is too large"),
-        ("target:", r'origin: {by: "\a"}' + "\ntarget:", "origin: has characters that cannot be printed"),
         (
             "target:",
             "origin: {" + "".join(f"k{i}: 1, " for i in range(101)) + "}\ntarget:",
@@ -129,22 +118,6 @@ def test_faults_name_file_field_and_remedy(tmp_path: Path, old: str, new: str, m
     with pytest.raises(InputError, match=message) as info:
         load_problem(path)
     assert str(path) in str(info.value)
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (b"", "holds no problem"),
-        (b"[" * 20_000, "nested too deeply"),
-        (b"\xff\xfe\x00bad", "not UTF-8"),
-        (b"#" * 64_001, "larger than"),
-        (b"a: \x00", "not readable YAML"),
-    ],
-)
-def test_hostile_files_are_refused(tmp_path: Path, content: bytes, message: str) -> None:
-    (tmp_path / "bad.yaml").write_bytes(content)
-    with pytest.raises(InputError, match=message):
-        load_problem(tmp_path / "bad.yaml")
 
 
 def test_rotations_are_normalised_once() -> None:
@@ -173,20 +146,3 @@ def test_unknown_problems_are_reported() -> None:
             load_problem(name)
     with pytest.raises(InputError, match="no problem file"):
         load_problem("nowhere/problem.yaml")
-
-
-@pytest.mark.parametrize("stop", [OSError(28, "No space left on device"), KeyboardInterrupt()])
-def test_a_save_that_is_stopped_leaves_nothing_and_keeps_what_was_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stop: BaseException
-) -> None:
-    path = tmp_path / "p.yaml"
-    path.write_text("as it was")
-
-    def stopped(self: Path, target: Path) -> None:
-        raise stop
-
-    monkeypatch.setattr(Path, "replace", stopped)
-    with pytest.raises(type(stop)):
-        save_problem(parse_problem(GOOD), path)
-    assert [p.name for p in tmp_path.iterdir()] == ["p.yaml"]
-    assert path.read_text() == "as it was"

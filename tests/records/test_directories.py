@@ -37,13 +37,6 @@ def test_nothing_else_is_replaced_whatever_is_asked_for(tmp_path, overwrite):
             _check(tmp_path / name, overwrite)
 
 
-def test_a_directory_needs_a_name(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for name in (".", "..", "", "/", "kind/.."):
-        with pytest.raises(InputError, match="give it a name"):
-            _check(type(tmp_path)(name))
-
-
 def _claim(directory):
     return claim(directory, "log.txt", "trial")
 
@@ -74,13 +67,3 @@ def test_what_a_killed_process_left_is_removed_as_a_whole(tmp_path, monkeypatch)
     _claim(left).close()
     assert [path.name for path in left.iterdir()] == ["log.txt"]
     assert (tmp_path / "kept.txt").is_file()
-
-
-def test_only_directories_of_the_kind_are_claimed(tmp_path):
-    (tmp_path / "thesis").mkdir()
-    (tmp_path / "thesis" / "thesis.txt").write_text("")
-    with pytest.raises(InputError, match="is no trial, so nothing replaces it"):
-        _claim(tmp_path / "thesis")
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=r"Cannot write to .*file/trial'.* Choose another --out"):
-        _claim(tmp_path / "file" / "trial")

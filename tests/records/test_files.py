@@ -2,11 +2,9 @@
 
 import json
 
-import cv2
-import numpy as np
 import pytest
 
-from torc.records.files import write_json, write_png
+from torc.records.files import write_json
 
 
 def test_json_replaces_a_file_and_leaves_nothing_else(tmp_path):
@@ -18,11 +16,3 @@ def test_json_replaces_a_file_and_leaves_nothing_else(tmp_path):
     with pytest.raises(TypeError):
         write_json(path, [1, object()])
     assert json.loads(path.read_text()) == {"b": [2, "ü"]}
-
-
-def test_pictures_keep_their_colours(tmp_path, rng):
-    rgb = rng.integers(0, 256, (7, 9, 3), dtype=np.uint8)
-    write_png(tmp_path / "a.png", rgb)
-    np.testing.assert_array_equal(cv2.imread(str(tmp_path / "a.png"))[..., ::-1], rgb)
-    with pytest.raises(OSError, match=r"a\.png"):
-        write_png(tmp_path / "nowhere" / "a.png", rgb)

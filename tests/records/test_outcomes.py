@@ -22,10 +22,3 @@ def test_a_robot_knows_what_it_felt_and_how_its_arm_was():
     told = PickOutcome(PickResult.REMOVED, 3, 3, True, True, duration_s=9.0, at_home=False, touch=TOUCH)
     assert truth.as_felt == told
     assert told.as_felt == told
-
-
-def test_what_was_not_felt_apart_is_what_it_is():
-    unnoticed = PickOutcome(PickResult.REMOVED, 3, 3, True, True, felt=FeltOutcome(PickResult.MISSED))
-    assert unnoticed.as_felt == PickOutcome(PickResult.MISSED, 3)
-    passed = PickOutcome(PickResult.NO_PLAN, 3, detail="no way")
-    assert passed.as_felt == PickOutcome(PickResult.NO_PLAN, 3)

@@ -11,12 +11,8 @@ from torc.robots.protocols import ContactGuard, FollowResult, GripperState
 
 @dataclass
 class FakeArm:
-    """An arm that is wherever its last motion ended.
-
-    Attributes:
-        stop_at: number of a motion (counted from 0) and the fraction of its samples after which contact stops it;
-            without a guard the motion ends there too, but not by contact.
-        followed, guards: all motions commanded so far, and the guard of each.
+    """An arm that is wherever its last motion ended. `stop_at` has, per number of a motion, the fraction of its samples
+    after which contact stops it; without a guard the motion ends there too, but not by contact.
     """
 
     qpos: Float[np.ndarray, "dof"]
@@ -41,11 +37,8 @@ class FakeArm:
 
 @dataclass
 class FakeGripper:
-    """A gripper with an object of object_width_m between its fingers, or None.
-
-    Attributes:
-        loses_after: number of looks at `state` while closed after which the object is gone.
-        commands: what was asked, ("open", width) or ("close", force).
+    """A gripper with an object of object_width_m between its fingers, or None, which is gone after `loses_after` looks
+    at `state` while closed.
     """
 
     object_width_m: float | None = 0.04

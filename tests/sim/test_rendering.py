@@ -5,12 +5,11 @@ import pytest
 from sim_scenes import row, standing, world_of
 
 from torc.errors import InputError
-from torc.geometry.projection import project, unproject
+from torc.geometry.projection import project
 from torc.records import BACKGROUND, ROBOT
 from torc.robots.loading import load_robot
 from torc.sim.camera import SimulatedCamera
 from torc.sim.gl import gl_backend
-from torc.sim.raycasting import pixel_directions
 from torc.sim.rendering import CameraRenderer
 from torc.workspace.files import load_workspace
 
@@ -38,22 +37,6 @@ def test_labels_are_valid_and_everything_is_in_sight(views, backend):
     assert labels.dtype == np.int16
     assert set(np.unique(labels)) <= {BACKGROUND, ROBOT, 0, 1, 2, 3}
     assert {0, 1, 2, 3} <= set(np.unique(labels))
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_depth_of_the_table_is_that_of_its_plane(views, backend):
-    depth, labels = views[backend].depth_m, views[backend].label_image
-    rows, cols = np.nonzero((labels == BACKGROUND) & (depth > 0))
-    points = unproject(rows, cols, depth[rows, cols].astype(float), MOUNT.K, MOUNT.T_world_camera)
-    table = load_workspace().table
-    inside = np.abs(points[:, :2] - table.center[:2]) < np.array(table.size[:2]) / 2 - 0.01
-    top = inside.all(axis=1) & (np.abs(points[:, 2] - load_workspace().support_z_m) < 0.02)
-    assert top.sum() > 20_000
-    # Along the plane's steep view a pixel's depth error shows enlarged; compare along the ray instead.
-    directions = pixel_directions(MOUNT.K, MOUNT.width, MOUNT.height) @ MOUNT.T_world_camera[:3, :3].T
-    slope = directions.reshape(MOUNT.height, MOUNT.width, 3)[rows[top], cols[top], 2]
-    expected = (load_workspace().support_z_m - MOUNT.T_world_camera[2, 3]) / slope
-    assert np.abs(depth[rows[top], cols[top]] - expected).max() < 1e-3
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

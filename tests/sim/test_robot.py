@@ -1,7 +1,5 @@
 """The simulated robot carries out picks, stops on contact, and tells the truth about what came of it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from sim_scenes import TABLE_Z, grasp_pose, move, reach, retract, row, shift_up, standing, world_of
@@ -11,7 +9,7 @@ from torc.pipeline.touch import finger_ends
 from torc.records import PickPlan, PickResult
 from torc.robots.kinematics import tcp_pose
 from torc.robots.loading import load_robot
-from torc.robots.protocols import Arm, Camera, ContactGuard, Gripper, Robot
+from torc.robots.protocols import ContactGuard
 from torc.sim.robot import SimulatedRobot
 from torc.sim.state import save_state
 from torc.sim.world import Presence, World
@@ -55,14 +53,6 @@ def world():
     )
 
 
-def test_it_implements_the_protocols(world):
-    robot = SimulatedRobot(world)
-    assert isinstance(robot, Robot)
-    assert isinstance(robot.arm, Arm)
-    assert isinstance(robot.gripper, Gripper)
-    assert isinstance(robot.camera, Camera)
-
-
 @pytest.mark.parametrize("limit", ["ctrl", "force"])
 def test_a_gripper_that_could_never_close_is_refused(world, limit):
     actuator = world.model.actuator(ROBOT.gripper_actuator_name).id
@@ -83,12 +73,6 @@ def test_a_box_is_retrieved(world):
     assert world.presence.tolist() == [Presence.DELIVERED, Presence.PRESENT]
     assert np.allclose(robot.arm.qpos, REST, atol=0.01)
     assert 5.0 < outcome.duration_s < 15.0
-
-
-def test_a_neighbour_that_came_up_instead_is_taken_for_the_wanted_one(world):
-    outcome = SimulatedRobot(world).execute(replace(plan_for(world, 0), object_id=1))
-    assert (outcome.result, outcome.held_id) == (PickResult.RETRIEVED, 0)
-    assert (outcome.as_felt.result, outcome.as_felt.held_id) == (PickResult.REMOVED, 1)
 
 
 def test_the_same_pick_twice_is_identical_and_watching_changes_nothing():
@@ -175,17 +159,6 @@ def test_the_guard_stops_at_a_heavy_block_and_backs_off():
     robot.wait_for_rest()
     force, _ = robot.arm._contacts.hardest(ignore_gripped=False)
     assert force < 5.0
-
-
-def test_the_gripper_holds_what_is_between_its_pads(world):
-    robot = SimulatedRobot(world)
-    assert robot.gripper.open(0.03).width_m == pytest.approx(0.03, abs=0.002)
-    closed = robot.gripper.close(40.0)
-    assert not closed.holding
-    assert closed.width_m < 0.0015
-    opened = robot.gripper.open(ROBOT.gripper.max_width_m)
-    assert opened.width_m == pytest.approx(ROBOT.gripper.max_width_m, abs=0.001)
-    assert not opened.holding
 
 
 @pytest.mark.parametrize("force_n", [20.0, 50.0])

@@ -6,7 +6,6 @@ from sim_scenes import row, world_of
 from test_robot import ROBOT, plan_for
 
 from torc.records import PickResult
-from torc.sim.camera import SimulatedCamera
 from torc.sim.robot import SimulatedRobot
 from torc.sim.world import Presence
 
@@ -39,19 +38,6 @@ def test_a_pick_from_a_restored_state_is_the_same_pick_whatever_was_done_in_betw
         assert _same(again.save(), after)
 
 
-def test_a_gripper_that_holds_on_holds_on_with_the_same_force(robot, objects):
-    robot.gripper.close(7.0)
-    saved = robot.save()
-    robot.restore(saved)
-    robot._stepper.run(0.2)
-    after = robot.save()
-    other = SimulatedRobot(world_of(*objects, robot=ROBOT))
-    other.restore(saved)
-    assert other.gripper.closed
-    other._stepper.run(0.2)
-    assert _same(other.save(), after)
-
-
 def test_removed_objects_are_gone_and_what_they_carried_comes_down(robot):
     world = robot.world
     top = world.positions[0] + np.array([0, 0, 0.14])
@@ -61,12 +47,3 @@ def test_removed_objects_are_gone_and_what_they_carried_comes_down(robot):
     assert world.positions[1, 2] < top[2] - 0.05
     assert world.speeds().max() < 0.1
     assert robot.execute(plan_for(world, 2)).result is not PickResult.RETRIEVED
-
-
-def test_without_colour_depth_and_labels_are_the_same(robot):
-    with SimulatedCamera(robot.world) as camera, SimulatedCamera(robot.world, color=False) as plain:
-        full, bare = camera.capture(), plain.capture()
-    assert np.array_equal(full.depth_m, bare.depth_m)
-    assert np.array_equal(full.label_image, bare.label_image)
-    assert full.rgb.shape == bare.rgb.shape
-    assert full.rgb.any()

@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 from sim_scenes import problem, standing, world_of
 
-from torc.geometry.transforms import make_pose, rotation_about
 from torc.problems.problem import load_problem
-from torc.robots.ik import solve_ik
-from torc.robots.loading import load_robot
 from torc.sim.gl import gl_backend
 from torc.sim.rendering import CameraRenderer
 from torc.sim.state import save_state
@@ -34,15 +31,6 @@ def test_pixels_are_those_of_the_picture(cluttered):
     assert counted.pixels.tolist() == _counts(cluttered, "rays").tolist()
     if gl_backend() != "rays":
         assert np.abs(counted.pixels - _counts(cluttered, gl_backend())).max() <= 8
-
-
-def test_pixels_alone_are_those_of_the_picture_without_the_others(cluttered):
-    counted = measure_visibility(cluttered, MOUNT)
-    whole = load_problem("unstructured-01")
-    for i in (0, 3):
-        placement = whole.ordered()[i]
-        alone = build_world(problem(placement), None, load_workspace())
-        assert counted.pixels_alone[i] == _counts(alone, "rays")[0]
 
 
 def test_what_hides_an_object_is_what_shows_in_its_place(cluttered):
@@ -87,14 +75,3 @@ def test_fractions_where_they_are_known():
     assert seen.fractions[3] == 0.0
     assert seen.pixels_alone[3] == 0
     assert world.presence[3] == Presence.DROPPED
-
-
-def test_the_robot_hides_objects_too():
-    world = build_world(load_problem("structured-01"), load_robot(), load_workspace())
-    bare = build_world(load_problem("structured-01"), None, load_workspace())
-    a, b = measure_visibility(world, MOUNT), measure_visibility(bare, MOUNT)
-    assert a.pixels.tolist() == b.pixels.tolist()  # at rest the arm is out of the picture
-    in_view = make_pose(rotation_about((1, 0, 0), np.pi), (0.6, -0.1, 1.35))
-    for name, q in zip(world.robot.arm.joint_names, solve_ik(world.robot.arm, in_view[None]).qpos[0, 0]):
-        world.data.joint(name).qpos[:] = q
-    assert measure_visibility(world, MOUNT).pixels.sum() < b.pixels.sum()

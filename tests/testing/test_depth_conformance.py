@@ -36,6 +36,7 @@ def test_the_shipped_depth_conforms():
     check_depth(AsMeasured)
 
 
+@pytest.mark.usefixtures("any_arrays")
 @pytest.mark.parametrize(
     ("make", "told"),
     [(Millimetres, "metres"), (Writes, "changed"), (Double, "float32"), (Noisy, "two different depths")],

@@ -1,7 +1,5 @@
 """Laws of the analytic scenes."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -59,18 +57,6 @@ def test_normals_point_out_of_the_shape_and_at_the_camera(shape):
     assert np.all(np.sum(normals * (mount.T_world_camera[:3, 3] - points), axis=1) > 0)
 
 
-def test_no_pixel_looks_through_a_shape():
-    """Brute force: points sampled along each ray up to the reading lie in no shape."""
-    mount = replace(load_workspace().camera, width=64, height=48)
-    image = raycast(SHAPES, mount)
-    eye = mount.T_world_camera[:3, 3]
-    points = _pixel_points(image, mount)
-    for share in np.linspace(0.2, 0.999, 200):
-        on_the_way = eye + share * (points - eye)
-        for shape in SHAPES:
-            assert not np.any(inside(shape, on_the_way, -1e-4))
-
-
 def test_table_lies_at_its_height_and_the_room_closes_every_ray():
     mount = load_workspace().camera
     image = raycast([], mount, support_z_m=0.9)
@@ -94,18 +80,6 @@ def test_clutter_is_disjoint_and_stands_on_something(n):
         points = rng.uniform(-1, 1, (300, 3)) * half_sizes(s) @ T[:3, :3].T + T[:3, 3]
         points = points[inside(s, points)]
         assert not any(np.any(inside(o, points, -1e-6)) for o in shapes if o is not s)
-
-
-def test_clutter_and_observation_repeat():
-    a, b = (random_clutter(np.random.default_rng(5), 12) for _ in range(2))
-    assert a == b
-    x, y = synthetic_observation(a), synthetic_observation(b)
-    assert np.array_equal(x.depth_m, y.depth_m)
-    assert np.array_equal(x.rgb, y.rgb)
-    assert x.rgb.dtype == np.uint8
-    assert x.depth_m.dtype == np.float32
-    assert x.label_image is not None
-    assert x.label_image.dtype == np.int16
 
 
 def test_a_shape_without_volume_is_refused():

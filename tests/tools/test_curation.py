@@ -1,14 +1,10 @@
 """The chosen problems are eligible, balanced over the cells, nearest to what is wanted, and named without a clash."""
 
-import json
 from collections import Counter
 
-import pytest
-
-from tools.curation import Candidate, Wanted, choose, named, read_candidates
-from torc.errors import InputError
+from tools.curation import Candidate, Wanted, choose, named
 from torc.objects.library import builtin_object_names
-from torc.problems.problem import ObjectPlacement, Problem, save_problem
+from torc.problems.problem import ObjectPlacement, Problem
 
 MODELS = builtin_object_names()
 
@@ -67,30 +63,3 @@ def test_names_are_free_and_facts_are_kept():
         "random_picks_median": 5.0,
     }
     assert [p.name for p in named(chosen[:1], [], "validation-")] == ["validation-structured-01"]
-
-
-def test_measurements_are_read_from_what_the_benchmarks_write(tmp_path):
-    (tmp_path / "problems").mkdir()
-    for name in ("a", "b", "c"):
-        save_problem(_problem(name), tmp_path / "problems" / f"{name}.yaml")
-    answers, trials = tmp_path / "answers", tmp_path / "trials"
-    answers.mkdir()
-    (answers / "a-0.json").write_text(
-        json.dumps({"solved": True, "picks": 3, "drops": 1, "order": ["o2", "o1", "o0"]})
-    )
-    (answers / "b-0.json").write_text(json.dumps({"solved": False, "picks": 4, "drops": 0, "order": []}))
-    for trial, status, picks in (
-        ("a-random-0", "completed", 6),
-        ("a-random-1", "errored", 9),
-        ("b-random-0", "completed", 4),
-    ):
-        (trials / trial).mkdir(parents=True)
-        (trials / trial / "result.json").write_text(json.dumps({"status": status, "picks": picks}))
-    found = read_candidates(str(tmp_path / "problems"), answers, trials)
-    assert [(c.problem.name, c.oracle_picks, c.oracle_drops, c.random_picks) for c in found] == [
-        ("a", 3, 1, (6,)),
-        ("b", None, 0, (4,)),
-    ]
-    assert [c.oracle_order for c in found] == [("o2", "o1", "o0"), ()]
-    with pytest.raises(InputError, match="Nothing was measured"):
-        read_candidates(str(tmp_path / "problems"), tmp_path, tmp_path)

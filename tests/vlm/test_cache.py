@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
+from tests.helpers.vlm_server import Fail, FakeVlmServer, Say
 from torc.errors import InputError
-from torc.testing.vlm_server import Fail, FakeVlmServer, Say
 from torc.vlm.cache import CacheConfig, CachedClient, CacheMode, cache_key, request_facts
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import VlmError
@@ -55,13 +55,6 @@ def test_everything_that_can_change_a_reply_changes_the_key(other):
     assert cache_key(changed) != cache_key(request_facts(CONFIG, QUESTION))
 
 
-def test_what_changes_no_reply_changes_no_key():
-    cold = [request_facts(replace(CONFIG, temperature=t), QUESTION) for t in (0, 0.0)]
-    assert cache_key(cold[0]) == cache_key(cold[1])
-    patient = replace(CONFIG, timeout_s=500.0, retries=9, retry_wait_s=3.0)
-    assert request_facts(patient, QUESTION) == request_facts(CONFIG, QUESTION)
-
-
 def test_keys_stay_the_same_from_version_to_version():
     """If this fails, published caches no longer replay: raise the cache's format instead."""
     key = cache_key(request_facts(CONFIG, QUESTION))
@@ -100,11 +93,8 @@ def test_errors_are_not_recorded_and_refusals_are(tmp_path):
     "spoil",
     [
         lambda d: "{",
-        lambda d: "[1]",
-        lambda d: json.dumps({**d, "format": "other/1"}),
         lambda d: json.dumps({**d, "request": {**d["request"], "prompt": "Another?"}}),
         lambda d: json.dumps({**d, "reply": {**d["reply"], "text": 5}}),
-        lambda d: json.dumps({**d, "reply": {**d["reply"], "finish": "good"}}),
         lambda d: json.dumps({**d, "reply": {**d["reply"], "tokens": {"prompt": "many"}}}),
         lambda d: "[" * 50_000,
         lambda d: " " * 5_000_000,

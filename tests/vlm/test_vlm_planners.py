@@ -2,19 +2,16 @@
 
 import json
 
-import cv2
 import numpy as np
 import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
-from torc.perception.marking import mark_image
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.registry import make_planner
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.testing import contexts
 from torc.testing.planner_conformance import CASES, check_case
-from torc.vlm.failures import FailureKind, VlmError
 from torc.vlm.fixes_dg import VlmFixesDgPlanner
 from torc.vlm.select import VlmGraspsPlanner, VlmSelectPlanner, grasp_facts
 
@@ -74,33 +71,6 @@ def test_three_useless_answers_lose_the_pick(name):
     assert not decision.give_up
     assert decision.attempts == len(vlm.questions) == len(decision.exchanges) == 3
     assert "3 tries" in decision.reason
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_nobody_is_asked_where_nothing_is_graspable(name):
-    vlm = ScriptedVlm([first(1)])
-    assert decide(make_planner(name, client=vlm), contexts.nothing_graspable_context()).object_id is None
-    assert vlm.questions == []
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_server_without_a_reply_is_no_decision(name):
-    class Down:
-        def ask(self, question):
-            raise VlmError("gemini:m", FailureKind.SERVER, "HTTP 500", 5)
-
-    with pytest.raises(VlmError, match="asked 5 times"):
-        decide(make_planner(name, client=Down()), contexts.behind_context())
-
-
-def test_the_model_sees_what_the_recorder_keeps():
-    vlm, context = ScriptedVlm([first(1)]), contexts.behind_context()
-    decide(VlmSelectPlanner(vlm), context)
-    decide(VlmSelectPlanner(vlm), context)
-    (image,), (again,) = (q.images for q in vlm.questions)
-    assert image == again
-    seen = cv2.cvtColor(cv2.imdecode(np.frombuffer(image, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
-    assert np.array_equal(seen, mark_image(context.scene))
 
 
 def test_each_asking_is_a_repetition_of_its_own_and_seeds_decide_it():

@@ -6,7 +6,7 @@ import threading
 import pytest
 
 from torc.episode.log_writing import without_seconds
-from torc.episode.trial import run_trial
+from torc.episode.trial import Recording, run_trial
 from torc.specs.trial import TrialSpec
 from torc.web.expert import HumanPlanner, SessionListener
 from torc.web.frames import FrameBoard, RobotCamera
@@ -35,7 +35,12 @@ def _play(out, watch):
         with RobotCamera(board) as camera:
             planner, tell = HumanPlanner(session), SessionListener(session)
             trial = run_trial(
-                SPEC, out, planner=planner, listeners=[tell], observers=[camera.observe], say=lambda _: None
+                SPEC,
+                out,
+                planner=planner,
+                listeners=[tell],
+                recording=Recording(observers=(camera.observe,)),
+                say=lambda _: None,
             )
     finally:
         over.set()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from torc.errors import InputError, UnknownNameError
+from torc.errors import InputError
 from torc.workspace.files import EXAMPLE, load_workspace, own_workspace_source
 
 
@@ -61,8 +61,3 @@ def test_what_is_wrong_is_named(tmp_path, change, told):
     with pytest.raises(InputError, match="not a valid workspace") as refused:
         load_workspace(written(tmp_path, change))
     assert told in str(refused.value)
-
-
-def test_an_unknown_one_is_refused():
-    with pytest.raises(UnknownNameError, match="Did you mean 'paper'"):
-        load_workspace("papr")

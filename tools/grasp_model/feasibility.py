@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from rich.console import Console
 
+from tools.grasp_model.facts import model_digest, save_facts
 from tools.grasp_model.floating import FloatingGripper
 from tools.grasp_model.floating_model import build_floating
 from tools.grasp_model.snapshot import interpret, observe
@@ -20,7 +21,7 @@ from torc.errors import PhysicsError
 from torc.geometry.transforms import rotation_about, rotation_from_wxyz, wxyz_from_rotation
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.protocol import GraspPlanner
-from torc.objects.grasp_facts import FACTS_PATH, GraspFact, model_digest, read_facts, save_facts
+from torc.objects.grasp_facts import FACTS_PATH, GraspFact, read_facts
 from torc.objects.library import builtin_object_names, load_object
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.robots.description import RobotDescription

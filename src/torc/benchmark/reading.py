@@ -12,8 +12,7 @@ from typing import Any
 from torc.benchmark.rows import PickRow, Table, TrialRow, participant_by_name
 from torc.benchmark.store import TRIALS, WORK, Store
 from torc.benchmark.table_files import TRIALS_FILE, read_rows
-from torc.episode.recorded import check_directory, picks_of
-from torc.episode.trial_files import read_events, read_spec
+from torc.episode.recorded import check_directory, picks_of, read_events, read_spec
 from torc.episode.versions import versions_text
 from torc.errors import InputError
 from torc.objects.library import object_facts

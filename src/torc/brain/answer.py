@@ -1,19 +1,21 @@
 """What is decided for a frame, and what it rests on."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from torc.brain.candidates import GRASP_FRAME, Grasp, blockers_of, grasp_fates, valid_grasps
-from torc.brain.labelled import evidence_in_labels
+from torc.brain.candidates import GRASP_FRAME, Grasp, blockers_of, status_counts, valid_grasps
 from torc.perception.marking import mark_image
 from torc.pipeline.look import Look
 from torc.records import Decision
 from torc.records.files import write_png
 from torc.records.serialization import to_plain
 from torc.task_planning.drawing import draw_decision
+
+HIDDEN = "hidden"
+"""The label of a target that no frame has shown."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +49,8 @@ class Answer:
     @property
     def left_out(self) -> tuple[int, ...]:
         """Labels of the frame that show too little to be taken for objects: too few pixels, or readings of depth."""
-        return tuple(
-            sorted(label for k, label in self.labels.items() if k not in self.look.context.scene.ids)
-        )
+        ids = self.look.context.scene.ids
+        return tuple(sorted(label for k, label in self.labels.items() if k not in ids))
 
     @property
     def ids(self) -> tuple[int, ...]:
@@ -87,15 +88,46 @@ class Answer:
 
     def _object(self, object_id: int) -> dict[str, Any]:
         context = self.look.context
-        fates = grasp_fates(context, object_id)
-        blockers = blockers_of(context, object_id)
         return {
             "label": self.labels[object_id],
             "id": object_id,
             **({"name": self.names[object_id]} if object_id in self.names else {}),
             "pixels": context.scene.object(object_id).pixel_count,
             "valid_grasps": int(context.report.valid_total[context.report.object_ids.index(object_id)]),
-            "grasps": {fate.name.lower(): n for fate, n in fates.items()},
-            "blocked_by": {str(self.labels[other]): n for other, n in blockers.items()},
+            "grasps": {s.name.lower(): n for s, n in status_counts(context, object_id).items()},
+            "blocked_by": {str(self.labels[k]): n for k, n in blockers_of(context, object_id).items()},
             "hides_m3": round(context.volume.hidden_volume_m3(object_id), 6),
         }
+
+
+def evidence_in_labels(evidence: Mapping[str, Any], labels: Mapping[int, int]) -> dict[str, Any]:
+    """What a planner leaves as evidence, with the frame's labels for torc's ids; ids that are text, as keys in JSON,
+    stay text. Translated are the entries that torc's planners share; what else a user's planner leaves passes as it is.
+    """
+
+    def label(value: Any) -> Any:
+        number = int(value)
+        found = labels.get(number, HIDDEN if number == 0 else number)
+        return str(found) if isinstance(value, str) else found
+
+    def keys(values: Mapping[Any, Any]) -> dict[Any, Any]:
+        return {label(k): v for k, v in values.items()}
+
+    def graph(data: Mapping[str, Any]) -> dict[str, Any]:
+        nodes = [{**n, "id": label(n["id"])} for n in data["nodes"]]
+        edges = [{**e, "source": label(e["source"]), "target": label(e["target"])} for e in data["edges"]]
+        return {**data, "target": label(data["target"]), "nodes": nodes, "edges": edges}
+
+    translations: dict[str, Callable[[Any], Any]] = {
+        "graph": graph,
+        "probabilities": keys,
+        "certainty": lambda values: {**values, "upper": keys(values["upper"])},
+        "graspable": lambda ids: [label(k) for k in ids],
+    }
+    told = dict(evidence)
+    for key in told.keys() & translations.keys():
+        try:
+            told[key] = translations[key](told[key])
+        except (AttributeError, KeyError, TypeError, ValueError):  # a user's own data under the same name
+            continue
+    return told

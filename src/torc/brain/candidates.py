@@ -16,7 +16,7 @@ GRASP_FRAME = (
     "gripper."
 )
 """In which frame grasps are given."""
-FATES: Mapping[GraspStatus, str] = MappingProxyType(
+STATUS_WORDS: Mapping[GraspStatus, str] = MappingProxyType(
     {
         GraspStatus.VALID: "valid",
         GraspStatus.BLOCKED: "blocked",
@@ -29,7 +29,7 @@ FATES: Mapping[GraspStatus, str] = MappingProxyType(
         GraspStatus.NO_MOTION: "without a motion to them",
     }
 )
-"""In words, in the order in which they are told."""
+"""In the order in which they are told."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,8 @@ class Grasp:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-compatible, lengths to a hundredth of a millimetre."""
-        return {
-            "T_world_tcp": self.T_world_tcp.round(6).tolist(),
-            "width_m": round(self.width_m, 5),
-            "p": round(self.p, 4),
-        }
+        pose, width_m, p = self.T_world_tcp.round(6).tolist(), round(self.width_m, 5), round(self.p, 4)
+        return {"T_world_tcp": pose, "width_m": width_m, "p": p}
 
 
 def valid_grasps(context: PlanningContext, object_id: int) -> tuple[Grasp, ...]:
@@ -65,11 +62,11 @@ def valid_grasps(context: PlanningContext, object_id: int) -> tuple[Grasp, ...]:
     )
 
 
-def grasp_fates(context: PlanningContext, object_id: int) -> dict[GraspStatus, int]:
-    """How many of the object's grasps came to each end, in the order of FATES; those that none came to are left out."""
+def status_counts(context: PlanningContext, object_id: int) -> dict[GraspStatus, int]:
+    """How many of the object's grasps have each status, without those that none has."""
     status = context.report.status[context.grasps.object_ids == object_id]
-    counts = {fate: int(np.count_nonzero(status == fate)) for fate in FATES}
-    return {fate: n for fate, n in counts.items() if n}
+    counts = {s: int(np.count_nonzero(status == s)) for s in STATUS_WORDS}
+    return {s: n for s, n in counts.items() if n}
 
 
 def blockers_of(context: PlanningContext, object_id: int) -> dict[int, int]:

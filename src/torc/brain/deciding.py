@@ -4,12 +4,13 @@ from dataclasses import replace
 
 from torc.brain.answer import Answer
 from torc.errors import InputError
-from torc.occlusion.volume import FIXED_CAMERA, empty_volume
+from torc.occlusion.volume import FIXED_CAMERA
 from torc.perception.segmentation import PerceptionConfig
 from torc.pipeline.building import build_pipeline
 from torc.pipeline.frames import Frame
 from torc.pipeline.look import Pipeline
 from torc.pipeline.seeding import stage_rng
+from torc.pipeline.state import EpisodeState
 from torc.pipeline.warm_up import rehearse_look
 from torc.records import OcclusionVolume
 from torc.robots.description import RobotDescription
@@ -40,12 +41,10 @@ def decide_frame(
     """Which object to pick next in a frame.
 
     Args:
-        frame: the snapshot with masks, see `load_frame`.
         planner: task planner; DG-SELECT by default.
         robot: whose reach counts (a description, or its name or path); None checks only the gripper (a Robotiq
             2F-85) and takes every pose as reachable.
         volume: the occlusion volume after the frame before, None for the first frame.
-        seed: decides all random draws.
         stages: depth, perception, grasp planner and their settings; the defaults if not given.
 
     Raises:
@@ -53,10 +52,9 @@ def decide_frame(
         PlannerError, PartError, GraspPlannerError: a part crashed, or its answer cannot be used.
     """
     planner = planner or make_planner("dg-select")
-    before = volume if volume is not None else empty_volume(frame.grid)
     look = _pipeline(frame, robot, stages).look(
         frame.observation,
-        before,
+        None if volume is None else EpisodeState(volume),
         target_description=frame.target_description,
         seed=seed,
         labels=frame.labels,

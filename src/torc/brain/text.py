@@ -3,7 +3,7 @@
 import textwrap
 
 from torc.brain.answer import Answer
-from torc.brain.candidates import FATES, blockers_of, grasp_fates
+from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.errors import InputError
 from torc.records import TARGET_ID, GraspStatus
 from torc.task_planning.drawing import by_id
@@ -19,21 +19,26 @@ def answer_text(answer: Answer) -> str:
     choice = "No choice." if chosen is None else f"Pick object {_called(answer, chosen)}."
     lines = [choice, *_wrapped(f"Why: {answer.decision.reason}")]
     if answer.grasps:
-        lines += _wrapped(_best_grasp(answer))
-    lines += _wrapped(_target(answer))
-    if answer.look.context.scene.objects:
-        lines += ["", *_why_not(answer)] if chosen is None else ["", *_table(answer), "", *_legend(answer)]
+        best, count = answer.grasps[0], len(answer.grasps)
+        x, y, z = best.T_world_tcp[:3, 3]
+        lines += _wrapped(
+            f"Best grasp: at ({x:.3f}, {y:.3f}, {z:.3f}) m, {1000 * best.width_m:.0f} mm wide, succeeds with "
+            f"p = {best.p:.2f}; its pose{f' and {count - 1} more' if count > 1 else ''}: --json."
+        )
+    scene = answer.look.context.scene
+    if scene.target_id is not None:
+        target = f"object {_called(answer, scene.target_id)}, in sight"
+    elif TARGET_ID in answer.labels:
+        target = f"object {answer.labels[TARGET_ID]}, shows too little to be found and counts as hidden"
+    else:
+        target = "hidden"
+    lines += _wrapped(f"The target is {target}. Objects in sight: {len(scene.objects)}.")
+    if scene.objects:
+        lines += ["", *(_why_not(answer) if chosen is None else _table(answer))]
     if answer.left_out:
         labels = ", ".join(map(str, answer.left_out))
         lines += _wrapped(f"Left out, for too few pixels or readings of depth: {labels}.")
     return "\n".join(lines).replace(_TIE, " ")
-
-
-def _column(head: str, *cells: str) -> list[str]:
-    """Heading and a cell per object in sight, all equally long: words to the left, numbers to the right."""
-    width = max(map(len, (head, *cells)))
-    words = head in ("", "name", "blocked by")
-    return [text.ljust(width) if words else text.rjust(width) for text in (head, *cells)]
 
 
 def _wrapped(text: str, indent: str = "") -> list[str]:
@@ -45,37 +50,16 @@ def _called(answer: Answer, object_id: int) -> str:
     return f"{answer.labels[object_id]}{name}"
 
 
-def _best_grasp(answer: Answer) -> str:
-    best, count = answer.grasps[0], len(answer.grasps)
-    x, y, z = best.T_world_tcp[:3, 3]
-    more = f"its pose and {count - 1} more" if count > 1 else "its pose"
-    return (
-        f"Best grasp: at ({x:.3f}, {y:.3f}, {z:.3f}) m, {1000 * best.width_m:.0f} mm wide, succeeds with "
-        f"p = {best.p:.2f}; {more}: --json."
-    )
-
-
-def _target(answer: Answer) -> str:
-    scene = answer.look.context.scene
-    if scene.target_id is not None:
-        target = f"object {_called(answer, scene.target_id)}, in sight"
-    elif TARGET_ID in answer.labels:
-        target = f"object {answer.labels[TARGET_ID]}, shows too little to be found and counts as hidden"
-    else:
-        target = "hidden"
-    return f"The target is {target}. Objects in sight: {len(scene.objects)}."
-
-
 def _why_not(answer: Answer) -> list[str]:
     """Per object what became of its grasps."""
     lines = ["What became of the grasps of each object:"]
     for k in answer.ids:
         told = []
-        for fate, n in grasp_fates(answer.look.context, k).items():
-            by = f", by {_blockers(answer, k)}" if fate is GraspStatus.BLOCKED else ""
-            told.append(f"{n} {FATES[fate]}{by}")
-        fates = f"{'; '.join(told)}." if told else "no grasp was found"
-        lines += _wrapped(f"  {_called(answer, k)}: {fates}", "    ")
+        for status, n in status_counts(answer.look.context, k).items():
+            by = f", by {_blockers(answer, k)}" if status is GraspStatus.BLOCKED else ""
+            told.append(f"{n} {STATUS_WORDS[status]}{by}")
+        ends = f"{'; '.join(told)}." if told else "no grasp was found"
+        lines += _wrapped(f"  {_called(answer, k)}: {ends}", "    ")
     return lines
 
 
@@ -85,49 +69,37 @@ def _blockers(answer: Answer, object_id: int) -> str:
     return ", ".join(f"{answer.labels[k]}{_TIE}({n})" for k, n in blockers)
 
 
-def _probabilities(answer: Answer) -> dict[int, float]:
-    """By object id; empty where the planner gives none that can be read."""
-    try:
-        return by_id(answer.decision.evidence.get("probabilities"))
-    except InputError:
-        return {}
-
-
 def _table(answer: Answer) -> list[str]:
-    """A row per object in sight, the chosen one marked; the last column is wrapped."""
-    chosen = answer.decision.object_id
-    marks = [" ", *(">" if k == chosen else " " for k in answer.ids)]
-    lines = []
-    for mark, (*row, last) in zip(marks, zip(*_columns(answer))):
-        start = f" {mark} {'  '.join(row)}  "
-        room = max(_WIDTH - len(start), 20)
-        first, *more = textwrap.wrap(last, room) or [""]
-        lines += [(start + first).rstrip(), *(" " * len(start) + text for text in more)]
-    return lines
-
-
-def _columns(answer: Answer) -> list[list[str]]:
-    context, ids, p = answer.look.context, answer.ids, _probabilities(answer)
+    """A row per object in sight, the chosen one marked; the last column is wrapped. A legend below."""
+    context, ids = answer.look.context, answer.ids
     valid = dict(zip(context.report.object_ids, context.report.valid_total.tolist()))
-    columns = [_column("object", *(str(answer.labels[k]) for k in ids))]
+    try:
+        p = by_id(answer.decision.evidence.get("probabilities"))
+    except InputError:  # none that can be read
+        p = {}
+    columns = [["object", *(str(answer.labels[k]) for k in ids)]]
     if answer.names:
-        columns.append(_column("name", *(answer.names.get(k, "-") for k in ids)))
+        columns.append(["name", *(answer.names.get(k, "-") for k in ids)])
     if context.scene.target_id is not None:
-        columns.append(_column("", *("target" if k == context.scene.target_id else "" for k in ids)))
-    columns.append(_column("grasps", *(str(valid[k]) for k in ids)))
-    columns.append(_column("hides", *(f"{1000 * context.volume.hidden_volume_m3(k):.1f} l" for k in ids)))
+        columns.append(["", *("target" if k == context.scene.target_id else "" for k in ids)])
+    columns.append(["grasps", *(str(valid[k]) for k in ids)])
+    columns.append(["hides", *(f"{1000 * context.volume.hidden_volume_m3(k):.1f} l" for k in ids)])
     if p:
-        columns.append(_column("p", *(f"{p[k]:.2f}" if k in p else "-" for k in ids)))
-    columns.append(_column("blocked by", *(_blockers(answer, k) or "-" for k in ids)))
-    return columns
-
-
-def _legend(answer: Answer) -> list[str]:
-    lines = _wrapped(
-        "grasps: those that can be tried now. hides: the unseen space behind it. blocked by: object (grasps that it "
-        "blocks)."
-    )
-    if _probabilities(answer):
+        columns.append(["p", *(f"{p[k]:.2f}" if k in p else "-" for k in ids)])
+    for i, column in enumerate(columns):
+        width = max(map(len, column))
+        columns[i] = [
+            cell.ljust(width) if column[0] in ("", "name") else cell.rjust(width) for cell in column
+        ]
+    last = ["blocked by", *(_blockers(answer, k) or "-" for k in ids)]
+    lines = []
+    for k, row, blockers in zip((None, *ids), zip(*columns), last):
+        start = f" {'>' if k is not None and k == answer.decision.object_id else ' '} {'  '.join(row)}  "
+        first, *more = textwrap.wrap(blockers, max(_WIDTH - len(start), 20))
+        lines += [start + first, *(" " * len(start) + text for text in more)]
+    legend = "hides: the unseen space behind it. blocked by: object (grasps that it blocks)."
+    lines += ["", *_wrapped(f"grasps: those that can be tried now. {legend}")]
+    if p:
         lines += _wrapped(
             "p: how probably picking it makes way for the target; - where other things have to go first."
         )

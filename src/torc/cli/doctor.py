@@ -27,9 +27,6 @@ _LIBRARIES = {
 """Module -> the package it comes with."""
 _EXTRAS = {
     "import": ("coacd", "importing meshes"),
-    "gemini": ("google.genai", "asking Gemini models"),
-    "openai": ("openai", "asking OpenAI's models, and local servers that speak its protocol"),
-    "anthropic": ("anthropic", "asking Claude models"),
     "web": ("starlette", "the page of torc human and torc view"),
     "gym": ("gymnasium", "the Gymnasium environment torc/Retrieval-v0"),
     "export": ("pyarrow", "torc export --format lerobot"),

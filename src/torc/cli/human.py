@@ -97,7 +97,7 @@ class HumanCommand:
         return 130 if queue.waiting() else 0
 
     def _play(self, spec: "TrialSpec", out: Path, session: "Session", board: "FrameBoard | None") -> "Trial":
-        from torc.episode.trial import run_trial
+        from torc.episode.trial import Recording, run_trial
         from torc.web.expert import HumanPlanner, SessionListener
         from torc.web.frames import RobotCamera
 
@@ -108,8 +108,7 @@ class HumanCommand:
                 out,
                 planner=HumanPlanner(session, spec.planner.expert),
                 listeners=[SessionListener(session)],
-                observers=[] if camera is None else [camera.observe],
-                video=self.video,
+                recording=Recording(self.video, observers=() if camera is None else (camera.observe,)),
                 overwrite=True,
                 say=lambda text: session.publish(message=text),
             )

@@ -155,13 +155,13 @@ class ImportCommand:
     def _import_one(self, path: Path, options: "MeshOptions", start: str) -> dict[str, Any]:
         from torc.objects.importing import read_mesh
         from torc.objects.importing.storing import add_object, check_name
-        from torc.sim.object_check import check_object
+        from torc.sim.object_check import stands
 
         check_name(str(options.name), self.library, self.overwrite)
         self._say(f"{start}: reading ...")
         found = read_mesh(path, options)
         notes = list(found.notes)
-        if not check_object(found.model).stands:
+        if not stands(found.model):
             notes.append("It does not stay where it is set down: expect it to roll or to fall over.")
         model = add_object(found, self.library, self.overwrite).model
         size, pieces = " x ".join(f"{1000 * s:.0f}" for s in model.size_m), len(model.pieces)

@@ -6,7 +6,7 @@ from typing import Annotated
 import tyro
 
 from torc.cli.printing import print_json, tell
-from torc.episode.oracle.found import DEFAULT_BUDGET
+from torc.episode.oracle.tree import DEFAULT_BUDGET
 from torc.specs.conditions import Conditions
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from torc.cli.printing import print_json, printable, tell
-from torc.episode.oracle.found import DEFAULT_BUDGET
+from torc.episode.oracle.tree import DEFAULT_BUDGET
 from torc.errors import InputError
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE

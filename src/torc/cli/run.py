@@ -73,7 +73,7 @@ class RunCommand:
         from rich.markup import escape
 
         from torc.episode.progress import TerminalProgress
-        from torc.episode.trial import run_trial
+        from torc.episode.trial import Recording, run_trial
 
         console = Console(stderr=self.json)
         # On a terminal, a line that moves: compiling and the simulated motions take their time.
@@ -82,10 +82,8 @@ class RunCommand:
                 spec,
                 out,
                 listeners=[] if self.json else [TerminalProgress(console, status)],
-                video=self.video,
-                trajectory=self.trajectory,
+                recording=Recording(self.video, self.trajectory, self.save_records),
                 overwrite=self.overwrite,
-                save_records=self.save_records,
                 vlm_cache=self.vlm.cache(),
                 say=lambda text: console.print(text, style="dim", highlight=False),
             )

@@ -23,7 +23,7 @@ class SettingsCommand:
 
     def run(self) -> int:
         """Print them."""
-        from torc.pipeline.stage_settings import stage_configs
+        from torc.pipeline.building import stage_configs
 
         configs = stage_configs()
         for stage in self.stages or tuple(configs):

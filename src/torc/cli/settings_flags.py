@@ -7,7 +7,7 @@ from typing import Any
 
 from torc.errors import InputError
 from torc.specs.conditions import PipelineSpec
-from torc.specs.settings import in_stage, under
+from torc.specs.settings import under
 from torc.specs.variants import plain_value
 
 _FLAG = re.compile(r"--([a-z]+)\.([A-Za-z][\w.-]*)(?:=(.*))?", re.DOTALL)
@@ -38,7 +38,7 @@ def with_settings(command: Any, settings: Mapping[str, Any]) -> Any:
                 "This command takes no settings of a planner; `torc run` and experiment files do."
             )
         command = replace(command, planner_settings=of_planner)
-    if of_stages := {k: v for k, v in settings.items() if not in_stage(k, "planner")}:
+    if of_stages := {k: v for k, v in settings.items() if not k.startswith("planner.")}:
         taking = [f.name for f in fields(command) if isinstance(getattr(command, f.name), PipelineSpec)]
         if not taking:
             raise InputError(

@@ -4,16 +4,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from torc.episode.state import EndReason, EpisodeState, dropped_ids
 from torc.pipeline.look import Look
+from torc.pipeline.state import EndReason, EpisodeState
 from torc.records import Decision, PickOutcome, PickPlan, PlanFailure
 
 
 @dataclass(frozen=True)
 class Started:
-    """The episode begins. `names` of the objects by id, and ids of those `absent` because they fell off the table
-    before the first pick, are known to simulators only; `vlm` is the model that the planner asks, as on the command
-    line.
+    """The episode begins. Only simulators know `names` of the objects by id, and which are `absent` because they fell
+    off the table before the first pick; `vlm` is the model that the planner asks, as on the command line.
     """
 
     problem: str
@@ -85,7 +84,7 @@ class EpisodeResult:
     @property
     def dropped(self) -> tuple[int, ...]:
         """Ids of the objects other than the target that fell off the table."""
-        return dropped_ids(self.outcomes)
+        return tuple(k for outcome in self.outcomes for k in outcome.dropped)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter
 
-from torc.records import MAX_OBJECTS, Exchange, PlanFailure
+from torc.records import MAX_OBJECTS, Exchange, FeltOutcome, PlanFailure, Touch
 
 MAX_PICKS = 1000
 _Id = Annotated[int, Field(ge=-1, lt=MAX_OBJECTS)]
@@ -89,18 +89,6 @@ class PlannedLine(_Line):
     seconds: FiniteFloat = 0.0
 
 
-class FeltText(_Line):
-    result: _Text
-    held_after_lift: bool = False
-    delivered: bool = False
-
-
-class TouchText(_Line):
-    qpos: tuple[FiniteFloat, ...]
-    width_m: FiniteFloat
-    relief_m: FiniteFloat = 0.0
-
-
 class ExecutedLine(_Line):
     """`events.Executed`. Logs of older trials do not tell what the robot felt."""
 
@@ -116,8 +104,8 @@ class ExecutedLine(_Line):
     detail: _Text = ""
     duration_s: FiniteFloat = 0.0
     at_home: bool = True
-    touch: TouchText | None = None
-    felt: FeltText | None = None
+    touch: Touch | None = None
+    felt: FeltOutcome | None = None
     seconds: FiniteFloat = 0.0
 
     @property

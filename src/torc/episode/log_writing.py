@@ -15,18 +15,11 @@ from torc.records.serialization import to_plain
 
 def log_line(event: Event) -> dict[str, Any]:
     """An event as JSON-compatible data. What is written can be read: it goes through the models that read it."""
-    line = LOG_LINE.validate_python(_facts(event))
-    plain: dict[str, Any] = line.model_dump(mode="json", exclude_unset=True)
-    return plain
-
-
-def _facts(event: Event) -> dict[str, Any]:
-    facts: dict[str, Any]
     match event:
         case Started():
-            return {"event": "started", **to_plain(event)}
+            facts = to_plain(event)
         case Ended():
-            return {"event": "ended", **result_facts(event.result)}
+            facts = result_facts(event.result)
         case Looked():
             facts = {**_look_facts(event.look), "seconds": _round(event.look.seconds)}
         case Decided():
@@ -35,7 +28,10 @@ def _facts(event: Event) -> dict[str, Any]:
             facts = {**_plan_facts(event.look, event.plan), "seconds": round(event.seconds, 4)}
         case Executed():
             facts = {**to_plain(event.outcome), "seconds": round(event.seconds, 3)}
-    return {"event": type(event).__name__.lower(), "pick": event.pick, **facts}
+    pick = {} if isinstance(event, Started | Ended) else {"pick": event.pick}
+    line = LOG_LINE.validate_python({"event": type(event).__name__.lower(), **pick, **facts})
+    plain: dict[str, Any] = line.model_dump(mode="json", exclude_unset=True)
+    return plain
 
 
 def result_facts(result: EpisodeResult) -> dict[str, Any]:

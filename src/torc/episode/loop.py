@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 
 from torc.episode.events import Decided, Ended, EpisodeResult, Event, Listener, Started
-from torc.episode.state import EndReason, EpisodeState, first_state
-from torc.episode.steps import EpisodeConfig, EpisodeParts, PickParts, Steps, pick_request
+from torc.episode.steps import EpisodeConfig, PickParts, Steps, pick_request
 from torc.pipeline.look import Look
 from torc.pipeline.seeding import stage_rng
+from torc.pipeline.state import EndReason, EpisodeState, first_state
 from torc.pipeline.warm_up import rehearse_look
 from torc.plugins import warm_up
 from torc.records import TARGET_ID, Decision
 from torc.task_planning.asking import ask_planner, rehearse_planner
+from torc.task_planning.protocol import TaskPlanner
 
 
 class Episode:
@@ -62,7 +63,7 @@ class Episode:
 
 
 def run_episode(
-    parts: EpisodeParts, started: Started, config: EpisodeConfig, listeners: Sequence[Listener] = ()
+    parts: PickParts, planner: TaskPlanner, started: Started, listeners: Sequence[Listener] = ()
 ) -> EpisodeResult:
     """Pick until the target is retrieved or lost, the budget is spent, or nothing is left to try.
 
@@ -75,12 +76,12 @@ def run_episode(
             listener(event)
 
     tell(started)
-    episode = Episode(Steps(parts.picking, started.target_description, config, tell))
+    config = EpisodeConfig(started.max_picks, started.seed)
+    episode = Episode(Steps(parts, started.target_description, config, tell))
     while (look := episode.look()) is not None:
         pick = episode.state.pick
         with episode.steps.clock.stage("decide") as lap:
-            rng = stage_rng(config.seed, pick, "decide")
-            decision = ask_planner(parts.task_planner, look.context, rng)
+            decision = ask_planner(planner, look.context, stage_rng(started.seed, pick, "decide"))
         tell(Decided(pick, look, decision, lap.seconds))
         episode.pick(look, decision)
     result = episode.result()
@@ -88,18 +89,13 @@ def run_episode(
     return result
 
 
-def rehearse(parts: EpisodeParts) -> Look:
+def rehearse(parts: PickParts, planner: TaskPlanner | None = None) -> Look:
     """Use every kernel of the parts once, on a made-up scene, whose look is returned: what is compiled or loaded now is
     no planning time.
     """
-    look = rehearse_picks(parts.picking)
-    rehearse_planner(parts.task_planner, look.context)
-    return look
-
-
-def rehearse_picks(parts: PickParts) -> Look:
-    """The same without a task planner."""
     look = rehearse_look(parts.pipeline, parts.robot.description.arm.rest_qpos)
     for object_id in look.context.scene.ids[:1]:
         warm_up(parts.motion_planner, pick_request(look, object_id))
+    if planner is not None:
+        rehearse_planner(planner, look.context)
     return look

@@ -11,13 +11,12 @@ import numpy as np
 from jaxtyping import Float, Float32, Int8, Int16, UInt8, UInt16, UInt32, UInt64
 from pydantic import Field, FiniteFloat, NonNegativeInt, TypeAdapter, ValidationError
 
-from torc.episode.array_files import load_checked
 from torc.errors import InputError
 from torc.geometry.projection import project
 from torc.geometry.transforms import Pose
 from torc.occlusion.hidden_space import hidden_volumes_m3
-from torc.records import BACKGROUND, MAX_OBJECTS, GraspStatus, PlanningContext, SegmentedScene, VoxelGrid
-from torc.records.serialization import to_plain
+from torc.records import BACKGROUND, MAX_OBJECTS, GraspStatus, PlanningContext, VoxelGrid
+from torc.records.serialization import load_checked, to_plain
 from torc.task_planning.graph_building import build_dependency_graph
 
 MAX_OBJECT_POINTS, MAX_BACKGROUND_POINTS = 24_000, 12_000
@@ -50,7 +49,7 @@ class ObjectView:
 
 @dataclass(frozen=True)
 class CloudView:
-    """Part of the surface points, evenly thinned: world frame, in steps of POINT_UNIT_M; their colours; the object id
+    """Part of the surface points, evenly thinned: world frame, in steps of POINT_UNIT_M; their colors; the object id
     of each, or BACKGROUND.
     """
 
@@ -61,12 +60,8 @@ class CloudView:
 
 @dataclass(frozen=True)
 class UnseenView:
-    """The voxels that no snapshot has seen.
-
-    Attributes:
-        index: of each unseen voxel in the grid.
-        hider: row of `hiders` for each unseen voxel.
-        hiders: the different masks of `OcclusionVolume.hidden_by`.
+    """The index of each voxel that no snapshot has seen, and for each the row of `hiders`: the different masks of
+    `OcclusionVolume.hidden_by`.
     """
 
     grid: VoxelGrid
@@ -128,50 +123,41 @@ def view_of(context: PlanningContext) -> PickView:
 
 def _objects(context: PlanningContext) -> tuple[ObjectView, ...]:
     grasps, report, ids = context.grasps, context.report, context.scene.ids
-    hidden = dict(zip(ids, hidden_volumes_m3(context.volume, ids).tolist()))
+    hidden = hidden_volumes_m3(context.volume, ids).tolist()
     views = []
-    for o in context.scene.objects:
+    for o, hidden_m3 in zip(context.scene.objects, hidden):
         of = grasps.object_ids == o.id
         status = report.status[of]
         valid = grasps.scores[of][status == GraspStatus.VALID]
-        counts = {s.name.lower(): int(np.count_nonzero(status == s)) for s in GraspStatus}
+        counts = {s.name.lower(): n for s in GraspStatus if (n := int(np.count_nonzero(status == s)))}
         row = report.blocking[report.object_ids.index(o.id)] if o.id in report.object_ids else ()
         blockers = {str(k): int(n) for k, n in zip(report.object_ids, row) if n > 0}
         best = float(valid.max()) if valid.size else None
-        counts = {s: n for s, n in counts.items() if n}
-        views.append(ObjectView(o.id, o.pixel_count, counts, blockers, best, hidden[o.id]))
+        views.append(ObjectView(o.id, o.pixel_count, counts, blockers, best, hidden_m3))
     return tuple(views)
 
 
 def _cloud(context: PlanningContext) -> CloudView:
     scene, grid = context.scene, context.volume.grid
-    mine = [o.points for o in scene.objects]
-    object_ids = np.repeat([o.id for o in scene.objects], [len(p) for p in mine]) if mine else np.zeros(0)
-    objects = np.concatenate(mine) if mine else np.zeros((0, 3), np.float32)
+    objects = np.concatenate([np.zeros((0, 3), np.float32), *(o.points for o in scene.objects)])
+    object_ids = np.repeat(np.array(scene.ids, int), [len(o.points) for o in scene.objects])
     objects, object_ids = _thinned(objects, MAX_OBJECT_POINTS), _thinned(object_ids, MAX_OBJECT_POINTS)
     around = np.all(
         (scene.background_points >= grid.origin - 0.1) & (scene.background_points <= grid.upper), 1
     )
     background = _thinned(scene.background_points[around], MAX_BACKGROUND_POINTS)
     points = np.concatenate([objects, background])
-    ids = np.concatenate([object_ids, np.full(len(background), BACKGROUND)])
-    return CloudView(
-        np.rint(points / POINT_UNIT_M).astype(np.int16), _colors(points, scene), ids.astype(np.int8)
-    )
+    ids = np.concatenate([object_ids, np.full(len(background), BACKGROUND)]).astype(np.int8)
+    o, (height, width) = scene.observation, scene.label_image.shape
+    cols, rows, _ = project(points, o.K, o.T_world_camera)
+    row, col = np.clip(np.rint(rows), 0, height - 1), np.clip(np.rint(cols), 0, width - 1)
+    rgb = o.rgb[row.astype(int), col.astype(int)]  # where each point, seen by the camera, lies in the image
+    return CloudView(np.rint(points / POINT_UNIT_M).astype(np.int16), rgb, ids)
 
 
 def _thinned(rows: np.ndarray, most: int) -> np.ndarray:
     """Every n-th row, so that at most that many are left."""
     return rows[:: max(1, -(-len(rows) // most))]
-
-
-def _colors(points: np.ndarray, scene: SegmentedScene) -> UInt8[np.ndarray, "n 3"]:
-    """The image's colour where each point, seen by the camera, lies in it."""
-    o = scene.observation
-    cols, rows, _ = project(points, o.K, o.T_world_camera)
-    height, width = scene.label_image.shape
-    row = np.clip(np.rint(rows), 0, height - 1).astype(int)
-    return o.rgb[row, np.clip(np.rint(cols), 0, width - 1).astype(int)]
 
 
 def _unseen(context: PlanningContext) -> UnseenView:

@@ -1,5 +1,6 @@
 """The picture strip of an episode: what the planner saw at each pick, what it chose, what came of it."""
 
+import textwrap
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,13 +47,9 @@ def crop_around_objects(label_image: Int16[np.ndarray, "h w"], margin_px: int = 
 def picture_strip(frames: list[Frame]) -> UInt8[np.ndarray, "h w 3"]:
     """All picks side by side, at most COLUMNS a row."""
     panels = [_panel(frame) for frame in frames]
-    rows = []
-    for i in range(0, len(panels), COLUMNS):
-        row = panels[i : i + COLUMNS]
-        blank = np.full_like(row[0], _PAPER[0])
-        missing = min(COLUMNS, len(panels)) - len(row)
-        rows.append(np.hstack(row + [blank] * missing))
-    return np.vstack(rows)
+    columns = min(COLUMNS, len(panels))
+    panels += [np.full_like(panels[0], _PAPER[0])] * (-len(panels) % columns)
+    return np.vstack([np.hstack(panels[i : i + columns]) for i in range(0, len(panels), columns)])
 
 
 def _panel(frame: Frame) -> np.ndarray:
@@ -67,18 +64,6 @@ def _panel(frame: Frame) -> np.ndarray:
         color = _GOOD if frame.outcome.result in (PickResult.RETRIEVED, PickResult.REMOVED) else _BAD
         place, text = (PANEL_WIDTH - 10, height + 6), frame.outcome.result.value.upper()
         draw.text(place, text, color, ImageFont.load_default(18), anchor="ra")
-    font = ImageFont.load_default(13)
-    for i, line in enumerate(_wrapped(frame.reason, font, PANEL_WIDTH - 20)[:3]):
-        draw.text((10, height + 34 + 18 * i), line, _INK, font)
+    for i, line in enumerate(textwrap.wrap(frame.reason, 70)[:3]):
+        draw.text((10, height + 34 + 18 * i), line, _INK, ImageFont.load_default(13))
     return np.asarray(panel)
-
-
-def _wrapped(text: str, font: ImageFont.FreeTypeFont | ImageFont.ImageFont, width: int) -> list[str]:
-    lines: list[str] = [""]
-    for word in text.split():
-        longer = f"{lines[-1]} {word}".strip()
-        if font.getlength(longer) <= width or not lines[-1]:
-            lines[-1] = longer
-        else:
-            lines.append(word)
-    return lines

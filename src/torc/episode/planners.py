@@ -29,8 +29,8 @@ def load_trial_planner(name: str) -> Any:
 
 
 def make_spec_planner(spec: PlannerSpec, cache: CacheConfig | None, truth: Truth | None) -> TaskPlanner:
-    """The planner of a trial, with its settings and its VLM; `cache` keeps replies, `truth` is what the simulated VLM
-    answers from. Raises InputError for one that cannot be made so.
+    """The planner of a trial; `cache` keeps replies of its VLM, `truth` is what the simulated VLM answers from. Raises
+    InputError for one that cannot be made so.
     """
     maker = load_trial_planner(spec.name)
     settings = arguments(maker, spec.settings, "planner")

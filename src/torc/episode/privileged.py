@@ -11,10 +11,10 @@ import numpy as np
 
 from torc.episode.events import Event, Looked
 from torc.episode.simulated import needs_color, pick_parts, simulated_robot
-from torc.episode.state import EpisodeState, first_state
 from torc.episode.steps import EpisodeConfig, Steps
 from torc.pipeline.building import System
 from torc.pipeline.look import Look
+from torc.pipeline.state import EpisodeState, first_state
 from torc.problems.problem import Problem
 from torc.records import Decision, PickOutcome, PickResult
 from torc.sim.contacts import lies_on
@@ -92,17 +92,14 @@ class Sandbox:
 
 
 class Simulation:
-    """A trial in progress, as its privileged parts know it. It is one of the trial's listeners.
-
-    Attributes:
-        sandbox: where to try picks.
-        say: for progress, a line at a time.
+    """A trial in progress, as its privileged parts know it; picks can be tried in its `sandbox`. It is one of the
+    trial's listeners.
     """
 
     def __init__(
         self, robot: SimulatedRobot, sandbox: Sandbox, config: EpisodeConfig, say: Callable[[str], None]
     ) -> None:
-        """robot: the trial's own, not the sandbox's."""
+        """robot: the trial's own, not the sandbox's; `say` is for progress, a line at a time."""
         self.problem, self.sandbox, self.config, self.say = robot.world.problem, sandbox, config, say
         self._robot = robot
         self._state = first_state(robot.world.workspace.grid)
@@ -133,7 +130,7 @@ class Privileged(Protocol):
 @contextmanager
 def open_sandbox(problem: Problem, system: System, config: EpisodeConfig) -> Iterator[Sandbox]:
     """A sandbox for a problem, in which it is looked, planned and picked as in a trial with these parts."""
-    # The colour picture takes most of the camera's time.
+    # The color picture takes most of the camera's time.
     with simulated_robot(system, problem, color=needs_color(system)) as simulated:
         steps = Steps(pick_parts(system, simulated), problem.description, config)
         yield Sandbox(simulated, steps)

@@ -5,7 +5,7 @@ from rich.markup import escape
 from rich.status import Status
 
 from torc.episode.events import Decided, Ended, Event, Executed, Looked, Planned, Started
-from torc.records import PickPlan, PickResult
+from torc.records import PickPlan, PickResult, PlanFailure
 
 _GOOD = (PickResult.RETRIEVED, PickResult.REMOVED)
 _NEXT = {
@@ -24,8 +24,7 @@ class TerminalProgress:
 
     def __init__(self, console: Console, status: Status) -> None:
         """status: the console's live line, shown by whoever runs the trial."""
-        self.console = console
-        self.status = status
+        self.console, self.status = console, status
         self.names: tuple[str, ...] = ()
 
     def __call__(self, event: Event) -> None:
@@ -39,8 +38,7 @@ class TerminalProgress:
                     f"[bold]{escape(event.problem)}[/]: retrieve [bold]{escape(event.target_description)}[/] with "
                     f"{escape(event.planner)}{asking}, seed {event.seed}, at most {event.max_picks} picks"
                 )
-                if event.absent:
-                    gone = ", ".join(map(self._name, event.absent))
+                if gone := ", ".join(map(self._name, event.absent)):
                     self._line(
                         f"  [yellow]off the table before the first pick, and out of the scene: {gone}[/]"
                     )
@@ -55,8 +53,15 @@ class TerminalProgress:
                 chosen = event.decision.object_id
                 choice = "no choice" if chosen is None else self._name(chosen)
                 self._line(f"  decide   {choice}: {escape(event.decision.reason)} {_time(event.seconds)}")
-            case Planned():
-                self._planned(event)
+            case Planned(plan=PickPlan() as plan):
+                score = event.look.context.grasps.scores[plan.grasp_index]
+                self._line(
+                    f"  motion   grasp {plan.grasps_tried} of its list, succeeds with p = {score:.2f} "
+                    f"{_time(event.seconds)}"
+                )
+            case Planned(plan=PlanFailure() as plan):
+                reason = f"{plan.stage}: {escape(plan.reason)}"
+                self._line(f"  motion   [yellow]none[/]: {reason} {_time(event.seconds)}")
             case Executed():
                 color = "green" if event.outcome.result in _GOOD else "yellow"
                 dropped = "".join(f", [red]dropped {self._name(k)}[/]" for k in event.outcome.dropped)
@@ -69,14 +74,6 @@ class TerminalProgress:
                 if not r.retrieved:
                     verdict = f"[bold red]not retrieved[/] ({r.end.value})"
                 self._line(f"\n{verdict} after {r.picks} picks, {len(r.dropped)} dropped")
-
-    def _planned(self, event: Planned) -> None:
-        if isinstance(event.plan, PickPlan):
-            score = event.look.context.grasps.scores[event.plan.grasp_index]
-            text = f"grasp {event.plan.grasps_tried} of its list, succeeds with p = {score:.2f}"
-        else:
-            text = f"[yellow]none[/]: {event.plan.stage}: {escape(event.plan.reason)}"
-        self._line(f"  motion   {text} {_time(event.seconds)}")
 
     def _name(self, object_id: int) -> str:
         known = f" ({escape(self.names[object_id])})" if 0 <= object_id < len(self.names) else ""

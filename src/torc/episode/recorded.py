@@ -1,21 +1,40 @@
-"""Trials on disk as they can be read again: finished, interrupted, or being played at this moment."""
+"""Trials on disk as they can be read again: finished, interrupted, or being played at this moment. Their files are
+checked: they may come from a stranger.
+"""
 
+import json
 import os
+import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torc.episode.log_lines import DecidedLine, ExecutedLine, LookedLine, PlannedLine, ResultFile, StartedLine
+from pydantic import ValidationError
+
+from torc.episode.log_lines import (
+    LOG_LINE,
+    DecidedLine,
+    ExecutedLine,
+    LookedLine,
+    PlannedLine,
+    ResultFile,
+    StartedLine,
+)
 from torc.episode.pick_view import PickView, load_view
-from torc.episode.trial_files import read_events, read_result, read_spec
 from torc.errors import InputError
 from torc.files.reading import read_bytes
+from torc.specs.files import RecordedSpec, from_plain
 from torc.specs.trial import TrialSpec
 
 LOG, VIDEO = "events.jsonl", "video.mp4"
 MAX_TRIALS, MAX_DEPTH = 20_000, 6
 _MAX_PICTURE_BYTES = 32 * 2**20
 _PNG = b"\x89PNG\r\n\x1a\n"
+MAX_LOG_BYTES, MAX_FACTS_BYTES = 64 * 2**20, 2**20
+_HALF_PAIR = re.compile(
+    r"\\u[dD][89abAB][0-9a-fA-F]{2}(?!\\u[dD][c-fC-F])|(?<!\\u[dD][89abAB]..)\\u[dD][c-fC-F][0-9a-fA-F]{2}"
+)
 
 
 @dataclass(frozen=True)
@@ -30,12 +49,7 @@ class RecordedPick:
 
 @dataclass(frozen=True)
 class RecordedTrial:
-    """A trial as its directory tells it.
-
-    Attributes:
-        started: who tried what; None if it broke before.
-        result: how it ended; None while it is played.
-    """
+    """A trial as its directory tells it: `started` is None if it broke before, `result` while it is played."""
 
     directory: Path
     spec: TrialSpec
@@ -120,3 +134,48 @@ def find_trials(root: Path) -> list[Path]:
         if LOG in files or len(here.relative_to(root).parts) >= MAX_DEPTH:
             below.clear()
     return found
+
+
+def read_events(path: Path) -> list[Any]:
+    """The lines of a log, as far as it is complete: a trial that is being played may be writing the last one. Raises
+    InputError if it is missing, too large, or a line is no event; names the line.
+    """
+    text = read_bytes(path, MAX_LOG_BYTES, "the log of a trial").decode("utf-8", "replace")
+    whole, _, _ = text.rpartition("\n")
+    events = []
+    for number, line in enumerate(whole.split("\n") if whole else [], start=1):
+        try:
+            events.append(LOG_LINE.validate_python(_parsed(line)))
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{path}, line {number}: {_said(error)}. This is no log of a trial.") from None
+    return events
+
+
+def read_result(path: Path) -> ResultFile:
+    """result.json. Raises InputError as `read_events`."""
+    return _read(path, ResultFile.model_validate)
+
+
+def read_spec(path: Path) -> RecordedSpec:
+    """spec.json. Raises InputError as `read_events`."""
+    return from_plain(_read(path), str(path))
+
+
+def _read(path: Path, check: Callable[[Any], Any] = lambda plain: plain) -> Any:
+    raw = read_bytes(path, MAX_FACTS_BYTES, "facts of a trial").decode("utf-8", "replace")
+    try:
+        return check(_parsed(raw))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: {_said(error)}. It was not written by torc.") from None
+
+
+def _parsed(text: str) -> Any:
+    # Half a surrogate pair is no text; NaN and Infinity are no JSON, and no browser takes them.
+    return json.loads(_HALF_PAIR.sub(r"\\ufffd", text), parse_constant=lambda _: None)
+
+
+def _said(error: Exception) -> str:
+    if isinstance(error, ValidationError):
+        first = error.errors()[0]
+        return f"{'.'.join(map(str, first['loc'])) or 'the whole'}: {first['msg']}"
+    return "nested too deeply" if isinstance(error, RecursionError) else str(error)

@@ -8,8 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from torc.episode.events import Decided, Event, Executed, Looked
 from torc.episode.log_writing import log_line
 from torc.episode.pick_view import view_of
@@ -18,7 +16,6 @@ from torc.episode.recorded import LOG
 from torc.episode.viewer_links import PARTIAL
 from torc.errors import InputError
 from torc.perception.marking import mark_image
-from torc.records import SegmentedScene
 from torc.records.directories import check_place, claim
 from torc.records.files import write_json, write_png
 from torc.records.serialization import save_record
@@ -29,7 +26,7 @@ class TrialRecorder:
     """Writes events, pictures and the result of one trial while it happens.
 
     Until `complete` the files stand in `<out>.partial`: after a crash or Ctrl-C that directory is readable. spec.json
-    is written at once. With `records`, each snapshot is also saved as a record (about 1 MB a pick).
+    is written at once. With `snapshots`, each one is also saved as a record (about 1 MB a pick).
 
     Raises:
         InputError: the directory exists (and not overwrite), is no trial, cannot be written, or another process is
@@ -37,10 +34,10 @@ class TrialRecorder:
     """
 
     def __init__(
-        self, out: Path, spec: dict[str, Any], *, overwrite: bool = False, records: bool = False
+        self, out: Path, spec: dict[str, Any], *, overwrite: bool = False, snapshots: bool = False
     ) -> None:
         check_place(out, overwrite, LOG, "trial")
-        self.out, self.partial, self.records = out, out.with_name(out.name + PARTIAL), records
+        self.out, self.partial, self.snapshots = out, out.with_name(out.name + PARTIAL), snapshots
         self.frames: list[Frame] = []
         self.begun = False
         """Whether an event has been recorded."""
@@ -64,17 +61,21 @@ class TrialRecorder:
             case Looked():
                 scene = event.look.context.scene
                 self._crop = self._crop or crop_around_objects(scene.label_image)
-                self._picture(event.pick, "seen", mark_image(scene))
+                write_png(self._pick_path(event.pick, "seen.png"), mark_image(scene))
                 save_record(view_of(event.look.context), self._pick_path(event.pick, "view.npz"))
-                if self.records:
+                if self.snapshots:
                     save_record(event.look.observation, self._pick_path(event.pick, "observation.npz"))
             case Decided():
-                self._decision_pictures(event, event.look.context.scene)
+                scene, decision = event.look.context.scene, event.decision
+                # What the planner names may not be there; the choice is judged later.
+                chosen = decision.object_id if decision.object_id in scene.ids else None
+                cropped = mark_image(scene, highlight=chosen)[self._crop or ...]
+                self.frames.append(Frame(event.pick, cropped, chosen, decision.reason))
+                if (graph := draw_decision(decision)) is not None:
+                    write_png(self._pick_path(event.pick, "graph.png"), graph)
             case Executed():
                 if self.frames and self.frames[-1].pick == event.pick:
                     self.frames[-1] = replace(self.frames[-1], outcome=event.outcome)
-            case _:
-                pass
 
     def complete(self, result: dict[str, Any]) -> None:
         """Write result.json and the picture strip, then rename the directory to its final name."""
@@ -105,18 +106,5 @@ class TrialRecorder:
             write_png(self.partial / "strip.png", picture_strip(self.frames))
         write_json(self.partial / "result.json", result)
 
-    def _decision_pictures(self, event: Decided, scene: SegmentedScene) -> None:
-        # What the planner names may not be there; the choice is judged later.
-        chosen = event.decision.object_id if event.decision.object_id in scene.ids else None
-        marked = mark_image(scene, highlight=chosen)
-        cropped = marked[self._crop] if self._crop else marked
-        self.frames.append(Frame(event.pick, cropped, chosen, event.decision.reason))
-        graph = draw_decision(event.decision)
-        if graph is not None:
-            self._picture(event.pick, "graph", graph)
-
     def _pick_path(self, pick: int, name: str) -> Path:
         return self.partial / "picks" / f"{pick:02d}_{name}"
-
-    def _picture(self, pick: int, name: str, rgb: np.ndarray) -> None:
-        write_png(self._pick_path(pick, f"{name}.png"), rgb)

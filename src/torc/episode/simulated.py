@@ -13,7 +13,7 @@ from torc.sim.world import build_world
 def simulated_robot(
     system: System, problem: Problem, *, color: bool = True, observer: Observer | None = None
 ) -> SimulatedRobot:
-    """The system's robot in the problem's world, as it was built. Close it, or use it in a `with`. Without colour it
+    """The system's robot in the problem's world, as it was built. Close it, or use it in a `with`. Without color it
     spares those pictures, for parts that read depth and labels alone. The observer is called with the world about 25
     times per simulated second. Raises InputError if the problem cannot be built, or the camera cannot be made.
     """
@@ -31,6 +31,6 @@ def pick_parts(system: System, simulated: SimulatedRobot) -> PickParts:
 
 
 def needs_color(system: System) -> bool:
-    """Whether any part may read the colour picture: those that come with torc read depth and masks."""
+    """Whether any part may read the color picture: those that come with torc read depth and masks."""
     used = system.conditions
     return (used.camera, used.depth, used.perception) != ("simulated", "as-measured", "labels")

@@ -45,17 +45,14 @@ def situation_of(context: PlanningContext, truth: Truth) -> Situation:
     objects carry a number, which can be grasped and who is in the way of that is what the pipeline found: it is by this
     that a choice is judged.
     """
-    scene, report = context.scene, context.report
-    counted = truth.visibility
+    scene, report, counted, ids = context.scene, context.report, truth.visibility, context.report.object_ids
     enough = np.maximum(_MIN_HIDDEN_PX, _MIN_HIDDEN_SHARE * counted.pixels_alone)
     hides = np.argwhere(counted.hidden_by >= enough[:, None]).tolist()
-    blocking = np.argwhere(report.blocking > 0).tolist()
-    ids = report.object_ids
     return Situation(
         in_sight={o.id: o.pixel_count for o in scene.objects},
         graspable=frozenset(k for k in report.graspable_ids if k in scene.ids),
         lies_on=truth.lies_on,
         hides={(front, back): int(counted.hidden_by[back, front]) for back, front in hides},
-        blocks=frozenset((ids[j], ids[i]) for i, j in blocking if i != j),
+        blocks=frozenset((ids[j], ids[i]) for i, j in np.argwhere(report.blocking > 0).tolist() if i != j),
         near=frozenset((pair.first, pair.second) for pair in find_adjacencies(scene)),
     )

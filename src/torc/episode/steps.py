@@ -3,19 +3,18 @@
 from dataclasses import dataclass
 
 from torc.episode.events import Executed, Listener, Looked, Planned
-from torc.episode.state import EpisodeState
 from torc.motion.asking import ask_motion_planner
 from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.perception.asking import ask_camera
 from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.seeding import stage_rng
+from torc.pipeline.state import EpisodeState
 from torc.pipeline.timing import StageClock
 from torc.pipeline.touch import touched_points
 from torc.records import Decision, GraspStatus, PickOutcome, PickPlan, PickResult, PlanFailure
 from torc.robots.description import RobotDescription
 from torc.robots.protocols import Robot
-from torc.task_planning.protocol import TaskPlanner
 
 
 @dataclass(frozen=True)
@@ -33,14 +32,6 @@ class PickParts:
     robot: Robot
     pipeline: Pipeline
     motion_planner: MotionPlanner
-
-
-@dataclass(frozen=True)
-class EpisodeParts:
-    """Those, and who chooses."""
-
-    picking: PickParts
-    task_planner: TaskPlanner
 
 
 class Steps:
@@ -66,13 +57,10 @@ class Steps:
             observation = ask_camera(self.parts.robot)
         look = self.parts.pipeline.look(
             observation,
-            state.volume,
+            state,
             target_description=self.target_description,
             seed=self.config.seed,
-            history=tuple(outcome.as_felt for outcome in state.outcomes),
             picks_left=self.config.max_picks - state.pick,
-            failed=state.failed,
-            before=state.scene,
         )
         self.clock.add(look.seconds)
         self._tell(Looked(state.pick, look, lap.seconds + sum(look.seconds.values()), state))
@@ -80,12 +68,14 @@ class Steps:
 
     def attempt(self, state: EpisodeState, look: Look, decision: Decision) -> EpisodeState:
         """The state after planning and executing a decision; a lost pick where there is nothing to execute."""
-        choice, seconds = checked_choice(look, decision), 0.0
-        failed = state.failed
+        choice, failed, seconds = checked_choice(look, decision), state.failed, 0.0
         if isinstance(choice, PickOutcome):
             outcome = choice
         else:
-            plan = self._plan(state, look, choice)
+            with self.clock.stage("plan motions") as lap:
+                rng = stage_rng(self.config.seed, state.pick, "motion")
+                plan = ask_motion_planner(self.parts.motion_planner, pick_request(look, choice), rng)
+            self._tell(Planned(state.pick, look, plan, lap.seconds))
             if isinstance(plan, PlanFailure):
                 outcome = PickOutcome(PickResult.NO_PLAN, choice, detail=f"{plan.stage}: {plan.reason}")
             else:
@@ -95,14 +85,6 @@ class Steps:
             failed = remembered(failed, look, plan, outcome.as_felt, self.parts.robot.description)
         self._tell(Executed(state.pick, outcome, seconds))
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), look.context.scene)
-
-    def _plan(self, state: EpisodeState, look: Look, object_id: int) -> PickPlan | PlanFailure:
-        request = pick_request(look, object_id)
-        with self.clock.stage("plan motions") as lap:
-            rng = stage_rng(self.config.seed, state.pick, "motion")
-            plan = ask_motion_planner(self.parts.motion_planner, request, rng)
-        self._tell(Planned(state.pick, look, plan, lap.seconds))
-        return plan
 
 
 def pick_request(look: Look, object_id: int) -> PickRequest:

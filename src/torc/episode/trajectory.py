@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float32, Float64, Int16
 
-from torc.episode.array_files import load_checked
 from torc.episode.events import Event, Looked
 from torc.episode.mp4 import Mp4Writer
 from torc.errors import InputError
-from torc.records.serialization import save_record
+from torc.records.serialization import load_checked, save_record
 from torc.robots.description import RobotDescription
 from torc.sim.closing import Closing
 from torc.sim.rendering import CameraRenderer
@@ -30,14 +29,9 @@ _ENCODER = {"crf": "20", "g": "5"}
 
 @dataclass(frozen=True)
 class RecordedMotion:
-    """A trial as its robot went through it, a row per frame of the camera's video; angles in radians.
-
-    Attributes:
-        joint_names: of the arm, from base to flange.
-        pick: number of the pick, from 0.
-        times_s: simulated time.
-        commanded_qpos: what the joints' servos were told.
-        commanded_width_m: what the gripper was told; 0 to close.
+    """A trial as its robot went through it, a row per frame of the camera's video: number of the pick, from 0;
+    simulated time; angles of the arm's joints in radians, from base to flange, and the gripper's opening, each as it
+    was and as it was told (0 to close).
     """
 
     robot: str
@@ -61,23 +55,25 @@ class TrajectoryRecorder(Closing):
     with the first look. While the robot looks, decides and plans, no simulated time passes.
     """
 
-    def __init__(self, directory: Path) -> None:
-        self._directory = directory
+    def __init__(self, directory: Path, world: World) -> None:
+        if world.robot is None:
+            raise ValueError("There is no robot in this world.")
+        self._directory, self._robot = directory, world.robot
+        camera = world.workspace.camera
+        mount = CameraMount(camera.T_world_camera, WIDTH, HEIGHT, camera.vertical_fov_rad)
+        self._renderer = CameraRenderer(world, mount)
         self._video = Mp4Writer(directory / CAMERA, WIDTH, HEIGHT, Fraction(FPS), _ENCODER)
-        self._renderer: CameraRenderer | None = None
-        self._robot: RobotDescription | None = None
         self._pick: int | None = None
         self._rows: list[tuple[int, float, np.ndarray, np.ndarray, float, float]] = []
 
     def close(self) -> None:
         """Writes the files."""
         self._video.close()
-        if self._renderer is not None:
-            self._renderer.close()
-        if self._robot is not None and self._rows:
+        self._renderer.close()
+        if self._rows:
             pick, times_s, *rows = (np.array(column) for column in zip(*self._rows))
-            names = self._robot.arm.joint_names
             rows = [column.astype(np.float32) for column in rows]
+            names = self._robot.arm.joint_names
             motion = RecordedMotion(self._robot.name, names, FPS, pick.astype(np.int16), times_s, *rows)
             save_record(motion, self._directory / TRAJECTORY)
 
@@ -88,14 +84,9 @@ class TrajectoryRecorder(Closing):
 
     def observe(self, world: World) -> None:
         """Called by the simulation FPS times a simulated second."""
-        if self._pick is None or world.robot is None:
-            return
-        if self._renderer is None:
-            camera = world.workspace.camera
-            mount = CameraMount(camera.T_world_camera, WIDTH, HEIGHT, camera.vertical_fov_rad)
-            self._renderer, self._robot = CameraRenderer(world, mount), world.robot
-        self._video.write(self._renderer.render_color())
-        self._rows.append((self._pick, world.time_s, *_sampled(world, world.robot)))
+        if self._pick is not None:
+            self._video.write(self._renderer.render_color())
+            self._rows.append((self._pick, world.time_s, *_sampled(world, self._robot)))
 
 
 def load_motion(path: Path) -> RecordedMotion:
@@ -114,15 +105,15 @@ def load_motion(path: Path) -> RecordedMotion:
 def _sampled(world: World, robot: RobotDescription) -> tuple[np.ndarray, np.ndarray, float, float]:
     """Positions and commands of the arm's joints, and of the gripper's opening by its tables."""
     data, gripper = world.data, robot.gripper
+
+    def width(value: float, table: np.ndarray) -> float:
+        """At which a monotonic column of the table has that value; the nearest end outside."""
+        order = np.argsort(table)
+        return float(np.interp(value, table[order], gripper.widths_m[order]))
+
     qpos = [data.joint(name).qpos[0] for name in robot.arm.joint_names]
     ctrl = [data.actuator(name).ctrl[0] for name in robot.arm_actuator_names]
     position = float(data.joint(gripper.joint_names[0]).qpos[0])
     command = float(data.actuator(robot.gripper_actuator_name).ctrl[0])
-    width = _width(position, gripper.joint_qpos[:, 0], gripper.widths_m)
-    return np.array(qpos), np.array(ctrl), width, _width(command, gripper.actuator_ctrl, gripper.widths_m)
-
-
-def _width(value: float, table: np.ndarray, widths_m: np.ndarray) -> float:
-    """The width at which a monotonic column of the table has that value; the nearest end outside."""
-    order = np.argsort(table)
-    return float(np.interp(value, table[order], widths_m[order]))
+    widths = width(position, gripper.joint_qpos[:, 0]), width(command, gripper.actuator_ctrl)
+    return np.array(qpos), np.array(ctrl), *widths

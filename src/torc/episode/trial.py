@@ -14,10 +14,11 @@ from torc.episode.loop import rehearse, run_episode
 from torc.episode.pick_view import view_of
 from torc.episode.planners import make_spec_planner
 from torc.episode.privileged import Privileged, Simulation, open_sandbox
+from torc.episode.recorded import VIDEO
 from torc.episode.recorder import TrialRecorder
 from torc.episode.simulated import pick_parts, simulated_robot
 from torc.episode.situations import Situations
-from torc.episode.steps import EpisodeConfig, EpisodeParts
+from torc.episode.steps import EpisodeConfig
 from torc.episode.trajectory import TrajectoryRecorder
 from torc.episode.versions import versions
 from torc.episode.video import VideoRecorder
@@ -46,17 +47,31 @@ class Trial:
     result: dict[str, Any]
 
 
+@dataclass(frozen=True)
+class Recording:
+    """What is kept of a trial beside events and pictures, and who watches it.
+
+    Attributes:
+        video: write video.mp4.
+        trajectory: write trajectory.npz and camera.mp4: the robot's motions and its camera's video, for learning.
+        snapshots: save each one as a record.
+        observers: called with the world 25 times a simulated second.
+    """
+
+    video: bool = False
+    trajectory: bool = False
+    snapshots: bool = False
+    observers: tuple[Observer, ...] = ()
+
+
 def run_trial(
     spec: TrialSpec,
     out: Path,
     *,
     planner: TaskPlanner | None = None,
     listeners: Sequence[Listener] = (),
-    observers: Sequence[Observer] = (),
-    video: bool = False,
-    trajectory: bool = False,
+    recording: Recording | None = None,
     overwrite: bool = False,
-    save_records: bool = False,
     vlm_cache: CacheConfig | None = None,
     say: Callable[[str], None] = print,
 ) -> Trial:
@@ -66,11 +81,8 @@ def run_trial(
         spec, out: what is played, and the directory.
         planner: who decides, if it is not to be made from spec.planner: a person at a browser, say.
         listeners: called with every event, in order.
-        observers: called with the world 25 times a simulated second, e.g. to watch the robot.
-        video: also write video.mp4.
-        trajectory: also write trajectory.npz and camera.mp4: the robot's motions and its camera's video, for learning.
+        recording: what else is written.
         overwrite: replace an existing directory.
-        save_records: also save each snapshot as a record.
         vlm_cache: where replies of a VLM are kept.
         say: told a line of text where something takes long.
 
@@ -80,6 +92,7 @@ def run_trial(
     Raises:
         InputError: the problem, planner, robot, VLM or output directory cannot be used; nothing was run.
     """
+    recording = recording or Recording()
     problem = load_problem(spec.problem)
     asked, system = spec.planner.vlm, build_system(spec.conditions)
     situations = Situations() if asked is not None and asked.simulated else None
@@ -94,24 +107,29 @@ def run_trial(
     if asked is not None and asked.simulated:
         about["simulated_vlm"] = asdict(find_profile(asked.model))
     recorded = to_plain(spec, sources(spec.conditions))
-    recorder = TrialRecorder(out, recorded, overwrite=overwrite, records=save_records)
+    recorder = TrialRecorder(out, recorded, overwrite=overwrite, snapshots=recording.snapshots)
     facts: dict[str, Any] = {"status": "errored"}
     try:
         with ExitStack() as stack:
-            films: list[VideoRecorder | TrajectoryRecorder] = []
-            if video:
-                films.append(stack.enter_context(VideoRecorder(recorder.partial / "video.mp4")))
-            if trajectory:
-                films.append(stack.enter_context(TrajectoryRecorder(recorder.partial)))
-            told = [recorder, *listeners, *([] if situations is None else [situations]), *films]
-            watching = [*observers, *(film.observe for film in films)]
+            observers = list(recording.observers)
 
             def observe(world: World) -> None:
-                for each in watching:
+                for each in observers:
                     each(world)
 
             simulated = stack.enter_context(simulated_robot(system, problem, observer=observe))
-            played = _play(spec, system, simulated, planner, privileged, told, observe, say)
+            films: list[VideoRecorder | TrajectoryRecorder] = []
+            if recording.video:
+                films.append(stack.enter_context(VideoRecorder(recorder.partial / VIDEO, simulated.world)))
+            if recording.trajectory:
+                films.append(stack.enter_context(TrajectoryRecorder(recorder.partial, simulated.world)))
+            observers += [film.observe for film in films]
+            told = [recorder, *listeners, *([] if situations is None else [situations]), *films]
+            if hint := robot_hint(problem, system.robot.name, system.robot.source):
+                say(hint)
+            absent = simulated.take_over()
+            observe(simulated.world)
+            played = _play(spec, system, simulated, absent, planner, privileged, told, say)
         facts = played
     except KeyboardInterrupt:
         result = _result({"status": "interrupted", **about})
@@ -133,20 +151,16 @@ def _play(
     spec: TrialSpec,
     system: System,
     simulated: SimulatedRobot,
+    absent: tuple[int, ...],
     planner: TaskPlanner,
     privileged: Sequence[Privileged],
     listeners: Sequence[Listener],
-    observe: Observer,
     say: Callable[[str], None],
 ) -> dict[str, Any]:
     problem, max_picks = simulated.world.problem, spec.conditions.max_picks
-    if hint := robot_hint(problem, system.robot.name, system.robot.source):
-        say(hint)
-    absent = simulated.take_over()
-    observe(simulated.world)
-    parts = EpisodeParts(pick_parts(system, simulated), planner)
+    parts = pick_parts(system, simulated)
     with announced_compilation(say):
-        view_of(rehearse(parts).context)  # what the recorder makes of every look
+        view_of(rehearse(parts, planner).context)  # what the recorder makes of every look
     names = tuple(placement.name for placement in problem.ordered())
     vlm = "" if spec.planner.vlm is None else spec.planner.vlm.text
     target = problem.description
@@ -159,7 +173,7 @@ def _play(
             for part in privileged:
                 part.attach(simulation)
             listeners = [*listeners, simulation]
-        result = run_episode(parts, started, config, listeners)
+        result = run_episode(parts, planner, started, listeners)
     # A planner may know how sure it is that its costs are the least.
     bound = getattr(planner, "bound", None)
     facts = {"status": "completed", **result_facts(result)}

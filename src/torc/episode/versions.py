@@ -29,4 +29,4 @@ def versions_text(found: Mapping[str, str]) -> str:
 def differing(texts: Iterable[str]) -> list[str]:
     """What not all of several such lines have in common."""
     sets = [set(text.split(", ")) for text in texts]
-    return sorted(set.union(*sets) - set.intersection(*sets)) if sets else []
+    return sorted(sets[0].union(*sets) - sets[0].intersection(*sets)) if sets else []

@@ -28,8 +28,8 @@ MOUNT = CameraMount(look_at((1.95, -1.75, 2.05), (0.42, -0.36, 1.12)), WIDTH, HE
 class VideoRecorder(Closing):
     """Grabs a frame every other 1/25 s of simulated time; still frames show each decision. H.264, plays in browsers."""
 
-    def __init__(self, path: Path) -> None:
-        self._renderer: CameraRenderer | None = None
+    def __init__(self, path: Path, world: World) -> None:
+        self._renderer = CameraRenderer(world, MOUNT)
         self._video = Mp4Writer(path, WIDTH, HEIGHT, FPS)
         self._grabs = 0
         self._crop: Crop | None = None
@@ -39,13 +39,10 @@ class VideoRecorder(Closing):
     def close(self) -> None:
         """Completes the file."""
         self._video.close()
-        if self._renderer is not None:
-            self._renderer.close()
+        self._renderer.close()
 
     def observe(self, world: World) -> None:
         """Called by the simulation 25 times a simulated second; changes no result."""
-        if self._renderer is None:
-            self._renderer = CameraRenderer(world, MOUNT)
         self._grabs += 1
         if self._grabs % GRABS_PER_FRAME == 0:
             self._write(1)
@@ -66,15 +63,9 @@ class VideoRecorder(Closing):
             case Executed():
                 self._caption = f"{event.pick + 1}. {event.outcome.result.value}"
                 self._write(SECOND // 2)
-            case _:
-                pass
 
     def _write(self, repeats: int) -> None:
-        if self._renderer is not None:
-            self._video.write(self._compose(self._renderer), repeats)
-
-    def _compose(self, renderer: CameraRenderer) -> np.ndarray:
-        picture = renderer.render_color().copy()
+        picture = self._renderer.render_color().copy()
         if self._inset is not None:
             h = round(INSET_WIDTH * self._inset.shape[0] / self._inset.shape[1])
             small = cv2.resize(self._inset, (INSET_WIDTH, h), interpolation=cv2.INTER_AREA)
@@ -83,4 +74,4 @@ class VideoRecorder(Closing):
         draw = ImageDraw.Draw(image)
         draw.rectangle((0, HEIGHT - 34, WIDTH, HEIGHT), fill=(25, 25, 25))
         draw.text((12, HEIGHT - 28), self._caption[:95], (245, 245, 245), ImageFont.load_default(18))
-        return np.asarray(image)
+        self._video.write(np.asarray(image), repeats)

@@ -11,25 +11,75 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torc.exports.answers import PROMPT, answer_text, chosen_object, prompt_text
+from torc.episode.log_lines import LookedLine
+from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.exports.selection import EXPERTS, SPLITS, Source, split_of, succeeded
+from torc.records import TARGET_ID
+from torc.vlm.asking import filled_prompt
+from torc.vlm.select import VlmSelectPlanner
 
+PROMPT = VlmSelectPlanner.prompt
+"""Name of the prompt that is exported: VLM-SELECT's."""
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.-]+")
 _State = tuple[str, int, str, tuple[int, ...]]
 _Choices = dict[int, tuple[Source, int]]
 """Chosen object -> the first trial and pick that chose it."""
 
 
+def chosen_object(pick: RecordedPick) -> int | None:
+    """The object that the planner chose, if it is one in the picture: else no answer can name it."""
+    chosen = pick.decided.object_id if pick.decided is not None else None
+    return chosen if chosen in {o.id for o in pick.looked.objects} else None
+
+
+def answer_text(trial: RecordedTrial, number: int) -> str:
+    """The plan that the trial followed from that pick on, in the form that the prompt asks for.
+
+    It begins with the object chosen then. Of the later picks, it names those that brought out an object which this
+    picture shows (or the target): only what has a number in the picture can be named.
+    """
+    pick = trial.pick(number)
+    looked, chosen = pick.looked, chosen_object(pick)
+    if chosen is None:
+        raise ValueError(f"Pick {number} of {trial.directory} names no object in the picture.")
+    order, nameable = [chosen], {o.id for o in looked.objects} | {TARGET_ID}
+    for later in trial.picks[number + 1 :]:
+        if order[-1] == TARGET_ID:
+            break
+        brought = later.executed.object_id if later.executed is not None and succeeded(later) else None
+        if brought in nameable - {*order}:
+            order.append(brought)
+    plan = [{"action": "pick" if k == TARGET_ID else "remove", "input": k} for k in order]
+    answer = {"thoughts": thoughts(looked, chosen), "plan": plan}
+    return f"```json\n{json.dumps(answer)}\n```"
+
+
+def thoughts(looked: LookedLine, chosen: int) -> str:
+    """Why that object first, in a few sentences: what the robot's sensors told, whoever decided.
+
+    A planner's own reasons are not used: many speak of what no picture shows.
+    """
+    target = f"object {TARGET_ID}"
+    if chosen == TARGET_ID:
+        return f"The target, {target}, is in sight and can be grasped, so I pick it at once."
+    blockers = sorted({b.by for b in looked.blocking if b.object == TARGET_ID and b.by != TARGET_ID})
+    if not looked.target_visible:
+        state = f"The target, {target}, is not in sight, so what may hide it has to go first."
+    elif TARGET_ID in looked.graspable:
+        state = f"The target, {target}, is in sight and could be grasped."
+    elif blockers:
+        *some, last = map(str, blockers)
+        who = f"objects {', '.join(some)} and {last} are" if some else f"object {last} is"
+        state = f"The target, {target}, is in sight, but {who} in the way of the robot's hand."
+    else:
+        state = f"The target, {target}, is in sight, but cannot be grasped as it lies."
+    can = "can be grasped now" if chosen in looked.graspable else "comes first"
+    return f"{state} Object {chosen} {can}, so I remove it."
+
+
 @dataclass(frozen=True)
 class Row:
-    """One example.
-
-    Attributes:
-        split: "train" or "test".
-        name: of its picture, without ending.
-        picture: PNG.
-        facts: the other columns, JSON-compatible; every row has the same keys.
-    """
+    """One example: `name` is that of its picture, a PNG; `facts` are the other columns, the same for every row."""
 
     split: str
     problem: str
@@ -43,7 +93,7 @@ def finetuning_rows(sources: Iterable[Source], every: bool, test_share: float) -
     for source in sources:
         trial = source.trial
         for number, pick in enumerate(trial.picks):
-            chosen = chosen_object(trial, number)
+            chosen = chosen_object(pick)
             if chosen is None or not (every or succeeded(pick)):
                 continue
             executed = pick.executed
@@ -54,7 +104,7 @@ def finetuning_rows(sources: Iterable[Source], every: bool, test_share: float) -
                 picture=trial.picture(number),
                 facts={
                     "pick": number,
-                    "prompt": prompt_text(trial, number),
+                    "prompt": filled_prompt(PROMPT, pick.looked.target_visible),
                     "answer": answer_text(trial, number),
                     "prompt_name": PROMPT,
                     "object_id": chosen,
@@ -80,7 +130,7 @@ def preference_rows(sources: Iterable[Source], test_share: float) -> Iterator[Ro
     for source in sources:
         expert = source.planner in EXPERTS
         for number, pick in enumerate(source.trial.picks):
-            chosen = chosen_object(source.trial, number)
+            chosen = chosen_object(pick)
             if chosen is None or not pick.looked.digest:
                 continue
             if expert and not (source.retrieved and succeeded(pick)):
@@ -95,7 +145,7 @@ def preference_rows(sources: Iterable[Source], test_share: float) -> Iterator[Ro
                     continue
                 facts = {
                     "pick": number,
-                    "prompt": prompt_text(source.trial, number),
+                    "prompt": filled_prompt(PROMPT, source.trial.pick(number).looked.target_visible),
                     "chosen": answer_text(source.trial, number),
                     "rejected": answer_text(other.trial, other_number),
                     "prompt_name": PROMPT,

@@ -3,7 +3,7 @@
 import os
 import shutil
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -25,7 +25,6 @@ class ExportSpec:
     """What is exported, and how.
 
     Attributes:
-        format: "sft", "pairs" or "lerobot".
         every: also trials that did not retrieve the target, and picks that brought nothing out.
         test_share: part of the problems that go to the test split, 0 to 1.
         planners: whose trials; if none are named, all planners', but for sft only experts', if there are any and not
@@ -54,7 +53,14 @@ def export_trials(root: Path, out: Path, spec: ExportSpec, overwrite: bool = Fal
     with _new_directory(out, overwrite) as directory:
         # A rejected choice mostly stands in a trial that failed, so pairs look at all of them.
         sources = _chosen(list(select_trials(root, spec.every or spec.format == "pairs")), spec)
-        counts = _write(directory, sources, spec)
+        if spec.format == "sft":
+            counts = write_rows(directory, finetuning_rows(sources, spec.every, spec.test_share))
+        elif spec.format == "pairs":
+            counts = write_rows(directory, preference_rows(sources, spec.test_share))
+        else:
+            from torc.exports.lerobot import write_lerobot  # its library is an extra's
+
+            counts = write_lerobot(directory, sources, spec.test_share)
         if not sum(counts.values()):
             raise InputError(f"Nothing in '{root}' can be exported. {_NOTHING[spec.format]}")
         trials = dict(sorted(Counter(source.planner for source in sources).items()))
@@ -82,26 +88,13 @@ def _new_directory(out: Path, overwrite: bool) -> Iterator[Path]:
 
 def _chosen(sources: list[Source], spec: ExportSpec) -> list[Source]:
     """The trials of the planners that are named, else of experts; all where no expert played."""
-    if not spec.planners and (spec.format != "sft" or spec.every):
-        return sources
-    known = {source.planner for source in sources}
+    known = sorted({source.planner for source in sources})
     for name in spec.planners:
         if name not in known:
-            raise UnknownNameError("planner of the trials to export", name, sorted(known))
-    chosen = [source for source in sources if source.planner in (spec.planners or EXPERTS)]
-    return chosen or sources
-
-
-def _write(directory: Path, sources: Iterable[Source], spec: ExportSpec) -> dict[str, int]:
-    """Examples per split."""
-    if spec.format == "sft":
-        return write_rows(directory, finetuning_rows(sources, spec.every, spec.test_share))
-    if spec.format == "pairs":
-        return write_rows(directory, preference_rows(sources, spec.test_share))
-    # Its library is an extra's.
-    from torc.exports.lerobot import write_lerobot
-
-    return write_lerobot(directory, sources, spec.test_share)
+            raise UnknownNameError("planner of the trials to export", name, known)
+    if not spec.planners and (spec.format != "sft" or spec.every):
+        return sources
+    return [s for s in sources if s.planner in (spec.planners or EXPERTS)] or sources
 
 
 _NOTHING = {

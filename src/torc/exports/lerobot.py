@@ -4,16 +4,17 @@ The files are written here, without the lerobot library, which brings PyTorch al
 episode: the videos are the trials' own, not encoded anew.
 """
 
+import itertools
 import json
 import shutil
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import av
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Float64
 
 from torc.episode.trajectory import CAMERA, TRAJECTORY, RecordedMotion, load_motion
 from torc.errors import InputError, MissingDependencyError, extra_remedy
@@ -71,15 +72,17 @@ def write_lerobot(directory: Path, sources: Iterable[Source], test_share: float)
     return counts
 
 
-def state_of(motion: RecordedMotion) -> Float32[np.ndarray, "n d"]:
-    """Joint positions and the gripper's width, per frame."""
-    return np.column_stack([motion.qpos, motion.width_m]).astype(np.float32)
-
-
-def action_of(motion: RecordedMotion) -> Float32[np.ndarray, "n d"]:
-    """What joints and gripper were told between a frame and the next one; the last frame repeats its own command."""
+def _features(motion: RecordedMotion) -> dict[str, np.ndarray]:
+    """What LeRobot's policies see and do, a row per frame. Actions are what joints and gripper were told between a
+    frame and the next one; the last frame repeats its own command.
+    """
     told = np.column_stack([motion.commanded_qpos, motion.commanded_width_m]).astype(np.float32)
-    return np.concatenate([told[1:], told[-1:]])
+    return {
+        "observation.state": np.column_stack([motion.qpos, motion.width_m]).astype(np.float32),
+        "action": np.concatenate([told[1:], told[-1:]]),
+        "pick": motion.pick.astype(np.int64),
+        "timestamp": (np.arange(len(motion)) / motion.fps).astype(np.float32),
+    }
 
 
 def _episode(source: Source, test_share: float) -> _Episode | None:
@@ -113,17 +116,16 @@ def _write_episode(
     place = {"chunk_index": index // _CHUNK, "file_index": index % _CHUNK}
     data = directory / _DATA.format(**place)
     data.parent.mkdir(parents=True, exist_ok=True)
-    columns = {
-        "observation.state": _vectors(state_of(motion)),
-        "action": _vectors(action_of(motion)),
-        "pick": pa.array(motion.pick.astype(np.int64)),
-        "timestamp": pa.array(_timestamps(motion)),
-        "frame_index": pa.array(np.arange(n)),
-        "episode_index": pa.array(np.full(n, index)),
-        "index": pa.array(np.arange(first, first + n)),
-        "task_index": pa.array(np.full(n, tasks.index(episode.task))),
+    columns = _features(motion) | {
+        "frame_index": np.arange(n),
+        "episode_index": np.full(n, index),
+        "index": np.arange(first, first + n),
+        "task_index": np.full(n, tasks.index(episode.task)),
     }
-    pq.write_table(pa.table(columns), data)
+    arrays = {name: pa.array(rows.ravel()) for name, rows in columns.items()}
+    for name in ("observation.state", "action"):
+        arrays[name] = pa.FixedSizeListArray.from_arrays(arrays[name], columns[name].shape[1])
+    pq.write_table(pa.table(arrays), data)
     video = directory / _VIDEO.format(video_key=CAMERA_KEY, **place)
     video.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(episode.video, video)
@@ -146,14 +148,6 @@ def _write_episode(
     }
 
 
-def _timestamps(motion: RecordedMotion) -> Float32[np.ndarray, "n"]:
-    return (np.arange(len(motion)) / motion.fps).astype(np.float32)
-
-
-def _vectors(rows: Float32[np.ndarray, "n d"]) -> pa.FixedSizeListArray:
-    return pa.FixedSizeListArray.from_arrays(pa.array(rows.ravel()), rows.shape[1])
-
-
 def _write_meta(
     directory: Path,
     episodes: Sequence[_Episode],
@@ -164,10 +158,36 @@ def _write_meta(
     meta = directory / "meta"
     (meta / "episodes" / "chunk-000").mkdir(parents=True)
     pq.write_table(pa.Table.from_pylist(lines), meta / "episodes" / "chunk-000" / "file-000.parquet")
-    pq.write_table(_task_table(tasks), meta / "tasks.parquet")
+    # Task -> index as pandas writes a frame that is indexed by the task: so it is read.
+    table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), "task": list(tasks)})
+    columns = [
+        {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": numpy_type, "metadata": None}
+        for name, kind, numpy_type in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
+    ]
+    described = {
+        "index_columns": ["task"],
+        "column_indexes": [],
+        "columns": columns,
+        "pandas_version": "2.2.0",
+    }
+    pq.write_table(table.replace_schema_metadata({"pandas": json.dumps(described)}), meta / "tasks.parquet")
     write_json(meta / "stats.json", _statistics(episodes))
-    last, motion = counts["train"], episodes[0].motion
+    last, motion, size = counts["train"], episodes[0].motion, episodes[0].size
     spans = {"train": f"0:{last}", "test": f"{last}:{len(episodes)}"}
+    names = [*motion.joint_names, GRIPPER]
+    vector = {"dtype": "float32", "shape": [len(names)], "names": names}
+    number = {"dtype": "int64", "shape": [1], "names": None}
+    video = {
+        "video.height": size[0],
+        "video.width": size[1],
+        "video.codec": "h264",
+        "video.pix_fmt": "yuv420p",
+        "video.is_depth_map": False,
+        "video.fps": motion.fps,
+        "video.channels": 3,
+        "has_audio": False,
+    }
+    axes = ["height", "width", "channels"]
     info = {
         "codebase_version": CODEBASE_VERSION,
         "robot_type": motion.robot,
@@ -181,66 +201,28 @@ def _write_meta(
         "splits": {split: span for split, span in spans.items() if counts[split]},
         "data_path": _DATA,
         "video_path": _VIDEO,
-        "features": _features(motion, episodes[0].size),
+        "features": {
+            "observation.state": vector,
+            "action": vector,
+            CAMERA_KEY: {"dtype": "video", "shape": [*size, 3], "names": axes, "info": video},
+            "pick": number,
+            "timestamp": {"dtype": "float32", "shape": [1], "names": None},
+            **dict.fromkeys(("frame_index", "episode_index", "index", "task_index"), number),
+        },
     }
     write_json(meta / "info.json", info)
 
 
-def _features(motion: RecordedMotion, size: tuple[int, int]) -> dict[str, Any]:
-    names = [*motion.joint_names, GRIPPER]
-    vector = {"dtype": "float32", "shape": [len(names)], "names": names}
-    number = {"dtype": "int64", "shape": [1], "names": None}
-    info = {
-        "video.height": size[0],
-        "video.width": size[1],
-        "video.codec": "h264",
-        "video.pix_fmt": "yuv420p",
-        "video.is_depth_map": False,
-        "video.fps": motion.fps,
-        "video.channels": 3,
-        "has_audio": False,
-    }
-    names = ["height", "width", "channels"]
-    return {
-        "observation.state": vector,
-        "action": vector,
-        CAMERA_KEY: {"dtype": "video", "shape": [*size, 3], "names": names, "info": info},
-        "pick": number,
-        "timestamp": {"dtype": "float32", "shape": [1], "names": None},
-        **dict.fromkeys(("frame_index", "episode_index", "index", "task_index"), number),
-    }
-
-
-def _task_table(tasks: Sequence[str]) -> pa.Table:
-    """Task -> index as pandas writes a frame that is indexed by the task: so it is read."""
-    columns = [
-        {"name": "task_index", "field_name": "task_index", "pandas_type": "int64", "numpy_type": "int64"},
-        {"name": "task", "field_name": "task", "pandas_type": "unicode", "numpy_type": "object"},
-    ]
-    described = {
-        "index_columns": ["task"],
-        "column_indexes": [],
-        "columns": [{**column, "metadata": None} for column in columns],
-        "pandas_version": "2.2.0",
-    }
-    table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), "task": list(tasks)})
-    return table.replace_schema_metadata({"pandas": json.dumps(described)})
-
-
 def _statistics(episodes: Sequence[_Episode]) -> dict[str, Any]:
     """What policies normalise by: of all frames for vectors, of some frames of each episode for pictures."""
-    columns: dict[str, Callable[[RecordedMotion], np.ndarray]] = {
-        "observation.state": state_of,
-        "action": action_of,
-        "pick": lambda motion: motion.pick[:, None],
-        "timestamp": lambda motion: _timestamps(motion)[:, None],
+    features = [_features(e.motion) for e in episodes]
+    rows = {name: np.concatenate([f[name] for f in features]) for name in features[0]}
+    found = {name: _summary(values.reshape(len(values), -1)) for name, values in rows.items()}
+    pixels = _summary(np.concatenate([_pixels(e.video) for e in episodes]))
+    found[CAMERA_KEY] = {
+        k: v if k == "count" else np.reshape(v, (3, 1, 1)).tolist() for k, v in pixels.items()
     }
-    found = {name: _summary(np.concatenate([of(e.motion) for e in episodes])) for name, of in columns.items()}
-    pictures = _summary(np.concatenate([_pixels(e.video) for e in episodes]))
-    shaped = {
-        name: np.reshape(value, (3, 1, 1)).tolist() for name, value in pictures.items() if name != "count"
-    }
-    return {**found, CAMERA_KEY: {**shaped, "count": pictures["count"]}}
+    return found
 
 
 def _summary(rows: np.ndarray) -> dict[str, Any]:
@@ -254,9 +236,6 @@ def _pixels(path: Path) -> Float64[np.ndarray, "p 3"]:
     """Colors, 0 to 1, of every 16th pixel each way of some frames."""
     with av.open(str(path)) as container:
         every = max(1, container.streams.video[0].frames // _STATISTICS_FRAMES)
-        frames = [
-            f.to_ndarray(format="rgb24")[::16, ::16].reshape(-1, 3)
-            for i, f in enumerate(container.decode(video=0))
-            if i % every == 0
-        ]
+        decoded = itertools.islice(container.decode(video=0), 0, None, every)
+        frames = [f.to_ndarray(format="rgb24")[::16, ::16].reshape(-1, 3) for f in decoded]
     return np.concatenate(frames).astype(np.float64) / 255.0

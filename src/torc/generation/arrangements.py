@@ -42,16 +42,12 @@ class StructuredConfig:
     """Standing clutter.
 
     Attributes:
-        region: ((x0, x1), (y0, y1)) of the objects' origins; the default is what the arm reaches well.
-        margin_m: by how much footprints may stick out of the region.
-        support_z_m: height of the table top.
-        clearance_m: free height under each object; it drops by that much when the simulation starts.
+        region: ((x0, x1), (y0, y1)) of the objects' origins, of which footprints may stick out by margin_m.
+        support_z_m: height of the table top, above which objects start clearance_m high.
         gap_m: wanted smallest and largest gap to the nearest neighbour; the smallest always holds.
         tall_in_front: chance that an object is drawn to the front by its height (the tall hide the short).
         stacked: chance that a flat low thing is put on top of another one, where one fits.
-        lying: chance that a box lies on its back ...
-        lying_width_m: ... if the narrower side that then faces sideways is no wider than this. A gripper cannot pick
-            up a wide flat box that lies.
+        lying: chance that a box lies on its back, if the side that then faces sideways is at most lying_width_m wide.
         turned_rad: standard deviation of the yaw about facing the robot.
         sideways: chance of another quarter turn.
         candidates: poses tried per object.
@@ -129,7 +125,7 @@ class _Packing:
         if rng.random() >= config.stacked:
             return False
         upper = self._pose(self._models[index])
-        if upper.height_m > 0.06 or upper.base is None:
+        if upper.lowest_m + upper.highest_m > 0.06 or upper.base is None:
             return False
         for below in rng.permutation(self._on_table):
             lower, offset = self._prints[int(below)], rng.normal(0.0, 0.006, 2)
@@ -210,8 +206,7 @@ class _Packing:
 def drop_arrangement(names: Sequence[str], rng: np.random.Generator) -> list[ObjectPlacement]:
     """Objects in random orientations, hanging above the table at staggered heights, in the order of `names`.
 
-    No two overlap (bounding spheres), so the simulator can let all of them fall at once between walls around the
-    rectangle. Raises UnknownNameError for an unknown model.
+    No two overlap (bounding spheres). Raises UnknownNameError for an unknown model.
     """
     models = [load_object(name) for name in names]
     radii = np.array([bounding_radius(m) for m in models])
@@ -228,7 +223,7 @@ def drop_arrangement(names: Sequence[str], rng: np.random.Generator) -> list[Obj
 
 
 def bounding_radius(model: ObjectModel) -> float:
-    """Radius of a sphere about the model's origin that holds all its pieces."""
+    """Radius of a sphere about the model's origin that holds the bounding boxes of all its pieces."""
     corners = np.array(np.meshgrid(*[(0, 1)] * 3)).reshape(3, -1).T
     return max(
         float(np.linalg.norm(piece.bounds[corners, np.arange(3)], axis=1).max()) for piece in model.pieces

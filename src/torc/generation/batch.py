@@ -30,19 +30,10 @@ def generate_batch(
     jobs: Sequence[Job],
     conditions: Conditions,
     workers: int = 1,
-    progress: Progress | None = None,
+    progress: Progress = lambda job, attempt, reason: None,
 ) -> Iterator[tuple[Job, Made]]:
-    """The problems of some jobs, each as soon as it and those before it are done.
-
-    Args:
-        jobs: what to make.
-        conditions: the robot that will have to solve them, and its workspace.
-        workers: processes; with more than one, progress is not told.
-        progress: told of rejected attempts.
-
-    Raises:
-        TorcError: a process was ended from outside.
-    """
+    """The problems of some jobs, each as soon as it and those before it are done. With several workers (processes),
+    progress is not told. Raises TorcError if a process was ended from outside."""
     if workers <= 1:
         for job in jobs:
             yield job, _generate(job, conditions, progress)
@@ -57,8 +48,8 @@ def inspector_for(robot: str = DEFAULT_ROBOT, workspace: str = DEFAULT_WORKSPACE
     return Inspector(build_system(Conditions(robot=robot, workspace=workspace)))
 
 
-def _generate(job: Job, conditions: Conditions, progress: Progress | None = None) -> Made:
-    told = None if progress is None else partial(progress, job)
-    return generate_problem(
-        job.config, job.seed, inspector_for(conditions.robot, conditions.workspace), progress=told
-    )
+def _generate(
+    job: Job, conditions: Conditions, progress: Progress = lambda job, attempt, reason: None
+) -> Made:
+    inspector = inspector_for(conditions.robot, conditions.workspace)
+    return generate_problem(job.config, job.seed, inspector, partial(progress, job))

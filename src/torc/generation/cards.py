@@ -2,7 +2,6 @@
 
 import io
 import unicodedata
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +12,7 @@ from torc.generation.config import Hiddenness
 from torc.generation.difficulty import Difficulty
 from torc.generation.oracle_orders import OracleOrder
 from torc.generation.views import ViewConfig, ViewName, problem_views
-from torc.perception.label_places import LabelPlace, place_labels
+from torc.perception.label_places import place_labels
 from torc.perception.palette import object_color
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
@@ -36,16 +35,15 @@ HIDDENNESS_WORDS = {
     Hiddenness.PARTLY: "partly in sight",
     Hiddenness.HIDDEN: "hidden",
 }
-_SUPERSAMPLING = 2
-_INK, _FAINT, _PAPER, _LINE = (28, 30, 34), (98, 102, 110), (255, 255, 255), (222, 224, 228)
+_SCALE = 2
+"""Views are drawn that much larger, for smooth edges."""
+_INK, _FAINT, _PAPER = (28, 30, 34), (98, 102, 110), (255, 255, 255)
 _RED: Color = object_color(TARGET_ID)
 _DISC = 22
 """Diameter of a number's disc, pixels."""
-_ROW = 34
-"""Height of a row of the oracle's order, pixels."""
+_LINE = 24
+"""Height of a line of the oracle's order, pixels."""
 _QUALITIES = range(88, 39, -4)
-_BOLD = 0.02
-"""Width of the stroke of bold letters, of their size."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +53,11 @@ class Card:
     problem: Problem
     difficulty: Difficulty
     order: OracleOrder | None = None
+
+    @property
+    def wanted(self) -> str:
+        """The target in words."""
+        return self.problem.description or self.problem.target
 
     @property
     def numbers(self) -> dict[int, int]:
@@ -81,17 +84,25 @@ def draw_card(card: Card) -> Image.Image:
 
     The objects of that order carry their numbers in the views from the front, the side and the top.
     """
-    scale = _SUPERSAMPLING
-    config = ViewConfig(width=scale * VIEW_SIZE[0], height=scale * VIEW_SIZE[1], outline_px=2 * scale)
+    config = ViewConfig(_SCALE * VIEW_SIZE[0], _SCALE * VIEW_SIZE[1], outline_px=2 * _SCALE)
     views = problem_views(card.problem, config=config)
-    footer = _footer(card.order) if card.order else Image.new("RGB", (CARD_WIDTH, MARGIN), _PAPER)
-    image = Image.new("RGB", (CARD_WIDTH, HEADER + VIEWS_SIZE[1] + footer.height), _PAPER)
-    _draw_header(ImageDraw.Draw(image), card)
+    below = _order_lines(card.order) if card.order else []
+    bottom = HEADER + VIEWS_SIZE[1]
+    image = Image.new("RGB", (CARD_WIDTH, bottom + MARGIN + _LINE * len(below)), _PAPER)
+    draw = ImageDraw.Draw(image)
+    problem = card.problem
+    told = (problem.category, HIDDENNESS_WORDS[card.difficulty.hiddenness], *facts(card.difficulty))
+    for y, text, size, color in (
+        (16, problem.name, 30, _INK),
+        (55, f"Wanted: {card.wanted}", 19, _RED),
+        (85, "  ·  ".join(told), 16, _FAINT),
+        *((bottom + 10 + _LINE * k, line, 16, _INK) for k, line in enumerate(below)),
+    ):
+        draw.text((MARGIN, y), _cut(text, size), color, ImageFont.load_default(size))
     for k, name in enumerate(VIEW_TITLES):
         corner = (MARGIN + k % 2 * (VIEW_SIZE[0] + GAP), HEADER + k // 2 * (VIEW_SIZE[1] + GAP))
         numbers = {} if name == "robot" else card.numbers
         image.paste(_picture(views[name], VIEW_TITLES[name], numbers), corner)
-    image.paste(footer, (0, HEADER + VIEWS_SIZE[1]))
     return image
 
 
@@ -105,20 +116,6 @@ def jpeg_bytes(image: Image.Image, wanted_bytes: int) -> bytes:
     return stream.getvalue()
 
 
-def _draw_header(draw: ImageDraw.ImageDraw, card: Card) -> None:
-    problem, difficulty, right = card.problem, card.difficulty, float(CARD_WIDTH - MARGIN)
-    for text, color in (
-        (HIDDENNESS_WORDS[difficulty.hiddenness], (176, 82, 0)),
-        (problem.category, (30, 90, 150)),
-    ):
-        right = _pill(draw, right, 20, text, color) - 8
-    _write(draw, (MARGIN, 16), problem.name, 30, _INK, right - MARGIN, bold=True)
-    start = MARGIN + _write(draw, (MARGIN, 55), "Wanted: ", 19, _FAINT, VIEWS_SIZE[0])
-    wanted = problem.description or problem.target
-    _write(draw, (start, 55), wanted, 19, _RED, CARD_WIDTH - MARGIN - start, bold=True)
-    _write(draw, (MARGIN, 85), "  ·  ".join(facts(difficulty)), 16, _FAINT, VIEWS_SIZE[0])
-
-
 def facts(difficulty: Difficulty) -> tuple[str, ...]:
     """The difficulty in a few words per fact."""
     return (
@@ -130,95 +127,43 @@ def facts(difficulty: Difficulty) -> tuple[str, ...]:
     )
 
 
-def _picture(view: View, title: str, numbers: Mapping[int, int]) -> Image.Image:
+def _picture(view: View, title: str, numbers: dict[int, int]) -> Image.Image:
     """A view at its size on the card, with its title and the numbers of the objects to pick."""
-    picture = Image.fromarray(view.rgb).resize(VIEW_SIZE, Image.Resampling.BOX)
-    labels = np.ascontiguousarray(view.label_image[::_SUPERSAMPLING, ::_SUPERSAMPLING])
-    sizes = dict.fromkeys(numbers, ((_DISC, _DISC), (_DISC, _DISC)))
-    picture = picture.convert("RGBA")
+    picture = Image.fromarray(view.rgb)
     draw = ImageDraw.Draw(picture)
-    places = place_labels(labels, sizes)
+    size = _SCALE * _DISC
+    places = place_labels(np.ascontiguousarray(view.label_image), dict.fromkeys(numbers, ((size, size),) * 2))
     for i, place in places.items():
+        color = _RED if i == TARGET_ID else _INK
+        x, y = place.col + size / 2, place.row + size / 2
         if place.leader:
-            draw.line([_middle(place), place.anchor[::-1]], _RED if i == TARGET_ID else _INK, 2)
-    for i, place in places.items():
-        _disc(picture, _middle(place), numbers[i], i == TARGET_ID)
-    tag = Image.new("RGBA", (int(_width(title, 15)) + 18, 25), (20, 22, 26, 165))
-    ImageDraw.Draw(tag).text((9, 3), title, (255, 255, 255), ImageFont.load_default(15))
-    picture.alpha_composite(tag, (0, 0))
-    return picture.convert("RGB")
+            draw.line([(x, y), place.anchor[::-1]], color, 2 * _SCALE)
+        draw.circle((x, y), size / 2, color, _PAPER, _SCALE)
+        draw.text((x, y), str(numbers[i]), _PAPER, ImageFont.load_default(13 * _SCALE), anchor="mm")
+    font = ImageFont.load_default(15 * _SCALE)
+    draw.rectangle((0, 0, font.getlength(title) + 18 * _SCALE, 25 * _SCALE), (20, 22, 26))
+    draw.text((9 * _SCALE, 3 * _SCALE), title, _PAPER, font)
+    return picture.resize(VIEW_SIZE, Image.Resampling.BOX)
 
 
-def _footer(order: OracleOrder) -> Image.Image:
-    """The oracle's order, in as many rows as it takes."""
-    image = Image.new("RGB", (CARD_WIDTH, 44 + _ROW * (len(order.names) + 1)), _PAPER)
-    draw = ImageDraw.Draw(image)
-    start = MARGIN + _write(draw, (MARGIN, 14), "ORACLE: ", 16, _INK, VIEWS_SIZE[0], bold=True)
-    _write(draw, (start, 14), order.verdict, 16, _FAINT, CARD_WIDTH - MARGIN - start)
-    x, y = float(MARGIN), 44
+def _order_lines(order: OracleOrder) -> list[str]:
+    """The oracle's verdict, and its order in as many lines as it takes."""
+    lines = [f"ORACLE: {order.verdict}"]
     for number, name in enumerate(order.names, start=1):
-        is_last = number == len(order.names)
-        width = _DISC + 7 + _width(name, 16)
-        if x > MARGIN and x + width > CARD_WIDTH - MARGIN:
-            x, y = float(MARGIN), y + _ROW
-        _disc(image, (x + _DISC / 2, y + _DISC / 2), number, is_last)
-        _write(draw, (x + _DISC + 7, y + 1), name, 16, _INK, CARD_WIDTH - MARGIN - x - _DISC - 7)
-        x += width + 24
-    return image.crop((0, 0, CARD_WIDTH, y + _ROW + 4 if order.names else 48))
+        pick, font = f"{number} {name}", ImageFont.load_default(16)
+        if number > 1 and font.getlength(f"{lines[-1]}   {pick}") < VIEWS_SIZE[0]:
+            lines[-1] = f"{lines[-1]}   {pick}"
+        else:
+            lines.append(pick)
+    return lines
 
 
-def _pill(draw: ImageDraw.ImageDraw, right: float, y: int, text: str, color: Color) -> float:
-    """A rounded label that ends there; returns where it begins."""
-    left = right - _width(text, 16) - 24
-    draw.rounded_rectangle((left, y, right, y + 28), 14, outline=color, width=2)
-    draw.text((left + 12, y + 4), text, color, ImageFont.load_default(16))
-    return left
-
-
-def _disc(image: Image.Image, middle: tuple[float, float], number: int, is_target: bool) -> None:
-    """A number in a disc, smooth at its rim."""
-    large = 4 * _DISC
-    mask = Image.new("L", (large, large))
-    ImageDraw.Draw(mask).ellipse((0, 0, large - 1, large - 1), 255)
-    disc = Image.new("RGB", (large, large), (255, 255, 255))
-    ImageDraw.Draw(disc).ellipse((5, 5, large - 6, large - 6), _RED if is_target else _INK)
-    corner = (round(middle[0] - _DISC / 2), round(middle[1] - _DISC / 2))
-    image.paste(disc.reduce(4), corner, mask.reduce(4))
-    font = ImageFont.load_default(14 if number < 10 else 12)
-    centre = (corner[0] + _DISC / 2, corner[1] + _DISC / 2)
-    ImageDraw.Draw(image).text(centre, str(number), (255, 255, 255), font, anchor="mm", stroke_width=0.4)
-
-
-def _middle(place: LabelPlace) -> tuple[float, float]:
-    return place.col + place.size[1] / 2, place.row + place.size[0] / 2
-
-
-def _write(
-    draw: ImageDraw.ImageDraw,
-    at: tuple[float, float],
-    text: str,
-    size: int,
-    color: Color,
-    room: float,
-    bold: bool = False,
-) -> float:
-    """Text that begins there, smaller or cut off where there is little room; returns its width."""
-    text, small = _drawable(text), size
-    while _width(text, small, bold) > room and small > 0.7 * size:
-        small -= 1
-    while _width(text, small, bold) > room and len(text) > 1:
-        text = text.rstrip("…")[:-1] + "…"
-    x, y = at
-    font = ImageFont.load_default(small)
-    draw.text((x, y + size - small), text, color, font, stroke_width=_BOLD * small * bold)
-    return _width(text, small, bold)
-
-
-def _width(text: str, size: int, bold: bool = False) -> float:
-    return ImageFont.load_default(size).getlength(_drawable(text)) + 2 * _BOLD * size * bold
-
-
-def _drawable(text: str) -> str:
-    """Pillow's own font has few letters beyond ASCII: accents are left out, what is left becomes a question mark."""
-    plain = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
-    return "".join(c if c.isascii() or c in "·…" else "?" for c in plain).replace("\n", " ")
+def _cut(text: str, size: int) -> str:
+    """Text as wide as the card at most, in letters that Pillow's own font has: few beyond ASCII."""
+    plain = "".join(c for c in unicodedata.normalize("NFKD", text) if c.isascii() or c == "·").replace(
+        "\n", " "
+    )
+    font = ImageFont.load_default(size)
+    while font.getlength(plain) > VIEWS_SIZE[0]:
+        plain = plain[: -4 if plain.endswith("...") else -1].rstrip() + "..."
+    return plain

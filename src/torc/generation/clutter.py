@@ -1,13 +1,14 @@
 """Clutter at rest: models to a settled scene, every object within reach of the robot."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from torc.errors import InputError, PhysicsError
+from torc.errors import InputError
 from torc.generation.arrangements import StructuredConfig, drop_arrangement, structured_arrangement
 from torc.generation.config import MANY
-from torc.generation.rejections import Reason
+from torc.generation.rejections import Reason, RejectedError
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
@@ -28,13 +29,12 @@ class ClutterConfig:
 
     Attributes:
         center_xy: where it is, world, metres.
-        region_m: largest lengths along x and y of a structured arrangement: the region of the objects' origins ...
+        region_m: largest lengths along x and y of a structured arrangement's region ...
         fill: ... which shrinks until the objects' footprints take up this share of it; tried from the tightest on.
         arrangement: further settings of structured arrangements.
         walls_m: largest lengths along x and y of the walls that a pile is dumped between ...
         heap: ... which shrink until the objects' mean shadows would cover this share of the floor.
-        reach_xy: ((x0, x1), (y0, y1)) of the objects' origins: within it the robot can grasp a can, a carton, a marker
-            or a block that stands alone.
+        reach_xy: ((x0, x1), (y0, y1)) of the origins of objects that the robot can grasp when they stand alone.
         edge_m: distance that every part of an object keeps from the table's edge.
         drop_s: simulated time between two objects of a pile.
         places: how many places are tried for each of them; see DumpConfig.
@@ -42,8 +42,7 @@ class ClutterConfig:
         calm: when a settled scene is calm enough to look for a target in it; what is chosen is watched for longer.
         calm_rounds: how often a scene that is not calm may lose what moves most, or move on ...
         idle_rounds: ... and how often it may move on with no object to spare: what still creeps then rarely stops.
-        spare: share of objects dumped beyond those wanted, at least two: some roll away, some creep on and on, some end
-            up so that no gripper can pick them up.
+        spare: share of objects dumped beyond those wanted, at least two: some roll away, creep or cannot be picked up.
     """
 
     center_xy: tuple[float, float] = (0.65, -0.12)
@@ -103,40 +102,35 @@ def make_clutter(
     wanted: ObjectRange,
     workspace: Workspace,
     rng: np.random.Generator,
-    config: ClutterConfig | None = None,
-) -> Problem | Reason:
-    """Objects at rest on the table, or why there is no such scene. The first object stands in as the target.
+    config: ClutterConfig,
+) -> Problem:
+    """Objects at rest on the table. The first object stands in as the target.
 
     Objects that end up out of reach or over the edge, or that creep on and on, are taken away, as long as enough are
     left. `models` may be more than are wanted.
 
     Raises:
+        RejectedError, PhysicsError: there is no such scene.
         UnknownNameError: for an unknown model.
     """
-    config = config or ClutterConfig()
-    try:
-        scene = _arrange(models, category, workspace, rng, config)
-        return scene if isinstance(scene, Reason) else _calmed(scene, wanted, workspace, config)
-    except PhysicsError:
-        return Reason.PHYSICS
+    loaded = [load_object(model) for model in models]
+    if category == "unstructured":
+        scene = _scene(category, drop_arrangement(models, rng))
+        walls = _shrunk(config.walls_m, sum(map(_mean_shadow_m2, loaded)) / config.heap)
+        dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s, places=config.places)
+        scene = dump(scene, workspace, rng, dumping, config.rough, COARSE)[0]
+    else:
+        footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in loaded)
+        objects = _side_by_side(models, footprints_m2, workspace, rng, config)
+        scene = settle_problem(_scene(category, objects), workspace)[0]
+    return _calmed(scene, wanted, workspace, config)
 
 
 def again_at_rest(
-    scene: Problem,
-    gone: tuple[str, ...],
-    wanted: ObjectRange,
-    workspace: Workspace,
-    config: ClutterConfig | None = None,
-) -> Problem | Reason:
-    """A scene after some objects were taken away, or after it moved (none taken away)."""
-    config = config or ClutterConfig()
-    if len(scene.objects) - len(gone) < wanted.fewest:
-        return Reason.TOO_FEW_LEFT
-    try:
-        scene = settle_problem(without(scene, gone), workspace, config.rough, COARSE)[0]
-        return _calmed(scene, wanted, workspace, config)
-    except PhysicsError:
-        return Reason.PHYSICS
+    scene: Problem, gone: tuple[str, ...], wanted: ObjectRange, workspace: Workspace, config: ClutterConfig
+) -> Problem:
+    """A scene after some objects were taken away, or after it moved (none taken away). Raises as `make_clutter`."""
+    return _calmed(_settled_without(scene, gone, wanted, workspace, config), wanted, workspace, config)
 
 
 def worst_mover(world: World, report: StillnessReport, limits: StillnessConfig) -> str:
@@ -150,48 +144,40 @@ def astray(problem: Problem, workspace: Workspace, config: ClutterConfig) -> tup
     return tuple(o.name for o in problem.objects if _is_astray(o, workspace, config))
 
 
-def _arrange(
+def _side_by_side(
     models: list[str],
-    category: Category,
+    footprints_m2: float,
     workspace: Workspace,
     rng: np.random.Generator,
     config: ClutterConfig,
-) -> Problem | Reason:
-    """Settled for a first time; objects may have left the table."""
-    loaded = [load_object(model) for model in models]
-    if category == "unstructured":
-        scene = _scene(category, drop_arrangement(models, rng))
-        walls = _shrunk(config.walls_m, sum(map(_mean_shadow_m2, loaded)) / config.heap)
-        dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s, places=config.places)
-        return dump(scene, workspace, rng, dumping, config.rough, COARSE)[0]
-    footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in loaded)
+) -> list[ObjectPlacement]:
+    """The tightest structured arrangement that is found."""
     for fill in config.fill:
         lengths = _shrunk(config.region_m, footprints_m2 / fill)
         (x, y), (lx, ly) = config.center_xy, lengths
         region = ((x - lx / 2, x + lx / 2), (y - ly / 2, y + ly / 2))
         arrangement = replace(config.arrangement, region=region, support_z_m=workspace.support_z_m)
-        try:
-            objects = structured_arrangement(models, rng, arrangement)
-        except InputError:
-            continue
-        return settle_problem(_scene(category, objects), workspace)[0]
-    return Reason.DOES_NOT_FIT
+        with suppress(InputError):
+            return structured_arrangement(models, rng, arrangement)
+    raise RejectedError(Reason.DOES_NOT_FIT)
 
 
-def _tidied(
-    scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig
-) -> Problem | Reason:
+def _settled_without(
+    scene: Problem, gone: tuple[str, ...], wanted: ObjectRange, workspace: Workspace, config: ClutterConfig
+) -> Problem:
+    if len(scene.objects) - len(gone) < wanted.fewest:
+        raise RejectedError(Reason.TOO_FEW_LEFT)
+    return settle_problem(without(scene, gone), workspace, config.rough, COARSE)[0]
+
+
+def _tidied(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig) -> Problem:
     """Without what is astray, and settled again, until nothing is."""
     while gone := astray(scene, workspace, config):
-        if len(scene.objects) - len(gone) < wanted.fewest:
-            return Reason.TOO_FEW_LEFT
-        scene = settle_problem(without(scene, gone), workspace, config.rough, COARSE)[0]
+        scene = _settled_without(scene, gone, wanted, workspace, config)
     return scene
 
 
-def _calmed(
-    scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig
-) -> Problem | Reason:
+def _calmed(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig) -> Problem:
     """Tidied, and moved on until it hardly moves any more, each time watched from rest, as a problem file starts.
 
     What moves most is taken away as long as there are objects to spare: a pile in which one thing slowly slips or rolls
@@ -200,16 +186,13 @@ def _calmed(
     """
     idle = 0
     for _ in range(config.calm_rounds):
-        tidied = _tidied(scene, wanted, workspace, config)
-        if isinstance(tidied, Reason):
-            return tidied
-        scene = tidied
+        scene = _tidied(scene, wanted, workspace, config)
         world = build_world(scene, None, workspace, COARSE)
         to_spare, overlap = len(scene.objects) > wanted.fewest, deepest_overlap(world)
         gone = tuple[str, ...]()
         if overlap.depth_m > MAX_OVERLAP_M:
             if not to_spare:
-                return Reason.WEDGED
+                raise RejectedError(Reason.WEDGED)
             # The least lies on the highest.
             highest = max(overlap.object_ids, key=lambda k: float(world.positions[k, 2]))
             gone = (world.problem.ordered()[highest].name,)
@@ -222,12 +205,12 @@ def _calmed(
             elif to_spare:
                 gone = (worst_mover(world, report, config.calm),)
             elif idle == config.idle_rounds:
-                return Reason.NOT_AT_REST
+                raise RejectedError(Reason.NOT_AT_REST)
             else:
                 idle += 1
         scene = settle_problem(without(with_poses_of(world), gone), workspace, config.rough, COARSE)[0]
-    tidied = _tidied(scene, wanted, workspace, config)
-    return tidied if isinstance(tidied, Reason) else Reason.NOT_AT_REST
+    _tidied(scene, wanted, workspace, config)
+    raise RejectedError(Reason.NOT_AT_REST)
 
 
 def without(scene: Problem, names: tuple[str, ...]) -> Problem:

@@ -40,13 +40,11 @@ class GenerationConfig:
 
     Attributes:
         category: structured (standing, tightly packed) or unstructured (a dumped pile).
-        objects: smallest and largest number of objects; equal for an exact number.
-        hidden: how much of the target may be seen at first; "any" prefers hidden and partly hidden ones, as the paper
-            does, and takes a visible one only where there is no other.
+        objects: smallest and largest number of objects.
+        hidden: how much of the target may be seen at first; "any" takes a visible one only where there is no other.
         held_out: only object kinds held out from training the grasp score, only others, or all (None).
         kinds, models: only objects of these kinds, and of these models; all that come with torc if empty.
-        own: also objects that the user has imported, so that a problem depends on what the machine's store holds.
-            `models` may name such ones anyway.
+        own: also objects that the user has imported; `models` may name such ones anyway.
         attempts: scenes tried until one holds a problem; all from the same seed.
         first_looks: how many times the robot plans grasps from its first look, each time with other random
             candidates; a target that is graspable in any of them is no problem.

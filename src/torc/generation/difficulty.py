@@ -11,14 +11,8 @@ from torc.problems.schema import Scalar
 
 @dataclass(frozen=True)
 class Difficulty:
-    """Facts of a problem.
-
-    Attributes:
-        objects: how many.
-        hiddenness: the target's group.
-        visible_fraction: visible pixels of the target against those it would have alone.
-        in_front, beside, taller: how many objects are around the target, see `surroundings`.
-    """
+    """Facts of a problem: the target's visible pixels against those it would have alone, and how many objects are
+    around it, see `surroundings`."""
 
     objects: int
     hiddenness: Hiddenness
@@ -48,13 +42,9 @@ def measure_difficulty(
     inspector: Inspector, view: SceneView, target: str, around: Surroundings
 ) -> Difficulty:
     """The facts of a problem with that target."""
+    counts = len(around.in_front), len(around.beside), len(around.taller)
     return Difficulty(
-        objects=len(view.problem.objects),
-        hiddenness=inspector.hiddenness(view, target),
-        visible_fraction=view.fraction(target),
-        in_front=len(around.in_front),
-        beside=len(around.beside),
-        taller=len(around.taller),
+        len(view.problem.objects), inspector.hiddenness(view, target), view.fraction(target), *counts
     )
 
 
@@ -71,11 +61,9 @@ def stated_difficulty(problem: Problem) -> Difficulty | None:
     """What `Difficulty.facts` wrote into the problem's origin; None if that is not there, or of another target."""
     if problem.origin.get("target", problem.target) != problem.target:
         return None
+    names = ("hiddenness", "visible_fraction", "in_front", "beside", "taller")
     try:
-        group, fraction, *counts = (
-            problem.origin[name]
-            for name in ("hiddenness", "visible_fraction", "in_front", "beside", "taller")
-        )
+        group, fraction, *counts = (problem.origin[name] for name in names)
         return Difficulty(len(problem.objects), Hiddenness(str(group)), float(fraction), *map(int, counts))
     except (KeyError, ValueError):
         return None

@@ -25,14 +25,8 @@ def directions() -> Float[np.ndarray, "32 2"]:
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """The shadow of an object on the table, about the model's origin.
-
-    Attributes:
-        extents: per direction, how far the object reaches from its origin, metres.
-        top, base: the same for its flat top and its flat base; None if it has none.
-        lowest_m, highest_m: how far it reaches below and above its origin.
-        rotation: orientation of the model frame in the world.
-    """
+    """The shadow of an object on the table, about the model's origin: how far it reaches per direction, metres; the
+    same for its flat top and base, if it has them; how far it reaches below and above; and its rotation."""
 
     extents: Extents
     top: Extents | None
@@ -40,11 +34,6 @@ class Footprint:
     lowest_m: float
     highest_m: float
     rotation: Float[np.ndarray, "3 3"]
-
-    @property
-    def height_m(self) -> float:
-        """Its height."""
-        return self.lowest_m + self.highest_m
 
     @property
     def wxyz(self) -> Quat:

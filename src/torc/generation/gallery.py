@@ -1,13 +1,16 @@
-"""A gallery of problems: their cards as pictures in a folder, and the pages that show them."""
+"""A gallery of problems: their cards as pictures in a folder, and two pages that show them: Markdown, as code hosts
+show it, and HTML that needs nothing but its folder."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from html import escape
 from pathlib import Path
+from string import Template
 
 from torc.errors import InputError
-from torc.generation.cards import Card, draw_card, jpeg_bytes
+from torc.generation.cards import HIDDENNESS_WORDS, Card, draw_card, facts, jpeg_bytes
 from torc.generation.difficulty import difficulty_of
-from torc.generation.gallery_pages import Shown, html_page, markdown_page
 from torc.generation.inspection import Inspector
 from torc.generation.oracle_orders import OracleOrder, stated_order
 from torc.problems.problem import Problem
@@ -15,6 +18,12 @@ from torc.problems.problem import Problem
 MAX_CARD_BYTES = 70_000
 CARDS, HTML, MARKDOWN = "cards", "index.html", "gallery.md"
 """Names in the folder of a gallery."""
+_TEMPLATE = Path(__file__).with_name("gallery.html")
+_INTRO = (
+    "Each problem as the robot's camera sees it, and from the front, the side and the top. The target is outlined: "
+    "solid where it is in sight, dashed where something hides it. Numbers are the picks of the best order that ORACLE "
+    "found."
+)
 
 
 def make_gallery(
@@ -25,13 +34,13 @@ def make_gallery(
     orders: Mapping[str, OracleOrder],
     progress: Callable[[Problem], None] = lambda _: None,
 ) -> list[Card]:
-    """Draws a card per problem into `out/cards`, then writes the pages.
+    """Draws a card per problem into `out/cards`, then writes the pages; files of the same names are replaced.
 
     Args:
         title: of the pages.
-        problems: in the order of the pages; no two of one name.
+        problems: in the order of the pages.
         inspector: measures the difficulty where a problem does not state it.
-        out: folder of the pages; files of these names are replaced, others stay.
+        out: folder of the pages.
         orders: the oracle's, by the problem's name; where missing, the one that the problem states.
         progress: told of each problem before its card is drawn.
 
@@ -43,24 +52,85 @@ def make_gallery(
         raise InputError(
             f"Several problems have the same name: {', '.join(twice)}. Choose others, or rename them in their files."
         )
-    shown = []
+    cards = []
     try:
         (out / CARDS).mkdir(parents=True, exist_ok=True)
         for problem in problems:
             progress(problem)
             order = orders.get(problem.name) or stated_order(problem)
-            card = Card(problem, difficulty_of(problem, inspector), order)
-            image, file = draw_card(card), f"{CARDS}/{problem.name}.jpg"
-            (out / file).write_bytes(jpeg_bytes(image, MAX_CARD_BYTES))
-            shown.append(Shown(card, file, image.height))
-        (out / MARKDOWN).write_text(markdown_page(title, shown), encoding="utf-8")
-        (out / HTML).write_text(html_page(title, shown), encoding="utf-8")
+            cards.append(Card(problem, difficulty_of(problem, inspector), order))
+            (out / _file(cards[-1])).write_bytes(jpeg_bytes(draw_card(cards[-1]), MAX_CARD_BYTES))
+        (out / MARKDOWN).write_text(_markdown_page(title, cards), encoding="utf-8")
+        (out / HTML).write_text(_html_page(title, cards), encoding="utf-8")
     except OSError as error:
         raise InputError(f"'{out}' cannot be written ({error.strerror}). Choose another --out.") from error
-    return [s.card for s in shown]
+    return cards
 
 
 def left_over(problems: Iterable[Problem], out: Path) -> tuple[str, ...]:
     """Names of the cards in a gallery's folder that belong to none of the problems."""
     names = {problem.name for problem in problems}
     return tuple(sorted(p.name for p in (out / CARDS).glob("*.jpg") if p.stem not in names))
+
+
+def _markdown_page(title: str, cards: Sequence[Card]) -> str:
+    """A table of the problems, then the cards by category."""
+    lines = [f"# {_plain(title)}", "", _INTRO, ""]
+    lines += ["| problem | wanted | objects | in sight | ORACLE |", "|---|---|---|---|---|"]
+    for card in cards:
+        name, difficulty = card.problem.name, card.difficulty
+        # A code host's anchor: the heading in small letters, without its dots.
+        anchor = re.sub(r"[^a-z0-9_-]", "", name.lower())
+        picks = f"{len(card.order.names)} picks" if card.order and card.order.names else ""
+        seen = f"{100 * difficulty.visible_fraction:.0f} %"
+        cells = [f"[{name}](#{anchor})", _plain(card.wanted), str(difficulty.objects), seen, picks]
+        lines.append(f"| {' | '.join(cells)} |")
+    for category in dict.fromkeys(card.problem.category for card in cards):
+        lines += ["", f"## {category.capitalize()}"]
+        for card in cards:
+            if card.problem.category == category:
+                lines += ["", f"### {card.problem.name}", "", f"![{_plain(_words(card))}]({_file(card)})"]
+    return "\n".join(lines) + "\n"
+
+
+def _html_page(title: str, cards: Sequence[Card]) -> str:
+    """A page that filters its cards by category and by how much of the target is in sight."""
+    seen = {card.difficulty.hiddenness for card in cards}
+    categories: dict[str, str] = {card.problem.category: card.problem.category for card in cards}
+    groups = {group.value: words for group, words in HIDDENNESS_WORDS.items() if group in seen}
+    return Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(
+        title=escape(title),
+        intro=escape(_INTRO),
+        filters=_filter("category", categories) + "\n" + _filter("hiddenness", groups),
+        cards="\n".join(map(_article, cards)),
+    )
+
+
+def _article(card: Card) -> str:
+    name, file = escape(card.problem.name), escape(_file(card))
+    return (
+        f'<article id="{name}" data-category="{escape(card.problem.category)}" '
+        f'data-hiddenness="{card.difficulty.hiddenness.value}">'
+        f'<a href="{file}"><img src="{file}" loading="lazy" alt="{escape(_words(card))}"></a></article>'
+    )
+
+
+def _filter(fact: str, values: Mapping[str, str]) -> str:
+    options = "".join(f'<option value="{value}">{text}</option>' for value, text in values.items())
+    return f'<label>{fact} <select name="{fact}"><option value="">all</option>{options}</select></label>'
+
+
+def _file(card: Card) -> str:
+    return f"{CARDS}/{card.problem.name}.jpg"
+
+
+def _words(card: Card) -> str:
+    """The card in a sentence, for those who do not see it."""
+    order = f"; ORACLE: {', '.join(card.order.names)}" if card.order and card.order.names else ""
+    what = f"{card.problem.name}, {card.problem.category}, wanted: {card.wanted}"
+    return f"{what}; {', '.join(facts(card.difficulty))}{order}"
+
+
+def _plain(text: str) -> str:
+    """Text that Markdown takes as it is."""
+    return re.sub(r"([\\`*\[\]<>|#$~])", r"\\\1", " ".join(text.split()))

@@ -8,7 +8,6 @@ import numpy as np
 
 import torc
 from torc.errors import PhysicsError
-from torc.fingerprints import fingerprint
 from torc.generation.choice import allowed_models
 from torc.generation.clutter import (
     ClutterConfig,
@@ -21,7 +20,7 @@ from torc.generation.clutter import (
 from torc.generation.config import GenerationConfig, Hiddenness, generator_version
 from torc.generation.difficulty import Difficulty, measure_difficulty
 from torc.generation.inspection import Inspector, SceneView, robot_facts
-from torc.generation.rejections import Reason
+from torc.generation.rejections import Reason, RejectedError
 from torc.generation.sampling import sample_models
 from torc.objects.library import object_description
 from torc.pipeline.seeding import stage_rng
@@ -42,18 +41,12 @@ _GRIPPER_ROOM_M = 0.005
 _FOUND = ("attempt", "target", "hiddenness", "visible_fraction", "in_front", "beside", "taller")
 """Of a problem's origin, what was not asked for."""
 _LONGEST_LIST = 1500
+"""Of names in a problem's origin, characters."""
 
 
 @dataclass(frozen=True)
 class GeneratedProblem:
-    """A problem, and what it took.
-
-    Attributes:
-        problem: complete, with its difficulty in `origin`.
-        difficulty: the same as a record.
-        attempts: scenes that were tried, this one included.
-        rejections: of the others, how many ended why.
-    """
+    """A problem, its difficulty, how many scenes were tried, and how many of the others ended why."""
 
     problem: Problem
     difficulty: Difficulty
@@ -63,12 +56,7 @@ class GeneratedProblem:
 
 @dataclass(frozen=True)
 class NotGenerated:
-    """No attempt led to a problem of the wanted kind.
-
-    Attributes:
-        attempts: scenes that were tried.
-        rejections: how many of them ended why.
-    """
+    """No attempt led to a problem of the wanted kind: how many scenes were tried, and how many of them ended why."""
 
     attempts: int
     rejections: dict[Reason, int]
@@ -78,35 +66,28 @@ def generate_problem(
     config: GenerationConfig,
     seed: int,
     inspector: Inspector,
-    clutter: ClutterConfig | None = None,
-    progress: Callable[[int, Reason], None] | None = None,
+    progress: Callable[[int, Reason], None] = lambda attempt, reason: None,
 ) -> GeneratedProblem | NotGenerated:
-    """The problem that belongs to a configuration and a seed; the same in every process.
+    """The problem that belongs to a configuration and a seed (at least 0); the same in every process.
 
-    Args:
-        config: what is wanted.
-        seed: at least 0; the next seed gives an independent problem.
-        inspector: the robot that will have to solve it.
-        clutter: how scenes are made.
-        progress: told the number of each rejected attempt, from 1 on, and why it was rejected.
-
-    Raises:
-        InputError: the configuration leaves too few object models to choose from.
+    `progress` is told the number of each rejected attempt, from 1 on, and why it was rejected. Raises InputError if the
+    configuration leaves too few object models to choose from.
     """
     low, high = config.objects
     count = int(stage_rng(seed, 0, "object count").integers(low, high + 1))
     models, rejections = allowed_models(config), Counter[Reason]()
     for attempt in range(config.attempts):
-        found = _attempt(config, count, models, seed, attempt, inspector, clutter)
-        if not isinstance(found, Reason):
-            problem, difficulty = found
-            origin = _asked(config, seed, inspector.robot) | {"attempt": attempt, "target": problem.target}
-            origin |= difficulty.facts()
-            problem = replace(problem, name=problem_name(config, seed), origin=origin)
-            return GeneratedProblem(problem, difficulty, attempt + 1, dict(rejections))
-        rejections[found] += 1
-        if progress is not None:
-            progress(attempt + 1, found)
+        try:
+            problem, difficulty = _attempt(config, count, models, seed, attempt, inspector)
+        except (RejectedError, PhysicsError) as error:
+            reason = error.reason if isinstance(error, RejectedError) else Reason.PHYSICS
+            rejections[reason] += 1
+            progress(attempt + 1, reason)
+            continue
+        origin = _asked(config, seed, inspector.robot) | {"attempt": attempt, "target": problem.target}
+        origin |= difficulty.facts()
+        problem = replace(problem, name=problem_name(config, seed), origin=origin)
+        return GeneratedProblem(problem, difficulty, attempt + 1, dict(rejections))
     return NotGenerated(config.attempts, dict(rejections))
 
 
@@ -135,10 +116,9 @@ def _attempt(
     seed: int,
     attempt: int,
     inspector: Inspector,
-    clutter: ClutterConfig | None,
-) -> tuple[Problem, Difficulty] | Reason:
-    """One scene, and a target in it."""
-    clutter = _for_gripper(clutter or clutter_config(config.category, count), inspector.robot.gripper)
+) -> tuple[Problem, Difficulty]:
+    """One scene, and a target in it. Raises RejectedError or PhysicsError."""
+    clutter = _for_gripper(clutter_config(config.category, count), inspector.robot.gripper)
     spare = max(2, round(clutter.spare * count)) if config.category == "unstructured" else 0
     # As far as there are enough models none occurs twice: the target's description must be unique.
     dumped = min(count + spare, MAX_OBJECTS, len(models))
@@ -150,28 +130,21 @@ def _attempt(
     )
     reason = Reason.MOVED_LATER
     for _ in range(_CHANCES):
-        if isinstance(scene, Reason):
-            return scene
         view = inspector.view(scene)
-        choice = _choose_target(view, config, inspector, rng)
-        if isinstance(choice, _NoTarget):
-            reason, gone = choice.reason, choice.ungraspable
-            if not gone or len(scene.objects) - len(gone) < wanted.fewest:
-                return reason
-        else:
-            problem = _as_problem(scene, choice)
+        target, reason, gone = _choose_target(view, config, inspector, rng)
+        if target:
+            problem = _as_problem(scene, target)
             world = build_world(problem, None, workspace, UNSEEN)
-            try:
-                report = watch_stillness(world, STILL)
-            except PhysicsError:
-                return Reason.PHYSICS
+            report = watch_stillness(world, STILL)
             if report.still:
-                around = inspector.around(problem, choice)
-                return problem, measure_difficulty(inspector, view, choice, around)
+                around = inspector.around(problem, target)
+                return problem, measure_difficulty(inspector, view, target, around)
             reason, scene = Reason.MOVED_LATER, with_poses_of(world)
             gone = (worst_mover(world, report, STILL),) if len(scene.objects) > wanted.fewest else ()
+        elif not gone or len(scene.objects) - len(gone) < wanted.fewest:
+            break
         scene = again_at_rest(scene, gone, wanted, workspace, clutter)
-    return reason
+    raise RejectedError(reason)
 
 
 def _as_problem(scene: Problem, target: str) -> Problem:
@@ -179,18 +152,11 @@ def _as_problem(scene: Problem, target: str) -> Problem:
     return replace(scene, target=target, description=object_description(model))
 
 
-@dataclass(frozen=True)
-class _NoTarget:
-    """No object of a scene will do as the target; the objects that no target can have around it, if any."""
-
-    reason: Reason
-    ungraspable: tuple[str, ...]
-
-
 def _choose_target(
     view: SceneView, config: GenerationConfig, inspector: Inspector, rng: np.random.Generator
-) -> str | _NoTarget:
-    """An object that is hidden as wanted, not graspable at once, and retrievable as far as the paper's rule tells."""
+) -> tuple[str, Reason, tuple[str, ...]]:
+    """An object that is hidden as wanted, not graspable at once, and retrievable as far as the paper's rule tells; ""
+    if there is none, why, and the objects that no target can have around it."""
     scene, reason = view.problem, Reason.NONE_SO_HIDDEN
     ungraspable: dict[str, bool] = {}
     for name in _candidates(view, config, inspector, rng):
@@ -203,9 +169,9 @@ def _choose_target(
                 break
         else:
             if not inspector.graspable_at_first(view, name, config.first_looks):
-                return name
+                return name, reason, ()
             reason = _further(reason, Reason.TRIVIAL)
-    return _NoTarget(reason, tuple(name for name, bad in ungraspable.items() if bad))
+    return "", reason, tuple(name for name, bad in ungraspable.items() if bad)
 
 
 def _further(one: Reason, other: Reason) -> Reason:
@@ -231,8 +197,8 @@ def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict
     unusual: dict[str, Scalar] = {
         **robot_facts(robot),
         "held_out": {None: "", True: "only", False: "none"}[config.held_out],
-        "kinds": _listed(config.kinds),
-        "models": _listed(config.models),
+        "kinds": ",".join(config.kinds)[:_LONGEST_LIST],
+        "models": ",".join(config.models)[:_LONGEST_LIST],
         "own": config.own,
     }
     return {
@@ -244,11 +210,3 @@ def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict
         "wanted_hiddenness": config.hidden,
         **{name: value for name, value in unusual.items() if value},
     }
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    """The names as on the command line, unless they are too many for a problem file."""
-    text = ",".join(names)
-    if len(text) <= _LONGEST_LIST:
-        return text
-    return f"{len(names)} names (SHA-256 of the list: {fingerprint({'names': list(names)})})"

@@ -37,14 +37,7 @@ _CONFIG = GraspConfig(clouds=CloudConfig(voxel_m=0.001), selection=SelectionConf
 
 @dataclass(frozen=True)
 class ModelGrasping:
-    """Grasps on full models.
-
-    Attributes:
-        robot: whose gripper and reach count.
-        workspace: table and bin.
-        min_score: a grasp that delivers with a lower probability does not count; the pipeline too keeps such grasps for
-            when there are no others.
-    """
+    """Grasps on full models; one that delivers with a lower probability than min_score does not count."""
 
     robot: RobotDescription
     workspace: Workspace

@@ -9,7 +9,6 @@ from torc.generation.config import Hiddenness, hiddenness_of
 from torc.generation.grasps import ModelGrasping
 from torc.generation.surroundings import Surroundings, surroundings
 from torc.grasping.protocol import GraspPlanner
-from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import System
 from torc.pipeline.look import Pipeline
 from torc.problems.made_for import NAME_KEY, SOURCE_KEY
@@ -27,13 +26,8 @@ from torc.workspace.description import Workspace
 
 @dataclass(frozen=True)
 class SceneView:
-    """The first look at a scene, whichever of its objects is the target.
-
-    Attributes:
-        problem: the scene; its target is object 0 of the picture.
-        observation: the picture.
-        visibility: pixels of each object, in the order of `problem.ordered()`.
-    """
+    """The first look at a scene, whichever of its objects is the target: the problem's own target is object 0 of the
+    picture, and visibility is in the order of `problem.ordered()`."""
 
     problem: Problem
     observation: Observation
@@ -75,12 +69,10 @@ class Inspector:
 
     @property
     def robot(self) -> RobotDescription:
-        """Who will have to solve them."""
         return self.system.robot
 
     @property
     def workspace(self) -> Workspace:
-        """Table, bin and camera."""
         return self.system.workspace
 
     @cached_property
@@ -110,16 +102,11 @@ class Inspector:
         return hiddenness_of(view.fraction(target), view.pixels(target))
 
     def graspable_at_first(self, view: SceneView, target: str, looks: int = 1) -> bool:
-        """Whether the robot finds a valid grasp of the target with everything in place.
-
-        Grasps are planned `looks` times, each time with other random candidates. One valid grasp in one of them is
-        enough, even one that hardly holds.
-        """
+        """Whether the robot finds a valid grasp of the target with everything in place, even one that hardly holds, in
+        one of some looks with other random candidates."""
         observation = view.observation_for(target)
         for seed in range(looks):
-            look = self._eyes.look(
-                observation, empty_volume(self.workspace.grid), target_description="", seed=seed
-            )
+            look = self._eyes.look(observation, seed=seed)
             if look.context.report.has_valid_grasp(TARGET_ID):
                 return True
             if look.context.scene.target_id is None:

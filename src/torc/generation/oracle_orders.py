@@ -50,7 +50,7 @@ def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleO
     if not answers.is_dir():
         raise InputError(f"There is no directory '{answers}' of answers; {_WRITERS}.")
     wanted = {problem.name: problem for problem in problems}
-    found: dict[str, OracleAnswer] = {}
+    found: list[OracleAnswer] = []
     for path in sorted(answers.glob("*.json")):
         try:
             answer = TypeAdapter(OracleAnswer).validate_json(read_bytes(path, _MAX_BYTES, "an answer"))
@@ -66,11 +66,11 @@ def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleO
                 f"{path} names objects that '{problem.name}' does not have, or ends with another target: it was "
                 "changed since. Solve it again."
             )
-        if answer.problem not in found or answer.seed < found[answer.problem].seed:
-            found[answer.problem] = answer
+        found.append(answer)
     if not found:
         raise InputError(f"No answer in '{answers}' is to one of these problems; {_WRITERS}.")
-    return {name: OracleOrder(a.order if a.solved else (), a.verdict()) for name, a in found.items()}
+    first = {answer.problem: answer for answer in sorted(found, key=lambda a: a.seed, reverse=True)}
+    return {name: OracleOrder(a.order if a.solved else (), a.verdict()) for name, a in first.items()}
 
 
 def _is_of(problem: Problem, names: Iterable[str]) -> bool:

@@ -15,3 +15,11 @@ class Reason(StrEnum):
     CANNOT_BE_GRASPED = "such an object, or one around it, cannot be grasped at all"
     TRIVIAL = "each such object can be grasped at once"
     MOVED_LATER = "something moved within 10 s"
+
+
+class RejectedError(Exception):
+    """A scene holds no problem of the wanted kind."""
+
+    def __init__(self, reason: Reason) -> None:
+        super().__init__(reason.value)
+        self.reason = reason

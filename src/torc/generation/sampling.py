@@ -13,18 +13,8 @@ from torc.records.camera import MAX_OBJECTS
 def sample_models(
     count: int, rng: np.random.Generator, held_out: bool | None = None, models: Sequence[str] | None = None
 ) -> list[str]:
-    """Random model names, kinds as different as possible.
-
-    Args:
-        count: how many.
-        rng: decides which.
-        held_out: only of held-out kinds, only of others, or of all.
-        models: draw from these. By default from the built-in ones alone, so that a seed gives the same on every
-            machine, whatever its user has imported.
-
-    Raises:
-        InputError: too many asked for, or nothing to draw from.
-        UnknownNameError: an unknown name in `models`.
+    """Random model names, kinds as different as possible: of held-out kinds, of others, or of all; of `models`, by
+    default the built-in ones. Raises InputError for too many, or nothing to draw from.
     """
     if not 0 <= count <= MAX_OBJECTS:
         raise InputError(f"A scene holds 0 to {MAX_OBJECTS} objects, not {count}.")

@@ -1,6 +1,6 @@
 """The whole surface of an object model as a cloud, as a camera would see it that can look from everywhere."""
 
-from weakref import WeakKeyDictionary
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -19,23 +19,15 @@ _AT_ONCE = 20_000
 """Points: a contact piece of many sides takes 8 kB for each."""
 
 Cloud = tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]
-_CLOUDS: WeakKeyDictionary[ObjectModel, Cloud] = WeakKeyDictionary()
-"""Of the models that are in memory: no model is kept there for its cloud's sake."""
 
 
+@lru_cache(maxsize=128)
 def surface_cloud(model: ObjectModel) -> Cloud:
     """Points and outward unit normals all over a model, model frame, about SPACING_M apart; always the same ones.
 
     Surfaces that are buried in another part of the object are left out. The two sides of a thin wall keep their own
     points: averaged over a cube, as clouds from a camera are, they would cancel out.
     """
-    cloud = _CLOUDS.get(model)
-    if cloud is None:
-        cloud = _CLOUDS[model] = _cloud(model)
-    return cloud
-
-
-def _cloud(model: ObjectModel) -> Cloud:
     clouds = [_samples(mesh) for mesh in model.visuals]
     points, normals = (np.concatenate(arrays) for arrays in zip(*clouds))
     open_ = ~_buried(model, points + _INSIDE_M * normals)

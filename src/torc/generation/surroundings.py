@@ -4,17 +4,11 @@
 the target were recorded. If any of these objects possessed no ground-truth grasps that were both collision-free (with
 the static scene) and IK-feasible, the corresponding TORC problem was excluded." (Simulated Dataset, step 4)
 
-How that is read here:
+Here an object is recorded if it is any of the three, seen from the camera:
 
-- "all objects (1), (2), and (3)" is a list: an object is recorded if it is any of the three. Read as "all three at
-  once" the rule would let pass a blocker in front that is lower than the target, or a taller one beside it.
-- Directions are the robot's: "in front" is towards the camera, "left and right" across the line of sight.
-- (1) An object is directly in front if it is nearer to the camera, and the two overlap in the camera's azimuth: it is
-  in the way of the eye, and of an arm that comes from there.
-- (2) An object is beside if the gap across the line of sight is at most 15 cm, and the two overlap along it.
-- (3) "Taller" without a place would take in the far end of the table, where nothing can be in the way. An object
-  counts as taller if its highest point is above the target's and the horizontal gap between the two is at most the
-  same 15 cm. What lies on the target is taller, too.
+- in front: nearer to the camera, and the two overlap in the camera's azimuth;
+- beside: at most 15 cm away across the line of sight, and the two overlap along it;
+- taller: its highest point is above the target's, and the horizontal gap is at most 15 cm too.
 """
 
 from dataclasses import dataclass
@@ -34,11 +28,7 @@ BESIDE_M = 0.15
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Names of the objects around a target, in the problem's order.
-
-    Attributes:
-        in_front, beside, taller: see the module's text; an object may be in several.
-    """
+    """Names of the objects around a target, in the problem's order; an object may be in several groups."""
 
     in_front: tuple[str, ...]
     beside: tuple[str, ...]
@@ -50,19 +40,7 @@ class Surroundings:
         return tuple(dict.fromkeys((*self.in_front, *self.beside, *self.taller)))
 
 
-@dataclass(frozen=True)
-class _Extent:
-    """How far an object reaches, seen from the camera: azimuth, distance along and across a line of sight, height."""
-
-    azimuth: tuple[float, float]
-    along: tuple[float, float]
-    across: tuple[float, float]
-    top_m: float
-
-
-def surroundings(
-    problem: Problem, target: str, T_world_camera: Pose, beside_m: float = BESIDE_M
-) -> Surroundings:
+def surroundings(problem: Problem, target: str, T_world_camera: Pose) -> Surroundings:
     """The objects around a target, seen from the robot's camera. Raises UnknownNameError for an unknown target."""
     placements = {o.name: o for o in problem.objects}
     if target not in placements:
@@ -72,42 +50,25 @@ def surroundings(
     sight = sight / max(float(np.linalg.norm(sight)), 1e-9)
     extents = {name: _extent(o, eye, sight) for name, o in placements.items()}
     own = extents.pop(target)
-    return Surroundings(
-        in_front=tuple(n for n, e in extents.items() if _in_front(e, own)),
-        beside=tuple(n for n, e in extents.items() if _beside(e, own, beside_m)),
-        taller=tuple(n for n, e in extents.items() if _taller(e, own, beside_m)),
-    )
-
-
-def _in_front(other: _Extent, target: _Extent) -> bool:
-    return other.along[0] < target.along[0] and _gap(other.azimuth, target.azimuth) < 0
-
-
-def _beside(other: _Extent, target: _Extent, beside_m: float) -> bool:
-    return _gap(other.along, target.along) < 0 and _gap(other.across, target.across) <= beside_m
-
-
-def _taller(other: _Extent, target: _Extent, beside_m: float) -> bool:
-    gaps = [max(_gap(other.along, target.along), 0.0), max(_gap(other.across, target.across), 0.0)]
-    return other.top_m > target.top_m and bool(np.hypot(gaps[0], gaps[1]) <= beside_m)
-
-
-def _gap(a: tuple[float, float], b: tuple[float, float]) -> float:
-    """Distance between two intervals; negative where they overlap."""
-    return max(a[0] - b[1], b[0] - a[1])
+    in_front, beside, taller = [], [], []
+    for name, extent in extents.items():
+        # Distances between two objects' intervals; negative where they overlap.
+        azimuth, along, across, _ = np.maximum(extent[:, 0] - own[:, 1], own[:, 0] - extent[:, 1])
+        if extent[1, 0] < own[1, 0] and azimuth < 0:
+            in_front.append(name)
+        if along < 0 and across <= BESIDE_M:
+            beside.append(name)
+        if extent[3, 1] > own[3, 1] and np.hypot(max(along, 0.0), max(across, 0.0)) <= BESIDE_M:
+            taller.append(name)
+    return Surroundings(tuple(in_front), tuple(beside), tuple(taller))
 
 
 def _extent(
     placement: ObjectPlacement, eye: Float[np.ndarray, "2"], sight: Float[np.ndarray, "2"]
-) -> _Extent:
+) -> Float[np.ndarray, "4 2"]:
+    """Least and largest azimuth, distance along and across a line of sight, and height, seen from the camera."""
     points, _ = placed(*surface_cloud(load_object(placement.model)), placement.T_world_object)
     offset = points[:, :2] - eye
-    across = np.array([-sight[1], sight[0]])
-    along, sideways = offset @ sight, offset @ across
-    return _Extent(
-        _range(np.arctan2(sideways, along)), _range(along), _range(sideways), float(points[:, 2].max())
-    )
-
-
-def _range(values: Float[np.ndarray, "n"]) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
+    along, across = offset @ sight, offset @ np.array([-sight[1], sight[0]])
+    values = np.stack([np.arctan2(across, along), along, across, points[:, 2]])
+    return np.stack([values.min(axis=1), values.max(axis=1)], axis=1)

@@ -1,12 +1,12 @@
 """Checking a problem, whoever made it: does it stay as it is, is it no trivial one, can it be solved."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from torc.episode.oracle.found import DEFAULT_BUDGET, check_budget
 from torc.episode.oracle.solve import solve_problem
+from torc.episode.oracle.tree import DEFAULT_BUDGET, check_budget
 from torc.errors import InputError, PhysicsError
 from torc.generation.clutter import MAX_OVERLAP_M
 from torc.generation.difficulty import Difficulty, measure_difficulty
@@ -17,12 +17,8 @@ from torc.sim.settling import UNSEEN
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import World, build_world
 
-_SAME_FRACTION = 0.02
-_NOTHING_M, _NOTHING_RAD = 5e-5, 1e-3
 FEWEST_PICKS = 2
-_AT_ONCE = "The target can be grasped at once, with everything in place: no task to plan."
-_ALONE = "With nothing in the way the robot can grasp the target."
-_NEVER = "Even with nothing else on the table the robot finds no grasp of the target."
+_SAME_FRACTION = 0.02
 
 
 @dataclass(frozen=True)
@@ -43,13 +39,8 @@ class Check:
 
 @dataclass(frozen=True)
 class ValidationReport:
-    """What was found of a problem.
-
-    Attributes:
-        problem: its name.
-        checks: in the order in which they were made.
-        difficulty: None if the scene could not be looked at.
-    """
+    """What was found of a problem: checks in the order in which they were made; no difficulty if the scene could not be
+    looked at."""
 
     problem: str
     checks: tuple[Check, ...]
@@ -92,7 +83,10 @@ def validate_problem(
 
     try:
         world = build_world(problem, None, inspector.workspace, UNSEEN)
-        note("contact", *_contact(world))
+        overlap = deepest_overlap(world)
+        deepest = f" ({' and '.join(overlap.between)})" if overlap.depth_m > 0 else ""
+        depth = f"Objects are at most {1000 * overlap.depth_m:.1f} mm inside each other{deepest}."
+        note("contact", overlap.depth_m <= MAX_OVERLAP_M, depth)
         note("rest", *_rest(world, stillness or StillnessConfig()))
         view = inspector.view(problem)  # the first world had no surfaces
     except InputError as error:
@@ -104,10 +98,13 @@ def validate_problem(
         difficulty = measure_difficulty(inspector, view, problem.target, around)
         note("sight", *_sight(problem, difficulty))
         trivial = inspector.graspable_at_first(view, problem.target, first_looks)
-        note("first look", not trivial, _AT_ONCE if trivial else "The target cannot be grasped at once.")
+        note("first look", not trivial, f"The target can{'' if trivial else 'not'} be grasped at once.")
         alone = inspector.graspable_at_all(problem, problem.target)
-        note("target", alone, _ALONE if alone else _NEVER)
-        note("surroundings", *_surroundings(problem, inspector, around.all))
+        note("target", alone, f"With nothing in the way the target can{'' if alone else 'not'} be grasped.")
+        stuck = [name for name in around.all if not inspector.graspable_at_all(problem, name)]
+        told = f"{len(around.all)} objects are in front of the target, beside it or taller; "
+        told += f"these cannot be grasped at all: {', '.join(stuck)}." if stuck else "each can be grasped."
+        note("surroundings", not stuck, told)
         if resolve is not None:
             check = resolve(problem)
             note(check.name, check.passed, check.text)
@@ -129,11 +126,8 @@ def oracle_check(
     Args:
         inspector: the robot and its workspace.
         seed: of the trial.
-        budget: how much the oracle may try, in simulated picks.
+        budget: how much the oracle may try, in simulated picks. Raises InputError if it is no positive number.
         say: told about progress.
-
-    Raises:
-        InputError: the budget is no positive number.
     """
     check_budget(budget)
 
@@ -142,38 +136,24 @@ def oracle_check(
             answer = solve_problem(problem, inspector.system, seed, budget, say=say)
         except (InputError, PhysicsError) as error:
             return Check("solution", False, f"It cannot be played: {error}")
-        text = answer.verdict()
-        if answer.solved:
-            text = f"{text} The order: {', '.join(answer.order)}."
-        return Check("solution", answer.solved and answer.picks >= FEWEST_PICKS, text)
+        order = f" The order: {', '.join(answer.order)}." if answer.solved else ""
+        return Check("solution", answer.solved and answer.picks >= FEWEST_PICKS, answer.verdict() + order)
 
     return resolve
-
-
-def _contact(world: World) -> tuple[bool, str]:
-    overlap = deepest_overlap(world)
-    depth = f"{1000 * overlap.depth_m:.1f} mm"
-    if overlap.depth_m > MAX_OVERLAP_M:
-        return False, f"{' and '.join(overlap.between)} are {depth} inside each other."
-    return True, f"Nothing is inside anything else (at most {depth})."
 
 
 def _rest(world: World, config: StillnessConfig) -> tuple[bool, str]:
     report = watch_stillness(world, config)
     names = [o.name for o in world.problem.ordered()]
-    far, turned = int(np.argmax(report.distances_m)), int(np.argmax(report.angles_rad))
-    most = (
-        f"{1000 * report.distance_m:.1f} mm ({names[far]}) and "
-        f"{np.rad2deg(report.angle_rad):.1f} degrees ({names[turned]})"
-    )
     if report.left:
         gone = ", ".join(names[i] for i in report.left)
         return False, f"After {report.watched_s:g} s this is off the table: {gone}."
-    if not report.still:
-        allowed = f"{1000 * config.distance_m:g} mm and {np.rad2deg(config.angle_rad):g} degrees"
-        return False, f"Within {report.watched_s:g} s things move by {most}; allowed are {allowed}."
-    still = report.distance_m < _NOTHING_M and report.angle_rad < _NOTHING_RAD
-    return True, f"In {report.watched_s:g} s nothing moves{'' if still else f' by more than {most}'}."
+    return report.still, (
+        f"Within {report.watched_s:g} s things move by at most {1000 * report.distance_m:.1f} mm "
+        f"({names[int(np.argmax(report.distances_m))]}) and {np.rad2deg(report.angle_rad):.1f} degrees "
+        f"({names[int(np.argmax(report.angles_rad))]}); allowed are {1000 * config.distance_m:g} mm and "
+        f"{np.rad2deg(config.angle_rad):g} degrees."
+    )
 
 
 def _sight(problem: Problem, difficulty: Difficulty) -> tuple[bool, str]:
@@ -182,16 +162,3 @@ def _sight(problem: Problem, difficulty: Difficulty) -> tuple[bool, str]:
     if isinstance(stated, int | float) and abs(stated - difficulty.visible_fraction) > _SAME_FRACTION:
         return False, f"{share}, but the file says {100 * stated:.0f} %: it was changed since."
     return True, f"{share} ({difficulty.hiddenness.value})."
-
-
-def _surroundings(problem: Problem, inspector: Inspector, around: Sequence[str]) -> tuple[bool, str]:
-    stuck = ", ".join(name for name in around if not inspector.graspable_at_all(problem, name))
-    if stuck:
-        return (
-            False,
-            f"Of the {len(around)} objects around the target these cannot be grasped at all: {stuck}.",
-        )
-    return (
-        True,
-        f"Each of the {len(around)} objects in front of the target, beside it or taller can be grasped.",
-    )

@@ -31,13 +31,8 @@ _DASH = 3.5
 
 @dataclass(frozen=True)
 class ViewConfig:
-    """What the pictures look like.
-
-    Attributes:
-        width, height: pixels.
-        vertical_fov_rad: field of view of all but the robot's camera, which has its own.
-        outline_px: thickness of the outline; 0 for none.
-    """
+    """Size and outline of the pictures, pixels, and the field of view of all but the robot's camera, which has its
+    own."""
 
     width: int = 480
     height: int = 360
@@ -130,8 +125,6 @@ def _outlined(
 ) -> UInt8[np.ndarray, "h w 3"]:
     """The outline of a mask: solid where its seen part is near, dashed elsewhere."""
     image = image.copy()
-    if thickness < 1:
-        return image
     near = cv2.dilate(seen.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     contours, _ = cv2.findContours(whole.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     dash = round(_DASH * thickness)

@@ -9,22 +9,21 @@ from gymnasium import spaces
 from jaxtyping import Bool, UInt8
 
 from torc.episode.loop import Episode
-from torc.episode.state import EndReason
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, PhysicsError, UnknownNameError
-from torc.gym_env.features import action_mask, observed
-from torc.gym_env.playground import Playground, SimulatedPlayground
-from torc.gym_env.rewards import RewardConfig, reward
+from torc.gym_env.features import SHARES, action_mask, observed
+from torc.gym_env.simulation import EpisodeSimulation
 from torc.perception.marking import mark_image
 from torc.pipeline.look import Look
+from torc.pipeline.state import EndReason
 from torc.problems.sets import select_problems
-from torc.records import MAX_OBJECTS, Decision, PickOutcome
+from torc.records import MAX_OBJECTS, Decision
 from torc.specs.conditions import Conditions
-from torc.workspace.description import CameraMount
 from torc.workspace.files import load_workspace
 
 RESET_OPTIONS = ("problem", "episode_seed")
 _SEEDS = 2**31
+_NO_EPISODE = "There is no episode in progress: call reset() first."
 
 
 class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
@@ -35,10 +34,13 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
     Args:
         problems: as `torc problems list` names them: sets, problems, files, directories; comma-separated or a sequence.
         image: also observe the marked image.
-        pick_cost, drop_cost, retrieval_bonus: see `RewardConfig`.
-        conditions: what is around the agent (max_picks, noise, robot, perception, settings, ...), see `Conditions`.
+        pick_cost: of each attempt, failed ones included, and of each that is left when an episode ends without the
+            target: to lose the target is no way to save picks.
+        drop_cost: of each object that falls off the table.
+        retrieval_bonus: for the target.
         render_mode: None, or "rgb_array" for the robot's camera.
-        playground: where episodes take place; the simulation if not given.
+        simulation: begins the episodes; an `EpisodeSimulation` of these conditions if not given.
+        conditions: what is around the agent (max_picks, noise, robot, perception, settings, ...), see `Conditions`.
 
     Raises:
         InputError: an argument or a problem cannot be used.
@@ -51,25 +53,45 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         problems: str | Sequence[str] = "torc40",
         *,
         image: bool = False,
-        pick_cost: float = RewardConfig.pick_cost,
-        drop_cost: float = RewardConfig.drop_cost,
-        retrieval_bonus: float = RewardConfig.retrieval_bonus,
+        pick_cost: float = 1.0,
+        drop_cost: float = 0.2,
+        retrieval_bonus: float = 10.0,
         render_mode: str | None = None,
-        playground: Playground | None = None,
+        simulation: Any = None,
         **conditions: Any,
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise InputError(f"The render mode '{render_mode}' is none of this environment: 'rgb_array' is.")
-        chosen = _conditions(conditions)
+        if not min(pick_cost, drop_cost, retrieval_bonus) >= 0:
+            raise InputError(
+                "pick_cost, drop_cost and retrieval_bonus must be at least 0; costs are subtracted."
+            )
+        for name in conditions:
+            if name not in Conditions.__dataclass_fields__:
+                raise UnknownNameError(
+                    "argument of the environment", name, [*Conditions.__dataclass_fields__]
+                )
+        chosen = Conditions(**conditions)
         self.problems = select_problems(problems if isinstance(problems, str) else ",".join(problems))
         self.max_picks, self.image, self.render_mode = chosen.max_picks, image, render_mode
-        self.rewards = RewardConfig(pick_cost, drop_cost, retrieval_bonus)
-        self._playground: Playground = playground or SimulatedPlayground(
-            chosen, color=image or render_mode is not None
-        )
+        self.pick_cost, self.drop_cost, self.retrieval_bonus = pick_cost, drop_cost, retrieval_bonus
+        color = image or render_mode is not None
+        self._simulation = EpisodeSimulation(chosen, color=color) if simulation is None else simulation
         self.action_space = spaces.Discrete(MAX_OBJECTS)
-        mount = load_workspace(chosen.workspace).camera
-        self.observation_space = spaces.Dict(_spaces(image, mount))  # type: ignore[assignment]
+        n, mount = MAX_OBJECTS, load_workspace(chosen.workspace).camera
+        shapes: dict[str, tuple[int, ...]] = {
+            **dict.fromkeys(SHARES, (n,)),
+            "edges": (n, n),
+            "picks_left": (1,),
+        }
+        found: dict[str, spaces.Space[Any]] = {
+            **{key: spaces.MultiBinary(n) for key in ("visible", "graspable", "target")},
+            **{key: spaces.Box(0.0, 1.0, shape, np.float32) for key, shape in shapes.items()},
+            "position": spaces.Box(-1.0, 1.0, (n, 3), np.float32),
+        }
+        if image:
+            found["image"] = spaces.Box(0, 255, (mount.height, mount.width, 3), np.uint8)
+        self.observation_space = spaces.Dict(found)  # type: ignore[assignment]
         self._episode: Episode | None = None
         self._look: Look | None = None
         self._facts: dict[str, Any] = {}
@@ -89,11 +111,23 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
             PhysicsError: the simulation broke before the first pick.
         """
         super().reset(seed=seed)
-        problem, episode_seed = self._drawn(options or {})
+        options = options or {}
+        for name in options:
+            if name not in RESET_OPTIONS:
+                raise InputError(f"reset() has no option '{name}'; it has {', '.join(RESET_OPTIONS)}.")
+        # Both are drawn whatever the options, so that they shift nothing.
+        problem = self.problems[int(self.np_random.integers(len(self.problems)))]
+        episode_seed = int(self.np_random.integers(_SEEDS))
+        problem, episode_seed = (
+            str(options.get("problem", problem)),
+            options.get("episode_seed", episode_seed),
+        )
+        if not isinstance(episode_seed, int) or episode_seed < 0:
+            raise InputError(f"The episode's seed is {episode_seed!r}; it must be an integer, at least 0.")
         self._facts = {"problem": problem, "episode_seed": episode_seed}
         # Whatever fails from here on, the episode before this one is over.
         self._episode, self._look = None, None
-        episode = self._playground.begin(problem, EpisodeConfig(self.max_picks, episode_seed))
+        episode = self._simulation.begin(problem, EpisodeConfig(self.max_picks, episode_seed))
         look = episode.look()
         if look is None:
             raise InputError(f"Problem '{problem}': nothing is in sight at the start. Choose another.")
@@ -109,7 +143,7 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         """
         episode, look = self._episode, self._look
         if episode is None or look is None or episode.end is not None:
-            raise InputError("There is no episode in progress: call reset() first.")
+            raise InputError(_NO_EPISODE)
         if not self.action_space.contains(np.int64(action)):
             raise InputError(f"The action {action} is no object id: 0 to {MAX_OBJECTS - 1}.")
         self._episode = None  # in progress again only if nothing fails
@@ -120,15 +154,21 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         except PhysicsError as error:
             return self._observation(look), 0.0, False, True, self._info(look) | {"error": str(error)}
         self._episode = episode
-        outcome, left = episode.state.outcomes[-1], self.max_picks - episode.state.pick
-        value = reward(self.rewards, outcome, episode.end, left)
-        info = self._info(look) | _told(episode, outcome)
-        return self._observation(look), value, episode.end is not None, False, info
+        outcome, ended = episode.state.outcomes[-1], episode.end is not None
+        info = self._info(look) | {"result": outcome.result.value, "dropped": list(outcome.dropped)}
+        reward = -self.pick_cost - self.drop_cost * len(outcome.dropped)
+        if episode.end is not None:
+            retrieved = episode.end is EndReason.RETRIEVED
+            left = self.max_picks - episode.state.pick
+            reward += self.retrieval_bonus if retrieved else -self.pick_cost * left
+            picks, drops = episode.state.pick, len(episode.state.dropped)
+            info |= {"end": episode.end.value, "is_success": retrieved, "picks": picks, "drops": drops}
+        return self._observation(look), reward, ended, False, info
 
     def action_masks(self) -> Bool[np.ndarray, "64"]:
         """Which objects can be picked now, as sb3-contrib's maskable agents ask for it."""
         if self._look is None:
-            raise InputError("There is no episode in progress: call reset() first.")
+            raise InputError(_NO_EPISODE)
         return action_mask(self._look.context).astype(bool)
 
     def render(self) -> UInt8[np.ndarray, "h w 3"] | None:
@@ -136,67 +176,18 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         if self.render_mode is None:
             return None
         if self._look is None:
-            raise InputError("There is nothing to show yet: call reset() first.")
+            raise InputError(_NO_EPISODE)
         return self._look.context.scene.observation.rgb
 
     def close(self) -> None:
         """Frees the simulation."""
-        self._playground.close()
+        self._simulation.close()
         self._episode, self._look = None, None
-
-    def _drawn(self, options: dict[str, Any]) -> tuple[str, int]:
-        """Problem and seed of the next episode. Both are drawn whatever the options, so that they shift nothing."""
-        unknown = [name for name in options if name not in RESET_OPTIONS]
-        if unknown:
-            raise InputError(f"reset() has no option '{unknown[0]}'; it has {', '.join(RESET_OPTIONS)}.")
-        problem = self.problems[int(self.np_random.integers(len(self.problems)))]
-        episode_seed = int(self.np_random.integers(_SEEDS))
-        problem, episode_seed = options.get("problem", problem), options.get("episode_seed", episode_seed)
-        if not isinstance(episode_seed, int) or episode_seed < 0:
-            raise InputError(f"The episode's seed is {episode_seed!r}; it must be an integer, at least 0.")
-        return str(problem), episode_seed
 
     def _observation(self, look: Look) -> dict[str, np.ndarray]:
         observation = observed(look.context, self.max_picks)
-        if self.image:
-            observation["image"] = mark_image(look.context.scene)
-        return observation
+        return observation | ({"image": mark_image(look.context.scene)} if self.image else {})
 
     def _info(self, look: Look) -> dict[str, Any]:
         """What holds at every look."""
         return {**self._facts, "pick": len(look.context.history), "action_mask": action_mask(look.context)}
-
-
-def _told(episode: Episode, outcome: PickOutcome) -> dict[str, Any]:
-    """What came of a pick, and of the episode if that was its last."""
-    facts: dict[str, Any] = {"result": outcome.result.value, "dropped": list(outcome.dropped)}
-    if episode.end is not None:
-        facts |= {
-            "end": episode.end.value,
-            "is_success": episode.end is EndReason.RETRIEVED,
-            "picks": episode.state.pick,
-            "drops": len(episode.state.dropped),
-        }
-    return facts
-
-
-def _conditions(given: dict[str, Any]) -> Conditions:
-    """Raises InputError for a name that is none of theirs."""
-    for name in given:
-        if name not in Conditions.__dataclass_fields__:
-            raise UnknownNameError("argument of the environment", name, [*Conditions.__dataclass_fields__])
-    return Conditions(**given)
-
-
-def _spaces(image: bool, mount: CameraMount) -> dict[str, spaces.Space[Any]]:
-    n = MAX_OBJECTS
-    shares = ("best_score", "pixels", "hidden_volume", "blocked", "tried")
-    shapes: dict[str, tuple[int, ...]] = {**dict.fromkeys(shares, (n,)), "edges": (n, n), "picks_left": (1,)}
-    found: dict[str, spaces.Space[Any]] = {
-        **{key: spaces.MultiBinary(n) for key in ("visible", "graspable", "target")},
-        **{key: spaces.Box(0.0, 1.0, shape, np.float32) for key, shape in shapes.items()},
-        "position": spaces.Box(-1.0, 1.0, (n, 3), np.float32),
-    }
-    if image:
-        found["image"] = spaces.Box(0, 255, (mount.height, mount.width, 3), np.uint8)
-    return found

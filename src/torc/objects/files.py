@@ -6,8 +6,6 @@ texture_0.png    one per textured surface
 """
 
 import io
-import os
-import re
 import tempfile
 import warnings
 from collections.abc import Mapping
@@ -15,21 +13,22 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float, UInt8
 from PIL import Image
 
 from torc.errors import InputError
 from torc.files.reading import read_bytes
 from torc.files.strict_yaml import parse_plain_yaml
-from torc.objects.checks import check_model
-from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh
+from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh, pieces_bounds
 from torc.objects.schema import (
     FORMAT,
     MAX_FACES,
     MAX_PIECE_VERTICES,
+    MAX_SIZE_M,
     MAX_TEXTURE_PX,
     MAX_VERTICES,
     MAX_YAML_BYTES,
+    MIN_SIZE_M,
     ObjectFile,
     ObjectSource,
     VisualEntry,
@@ -40,11 +39,15 @@ OBJECT_FILE, GEOMETRY_FILE = "object.yaml", "geometry.npz"
 MAX_GEOMETRY_BYTES, MAX_PNG_BYTES = 48 * 2**20, 32 * 2**20
 _FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """libyaml's, ten times as fast; PyYAML may be built without it."""
-_OWN_FILE = re.compile(r"object\.yaml|geometry\.npz|texture_\d+\.png")
 _FACTS = ("name", "kind", "description", "mass_kg", "friction", "rolls", "held_out", "size_m")
 """What a model and its file hold alike."""
 _MAX_NUMBER = 1e30
 """Larger ones do not fit the single precision of physics and pictures."""
+_FRAME_TOLERANCE_M = 1e-5
+_MIN_VOLUME_M3, _MIN_THICKNESS_M = 1e-12, 1e-5
+_LEAST_M2, _MOST_M2 = MIN_SIZE_M**2, 12.0
+"""Of all surfaces together: a side of the smallest thing, and a cube of 1 m from both sides. Every 2.5 mm2 get a
+sample where grasps are planned."""
 
 
 def save_object(
@@ -53,7 +56,7 @@ def save_object(
     """Write an object to a directory that bears its name; it appears complete or not at all.
 
     Raises:
-        InputError: the directory exists (and not overwrite), is something else, or cannot be written, or the model is
+        InputError: the directory exists (and not overwrite), is no object's, or cannot be written, or the model is
             outside of the format's limits.
     """
     directory = Path(directory)
@@ -79,15 +82,9 @@ def save_object(
 
 
 def check_replaceable(directory: Path) -> None:
-    """Raises InputError where something lies that is not an object and nothing else: an object must not replace it."""
-    if not os.path.lexists(directory):
-        return
-    plain = directory.is_dir() and not directory.is_symlink()
-    if not plain or not all(_OWN_FILE.fullmatch(name) for name in os.listdir(directory)):
-        raise InputError(
-            f"{directory} is no object, or holds other files besides, so no object replaces it. Give another name, or "
-            "keep your objects elsewhere."
-        )
+    """Raises InputError where something lies that is no object."""
+    if directory.exists() and not (directory / OBJECT_FILE).is_file():
+        raise InputError(f"{directory} is no object, so no object replaces it. Give another name.")
 
 
 def load_object_directory(directory: Path | str, trusted: bool = False) -> ObjectModel:
@@ -110,7 +107,7 @@ def load_object_directory(directory: Path | str, trusted: bool = False) -> Objec
         )
         for i, piece in enumerate(entry.pieces)
     )
-    visuals = tuple(_visual(i, visual, arrays, directory) for i, visual in enumerate(entry.visuals))
+    visuals = tuple(arrays.visual(i, visual) for i, visual in enumerate(entry.visuals))
     model = ObjectModel(**{name: getattr(entry, name) for name in _FACTS}, pieces=pieces, visuals=visuals)
     if not trusted:
         check_model(model, directory)
@@ -120,13 +117,9 @@ def load_object_directory(directory: Path | str, trusted: bool = False) -> Objec
 def read_entry(directory: Path) -> ObjectFile:
     """The validated object.yaml of a directory: facts without geometry. Raises InputError."""
     path = directory / OBJECT_FILE
-    try:
-        text = read_bytes(path, MAX_YAML_BYTES, "an object's description").decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not UTF-8 text: {error.reason} at byte {error.start}.") from None
-    entry = validated(
-        parse_plain_yaml(text, str(path), "object", MAX_YAML_BYTES, "Import the object again."), str(path)
-    )
+    text = read_bytes(path, MAX_YAML_BYTES, "an object's description").decode("utf-8", "backslashreplace")
+    content = parse_plain_yaml(text, str(path), "object", MAX_YAML_BYTES, "Import the object again.")
+    entry = validated(content, str(path))
     if entry.name != directory.name:
         raise InputError(
             f"{path}: the object is called '{entry.name}', its directory '{directory.name}'. Give both one name."
@@ -186,12 +179,22 @@ class _Arrays:
             raise InputError(f"{self._path}, array {name} holds numbers that are not finite, or huge.")
         return array
 
-    def triangles(self, name: str, vertices: int) -> Int[np.ndarray, "m 3"]:
-        """An array of triangles between so many vertices."""
-        faces = self._rows(name, 3, MAX_FACES, "i")
-        if faces.min() < 0 or faces.max() >= vertices:
-            raise InputError(f"{self._path}, array {name} points beyond the {vertices} vertices.")
-        return faces.astype(np.int32)
+    def visual(self, i: int, entry: VisualEntry) -> VisualMesh:
+        """A surface, with its texture."""
+        vertices = self.numbers(f"visual_{i}_vertices", 3, MAX_VERTICES)
+        uv = self.numbers(f"visual_{i}_uv", 2, MAX_VERTICES) if entry.uv else None
+        normals = self.numbers(f"visual_{i}_normals", 3, MAX_VERTICES) if entry.normals else None
+        if any(rows is not None and len(rows) != len(vertices) for rows in (uv, normals)):
+            raise InputError(
+                f"{self._path}: visual_{i}_uv and visual_{i}_normals must have one row per vertex."
+            )
+        faces = self._rows(f"visual_{i}_faces", 3, MAX_FACES, "i")
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            raise InputError(
+                f"{self._path}, array visual_{i}_faces points beyond the {len(vertices)} vertices."
+            )
+        texture = None if entry.texture is None else _texture(self._path.with_name(entry.texture))
+        return VisualMesh(vertices, faces.astype(np.int32), uv, texture, entry.rgba, normals)
 
     def _rows(self, name: str, columns: int, most: int, kind: str) -> np.ndarray:
         array = np.asarray(self._arrays.get(name))
@@ -202,17 +205,6 @@ class _Arrays:
         return array
 
 
-def _visual(i: int, entry: VisualEntry, arrays: _Arrays, directory: Path) -> VisualMesh:
-    vertices = arrays.numbers(f"visual_{i}_vertices", 3, MAX_VERTICES)
-    uv = arrays.numbers(f"visual_{i}_uv", 2, MAX_VERTICES) if entry.uv else None
-    normals = arrays.numbers(f"visual_{i}_normals", 3, MAX_VERTICES) if entry.normals else None
-    if any(rows is not None and len(rows) != len(vertices) for rows in (uv, normals)):
-        raise InputError(f"{directory}: visual_{i}_uv and visual_{i}_normals must have one row per vertex.")
-    faces = arrays.triangles(f"visual_{i}_faces", len(vertices))
-    texture = None if entry.texture is None else _texture(directory / entry.texture)
-    return VisualMesh(vertices, faces, uv, texture, entry.rgba, normals)
-
-
 def _texture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
     """A PNG's colours, transparency dropped. Raises InputError."""
     data = io.BytesIO(read_bytes(path, MAX_PNG_BYTES, "a texture"))
@@ -221,12 +213,45 @@ def _texture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             with Image.open(data, formats=("PNG",)) as image:
                 if max(image.size) > MAX_TEXTURE_PX:
-                    raise InputError(
-                        f"{path} is {image.width}x{image.height} pixels; at most {MAX_TEXTURE_PX} a side are allowed. "
-                        "Scale it down."
-                    )
+                    raise ValueError(f"its sides have at most {MAX_TEXTURE_PX} pixels, not {image.size}")
                 return np.array(image.convert("RGB"))
-    except InputError:
-        raise
     except Exception as error:  # Pillow raises anything for damaged files
         raise InputError(f"{path} is no readable picture (PNG): {error}. Save it anew as a PNG.") from None
+
+
+def check_model(model: ObjectModel, directory: Path) -> None:
+    """Raises InputError where the physics would not take the object, or takes it to be elsewhere than it is."""
+    fault = _fault(model)
+    if fault:
+        raise InputError(f"{directory}: {fault} Import the mesh again.")
+
+
+def _fault(model: ObjectModel) -> str:
+    for i, piece in enumerate(model.pieces):
+        if piece.vertices is not None and np.abs(piece.vertices).max() > 2 * MAX_SIZE_M:
+            return f"the corners of pieces[{i}] lie far from its own frame."
+        if not _is_solid(piece):
+            return f"pieces[{i}] is flat or degenerate; a piece must enclose a volume."
+    lower, upper = pieces_bounds(model.pieces)
+    if np.abs(lower + upper).max() > 2 * _FRAME_TOLERANCE_M:
+        center = ((lower + upper) / 2).round(5).tolist()
+        return f"the pieces' bounding box is centred at {center}, not at the origin."
+    if np.abs(upper - lower - model.size_m).max() > 2 * _FRAME_TOLERANCE_M:
+        return f"size_m is {list(model.size_m)}, but the pieces measure {(upper - lower).round(5).tolist()}."
+    if np.abs(np.concatenate([v.vertices for v in model.visuals])).max() > 2.0 * max(model.size_m):
+        return "the visible surface reaches far beyond the contact pieces."
+    corners = np.concatenate([v.vertices[v.faces] for v in model.visuals])
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area_m2 = 0.5 * float(np.linalg.norm(cross, axis=1).sum())
+    if not _LEAST_M2 <= area_m2 <= _MOST_M2:
+        return f"its surfaces have {area_m2:.2g} m2 in all; it must be {_LEAST_M2:.2g} to {_MOST_M2:g}."
+    return ""
+
+
+def _is_solid(piece: CollisionPiece) -> bool:
+    from scipy.spatial import QhullError
+
+    try:
+        return piece.volume_m3 > _MIN_VOLUME_M3 and piece.thickness_m > _MIN_THICKNESS_M
+    except (QhullError, ValueError):
+        return False

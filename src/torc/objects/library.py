@@ -25,12 +25,7 @@ INDEX_FILE = "index.json"
 
 @dataclass(frozen=True)
 class ObjectFacts:
-    """What is known of an object without reading its shape.
-
-    Attributes:
-        name, kind, description, mass_kg, held_out: as in `ObjectModel`.
-        builtin: comes with torc; otherwise the user has imported it.
-    """
+    """What is known of an object without reading its shape: as in `ObjectModel`, and whether it comes with torc."""
 
     name: str
     kind: str
@@ -59,11 +54,6 @@ def builtin_object_names() -> tuple[str, ...]:
 def has_object(name: str) -> bool:
     """Whether there is a model of that name, shipped or stored by the user."""
     return name in _shipped() or find_stored(name) is not None
-
-
-def kind_names() -> tuple[str, ...]:
-    """Names of all shipped kinds, in the order of the index."""
-    return tuple(dict.fromkeys(facts.kind for facts in _shipped().values()))
 
 
 def held_out_kinds() -> tuple[str, ...]:

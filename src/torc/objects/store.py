@@ -19,7 +19,6 @@ SHIPPED_OBJECTS = Path(__file__).parent / "data" / "shipped"
 """The objects that come with torc: drawn by `tools/objects`, never written to by torc."""
 ENVIRONMENT_VARIABLE = "TORC_OBJECTS"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}")
-_FILES = ("object.yaml", "geometry.npz")
 
 
 def store_directories() -> tuple[Path, ...]:
@@ -37,15 +36,8 @@ def store_directories() -> tuple[Path, ...]:
 
 def stored_objects() -> dict[str, Path]:
     """Names of the user's objects, sorted, and their directories. They are not read: some may turn out damaged."""
-    found: dict[str, Path] = {}
-    for store in store_directories():
-        try:
-            names = os.listdir(store)
-        except OSError:  # not there, or not readable: nothing stored
-            continue
-        for name in names:
-            if name not in found and _is_object(store / name):
-                found[name] = store / name
+    stores = reversed(store_directories())  # the first one counts
+    found = {place.name: place for store in stores for place in store.glob("*") if _is_object(place)}
     return dict(sorted(found.items()))
 
 
@@ -58,14 +50,12 @@ def find_stored(name: str) -> Path | None:
 
 def load_stored(directory: Path) -> ObjectModel:
     """The object in a directory of a store; read once while its files are the same. Raises InputError."""
-    stamps = []
-    for file in _FILES:
-        try:
-            facts = os.stat(directory / file)
-            stamps.append((facts.st_ino, facts.st_mtime_ns, facts.st_size))
-        except OSError:
-            stamps.append((0, 0, 0))  # reading it says what is wrong
-    return _load(directory.absolute(), tuple(stamps))
+    files = [directory / name for name in ("object.yaml", "geometry.npz")]
+    # A missing one is told of where it is read.
+    stamps = tuple(
+        (s.st_ino, s.st_mtime_ns, s.st_size) for s in (file.stat() for file in files if file.exists())
+    )
+    return _load(directory.absolute(), stamps)
 
 
 @lru_cache(maxsize=128)
@@ -76,4 +66,4 @@ def _load(directory: Path, stamps: tuple[tuple[int, int, int], ...]) -> ObjectMo
 
 
 def _is_object(directory: Path) -> bool:
-    return _NAME.fullmatch(directory.name) is not None and (directory / _FILES[0]).is_file()
+    return _NAME.fullmatch(directory.name) is not None and (directory / "object.yaml").is_file()

@@ -93,10 +93,8 @@ def empty_volume(grid: VoxelGrid) -> OcclusionVolume:
 def update_volume(
     volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfig | None = None
 ) -> OcclusionVolume:
-    """The volume after one more snapshot. The input stays as it is.
-
-    Robot and background pixels hide voxels without a bit, and so do objects too small to be reported: every bit is
-    the id of an object in the scene. Surface labels are those of this snapshot alone.
+    """The volume after one more snapshot; the input stays as it is. Robot and background pixels hide voxels without a
+    bit, and so do objects too small to be reported. Surface labels are those of this snapshot alone.
     """
     config = OcclusionConfig() if config is None else config
     grid, view = volume.grid, scene.observation

@@ -1,7 +1,7 @@
 """Asking a perception or a depth, which may be anybody's: what it returns can be used, or the error says why not."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -9,15 +9,7 @@ from torc.errors import PartError
 from torc.perception.protocol import Depth, Perception, Wanted
 from torc.plugins import blamed, kind_of_value
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, SegmentedScene
-
-
-class SnapshotSource(Protocol):
-    """Takes RGB-D snapshots: a camera, or a robot with one."""
-
-    def capture(self) -> Observation:
-        """One snapshot, now."""
-        ...
-
+from torc.robots.protocols import Camera, Robot
 
 _HELP = "torc.testing.perception_conformance checks a perception against all rules (docs/stages.md)."
 _UNIT_TOLERANCE = 1e-3
@@ -26,11 +18,8 @@ _UNIT_TOLERANCE = 1e-3
 def ask_perception(
     perception: Perception, observation: Observation, wanted: Wanted, before: SegmentedScene | None
 ) -> SegmentedScene:
-    """The scene that a perception makes of a snapshot.
-
-    Raises:
-        PartError: it crashed, or what it returned is no scene of this snapshot.
-        TorcError: what it raises of its own accord.
+    """The scene that a perception makes of a snapshot. Raises PartError if it crashed, or what it returned is no scene
+    of this snapshot; and what it raises of its own accord.
     """
     what = f"Perception {type(perception).__name__}"
     with blamed(what, PartError, _HELP):
@@ -40,7 +29,7 @@ def ask_perception(
     return scene
 
 
-def ask_camera(camera: SnapshotSource) -> Observation:
+def ask_camera(camera: Camera | Robot) -> Observation:
     """A snapshot of a camera, or of a robot that has one. Raises PartError as `ask_perception`."""
     return _observation("Camera", camera, "capture()", lambda: camera.capture())
 

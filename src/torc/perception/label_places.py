@@ -16,13 +16,8 @@ Window = tuple[slice, slice]
 
 @dataclass(frozen=True)
 class LabelPlace:
-    """A number's box and the mask pixel it names.
-
-    Attributes:
-        row, col: the box's upper left pixel.
-        size: its height and width.
-        anchor: (row, col) in the mask: where the number would be best; the end of the leader line.
-        leader: whether the box lies beside the mask, tied to it by a line.
+    """A number's box (upper left pixel, height and width), the mask pixel where it would be best, and whether the box
+    lies beside the mask, tied to that pixel by a line.
     """
 
     row: int
@@ -33,9 +28,8 @@ class LabelPlace:
 
 
 def mask_anchor(mask: Bool[np.ndarray, "h w"]) -> tuple[int, int]:
-    """The mask pixel nearest to the centre of mass; the mask's thickest place if the former is near its rim.
-
-    The second case is that of rings and crescents. Raises ValueError for an empty mask.
+    """The mask pixel nearest to the centre of mass; for rings and crescents, where that is near the rim, the mask's
+    thickest place. Raises ValueError for an empty mask.
     """
     rows, cols = np.nonzero(mask)
     if rows.size == 0:
@@ -54,11 +48,8 @@ def mask_anchor(mask: Bool[np.ndarray, "h w"]) -> tuple[int, int]:
 def place_labels(
     label_image: Int16[np.ndarray, "h w"], sizes: Mapping[int, tuple[Size, Size]]
 ) -> dict[int, LabelPlace]:
-    """A place for the number of each id that has pixels, smallest masks first, for they have least choice.
-
-    Args:
-        label_image: object id per pixel.
-        sizes: per id the preferred size of its number's box, and a smaller one for small masks.
+    """A place for the number of each id that has pixels, smallest masks first, for they have least choice. `sizes`: per
+    id the preferred size of its number's box, and a smaller one.
 
     Tried in turn: wholly inside the mask; centred in it; beside it on free ground; beside it anywhere. A number that
     finds no room at all is left out (only in images hardly larger than a number).

@@ -1,7 +1,6 @@
 """The marked image: what a person or a VLM is shown of a segmented scene."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -26,55 +25,37 @@ _GLYPHS = """
 _SUPERSAMPLING = 12
 
 
-@dataclass(frozen=True)
-class MarkingConfig:
-    """Looks of the marked image. Lengths are for an image 480 pixels high and grow with it.
-
-    Attributes:
-        tint: share of the object's colour over its pixels.
-        faint_tint: the same for the other objects when one is highlighted.
-        outline_px: thickness of the outline, inside the mask.
-        digit_px: height of the numbers; small_digit_px where a mask has no room for that.
-        padding_px: black around a number.
-    """
-
-    tint: float = 0.4
-    faint_tint: float = 0.2
-    outline_px: int = 2
-    digit_px: int = 13
-    small_digit_px: int = 9
-    padding_px: int = 3
+_TINT, _FAINT_TINT = 0.4, 0.2
+"""Share of an object's colour over its pixels; of the others' when one is highlighted."""
+_OUTLINE_PX, _DIGIT_PX, _SMALL_DIGIT_PX, _PADDING_PX = 2, 13, 9, 3
+"""For an image 480 pixels high: thickness of the outline inside a mask, height of the numbers, of those where a mask
+has no room for that, black around a number.
+"""
 
 
 def mark_image(
-    scene: SegmentedScene,
-    highlight: int | None = None,
-    config: MarkingConfig | None = None,
-    labels: Mapping[int, int] | None = None,
+    scene: SegmentedScene, highlight: int | None = None, labels: Mapping[int, int] | None = None
 ) -> UInt8[np.ndarray, "h w 3"]:
     """The colour image with every object tinted and outlined in its own colour and numbered with its id.
 
     The id stands in white digits in a black box inside the object's mask; where it does not fit, beside the mask, tied
-    to it by a thin line. Boxes never overlap. Objects without pixels are skipped. The same scene gives the same image.
+    to it by a thin line. Boxes never overlap. Objects without pixels are skipped.
 
     Args:
-        scene: what perception found.
         highlight: id of an object to bring out: a thick outline within a white one, the others fainter.
-        config: looks.
         labels: numbers to write in place of the ids, not negative; ids that have none keep their own.
 
     Raises InputError if the highlighted object is not in the scene.
     """
-    config = MarkingConfig() if config is None else config
     if highlight is not None and highlight not in scene.ids:
         raise InputError(f"Cannot highlight object {highlight}: visible are {list(scene.ids)}.")
     label = np.where(np.isin(scene.label_image, scene.ids), scene.label_image, -1).astype(np.int16)
     scale = max(1.0, label.shape[0] / 480)
-    image = _tint(scene.observation.rgb, label, highlight, config)
-    _outline(image, label, highlight, max(1, round(config.outline_px * scale)))
-    digits = (max(5, round(config.digit_px * scale)), max(5, round(config.small_digit_px * scale)))
+    image = _tint(scene.observation.rgb, label, highlight)
+    _outline(image, label, highlight, max(1, round(_OUTLINE_PX * scale)))
+    digits = [max(5, round(px * scale)) for px in (_DIGIT_PX, _SMALL_DIGIT_PX)]
     numbers = {i: (labels or {}).get(i, i) for i in scene.ids}
-    padding = round(config.padding_px * scale)
+    padding = round(_PADDING_PX * scale)
     boxes = {i: tuple(_number_box(number, px, padding) for px in digits) for i, number in numbers.items()}
     places = place_labels(label, {i: (large.shape, small.shape) for i, (large, small) in boxes.items()})
     _draw_leaders(image, places)
@@ -86,15 +67,12 @@ def mark_image(
 
 
 def _tint(
-    rgb: UInt8[np.ndarray, "h w 3"],
-    label: Int16[np.ndarray, "h w"],
-    highlight: int | None,
-    config: MarkingConfig,
+    rgb: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], highlight: int | None
 ) -> UInt8[np.ndarray, "h w 3"]:
     """A copy of the image with the objects tinted."""
-    share = np.full(MAX_OBJECTS, config.tint if highlight is None else config.faint_tint)
+    share = np.full(MAX_OBJECTS, _TINT if highlight is None else _FAINT_TINT)
     if highlight is not None:
-        share[highlight] = config.tint
+        share[highlight] = _TINT
     weight = np.append(share, 0.0)[label][..., None].astype(np.float32)  # label -1 reads the last entry
     color = _palette()[label].astype(np.float32)
     return np.rint(rgb + weight * (color - rgb)).astype(np.uint8)

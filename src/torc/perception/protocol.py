@@ -11,12 +11,7 @@ from torc.records import Observation, SegmentedScene
 
 @dataclass(frozen=True)
 class Wanted:
-    """The target as its user describes it.
-
-    Attributes:
-        description: in words, e.g. "the blue tuna can".
-        pictures: reference pictures of it, RGB; none if there are none.
-    """
+    """The target as its user describes it: in words, e.g. "the blue tuna can", and by reference pictures, RGB."""
 
     description: str
     pictures: tuple[UInt8[np.ndarray, "h w 3"], ...] = ()

@@ -79,10 +79,9 @@ def valid_depth(
 def segment(
     observation: Observation, label_image: Int16[np.ndarray, "h w"], config: PerceptionConfig
 ) -> SegmentedScene:
-    """The scene that a label image makes of a snapshot.
-
-    Objects with too few pixels are not reported: their label pixels stay, and their points join the background,
-    so that they are obstacles all the same. Raises InputError for labels that do not fit the image or the ids.
+    """The scene that a label image makes of a snapshot. Objects with too few pixels are not reported: their points join
+    the background, so that they are obstacles all the same. Raises InputError for labels that fit neither image nor
+    ids.
     """
     counts = _pixel_counts(observation, label_image)
     depth = kernel_array(valid_depth(observation.depth_m, config.min_depth_m, config.max_depth_m), np.float32)

@@ -47,27 +47,17 @@ def expected_picks(p: float, lost_share: float, picks_left: int) -> float:
 def hold_back_worse_bets(
     report: GraspReport, grasps: GraspSet, picks_left: int, config: BetConfig
 ) -> GraspReport:
-    """The report with UNLIKELY for the valid grasps of every object that had better wait.
-
-    Args:
-        report: validity of the grasps.
-        grasps: the grasps; their scores are the probabilities.
-        picks_left: attempts left, this one included.
-        config: how often a failed try loses the target.
+    """The report with UNLIKELY for the valid grasps of every object that had better wait; `picks_left` are attempts,
+    this one included.
     """
-    best = _best_valid(report, grasps)
-    waits = [k for k in best if _waits(k, best, report, grasps, picks_left, config)]
-    held_back = (report.status == GraspStatus.VALID) & np.isin(grasps.object_ids, waits)
-    return with_status(report, grasps, np.where(held_back, np.uint8(GraspStatus.UNLIKELY), report.status))
-
-
-def _best_valid(report: GraspReport, grasps: GraspSet) -> dict[int, float]:
-    """The score of the best valid grasp of each object that has one."""
     best: dict[int, float] = {}
+    """The score of the best valid grasp of each object that has one."""
     for grasp in np.flatnonzero(report.status == GraspStatus.VALID).tolist():
         k = int(grasps.object_ids[grasp])
         best[k] = max(best.get(k, 0.0), float(grasps.scores[grasp]))
-    return best
+    waits = [k for k in best if _waits(k, best, report, grasps, picks_left, config)]
+    held_back = (report.status == GraspStatus.VALID) & np.isin(grasps.object_ids, waits)
+    return with_status(report, grasps, np.where(held_back, np.uint8(GraspStatus.UNLIKELY), report.status))
 
 
 def _waits(

@@ -1,6 +1,7 @@
 """The one place where the parts around a task planner are made from their conditions."""
 
 from dataclasses import dataclass, replace
+from pkgutil import resolve_name
 from typing import Any
 
 from torc.errors import InputError, UnknownNameError
@@ -13,12 +14,12 @@ from torc.perception.segmentation import REAL_CAMERA
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.failures import FailureConfig
 from torc.pipeline.look import Pipeline
-from torc.plugins import PartKind, load_part, make_part
+from torc.plugins import load_part, make_part
 from torc.robots.description import RobotDescription
 from torc.robots.gripper import GripperDescription
 from torc.robots.loading import load_robot, own_source
 from torc.specs.conditions import Conditions, PipelineSpec
-from torc.specs.settings import arguments, changed, in_stage, under
+from torc.specs.settings import arguments, changed, config_class, under
 from torc.stages import CONFIGURED, STAGES
 from torc.workspace.description import Workspace
 from torc.workspace.files import load_workspace, own_workspace_source
@@ -26,14 +27,7 @@ from torc.workspace.files import load_workspace, own_workspace_source
 
 @dataclass(frozen=True)
 class System:
-    """The parts around a task planner, but for the camera and the robot's hardware.
-
-    Attributes:
-        conditions: what they were made from.
-        robot, workspace: who works where.
-        pipeline: from a snapshot to a planning context.
-        motion_planner: the motions of a pick.
-    """
+    """The parts around a task planner, but for the camera and the robot's hardware, and what they were made from."""
 
     conditions: Conditions
     robot: RobotDescription
@@ -43,11 +37,7 @@ class System:
 
 
 def build_system(conditions: Conditions, workspace: Workspace | None = None) -> System:
-    """All parts, made from their conditions.
-
-    Args:
-        conditions: which parts, with which settings.
-        workspace: in place of the one that the conditions name.
+    """All parts, made from their conditions; `workspace` takes the place of the one that they name.
 
     Raises InputError for a part that is unknown or cannot be made, and for a setting that it has not.
     """
@@ -72,9 +62,7 @@ def build_pipeline(
     """The parts between camera and task planner. Raises as `build_system`.
 
     Args:
-        stages: which parts, with which settings.
         robot: whose reach counts; a gripper alone takes every pose as reachable.
-        workspace: fixed obstacles, and the region that is watched.
         noisy: add the noise of a stereo camera, and expect it.
         occlusion: how snapshots change the occlusion volume, but for the settings; None for the default.
     """
@@ -98,11 +86,9 @@ def build_pipeline(
 
 
 def make_stage(stages: PipelineSpec, stage: str, default: Any = None, **offered: Any) -> Any:
-    """The part of a stage.
+    """The part of a stage, see `torc.stages.STAGES`.
 
     Args:
-        stages: its name and settings.
-        stage: which, see `torc.stages.STAGES`.
         default: its configuration without settings, for a part that takes this kind of `config`.
         offered: handed to a part that has parameters of these names.
     """
@@ -120,8 +106,8 @@ def check_settings(stages: PipelineSpec, noisy: bool) -> None:
     """Raises InputError for settings of what there is not, or of what is not used."""
     known = [*STAGES, *CONFIGURED]
     for path in stages.settings:
-        stage = path.partition(".")[0]
-        if stage not in known or not in_stage(path, stage):
+        stage, dot, _ = path.partition(".")
+        if stage not in known or not dot:
             raise UnknownNameError("stage in the setting", path, [f"{s}." for s in known])
     if not noisy and under(stages.settings, "noise"):
         raise InputError("There are settings of the noise, but no noise: add --noise.")
@@ -129,11 +115,23 @@ def check_settings(stages: PipelineSpec, noisy: bool) -> None:
 
 def sources(conditions: Conditions) -> dict[str, str]:
     """Fingerprints of what does not come with torc, by field of the conditions. Raises InputError for unknown parts."""
-    found = {stage: _own_source(kind, getattr(conditions, stage)) for stage, kind in STAGES.items()}
-    found["robot"] = own_source(conditions.robot)
-    found["workspace"] = own_workspace_source(conditions.workspace)
+    found = {"robot": own_source(conditions.robot), "workspace": own_workspace_source(conditions.workspace)}
+    for stage, kind in STAGES.items():
+        if (name := getattr(conditions, stage)) not in kind.built_in:
+            found[stage] = part_source(load_part(kind, name))
     return {name: source for name, source in found.items() if source}
 
 
-def _own_source(kind: PartKind, name: str) -> str:
-    return "" if name in kind.built_in else part_source(load_part(kind, name))
+def stage_configs() -> dict[str, Any]:
+    """The configuration of each shipped stage, as it is without settings; that of its default part, if it can be
+    exchanged.
+    """
+    found: dict[str, Any] = {}
+    for stage, kind in STAGES.items():
+        config = config_class(load_part(kind, next(iter(kind.built_in))))
+        if config is not None:
+            found[stage] = config()
+    for stage, path in CONFIGURED.items():
+        value = resolve_name(path)
+        found[stage] = value() if callable(value) else value
+    return found

@@ -24,8 +24,6 @@ class FailedGrasp:
     """A grasp that failed.
 
     Attributes:
-        object_id: the object.
-        T_world_tcp: the grasp.
         seen_at: mean of the object's visible points at that time, world frame.
         executed: the robot tried it; else no motion was found.
         touched: points that a finger touched where nothing was seen, world frame; see torc.pipeline.touch.
@@ -77,13 +75,8 @@ def lower_scores(
     history: tuple[PickOutcome, ...],
     config: FailureConfig,
 ) -> GraspSet:
-    """The grasps with lower scores where one like it, or any other with that object, was executed and failed.
-
-    Args:
-        grasps: candidates with the scores of a first try.
-        failed: the failures that still tell something, see `still_valid`.
-        history: outcomes of all picks so far.
-        config: by how much.
+    """The grasps with lower scores where one like it, or any other with that object, was executed and failed. `failed`
+    are the failures that still tell something, `history` all picks so far.
     """
     factor, tries = np.ones(len(grasps)), failed_tries(history)
     for f in failed:

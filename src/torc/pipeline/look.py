@@ -18,9 +18,10 @@ from torc.perception.depth import AsMeasured
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import Depth, Perception, Wanted
 from torc.pipeline.better_bet import BetConfig, hold_back_worse_bets
-from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
+from torc.pipeline.failures import FailureConfig, lower_scores, still_valid, veto
 from torc.pipeline.report import hold_back_unlikely, with_status
 from torc.pipeline.seeding import stage_rng
+from torc.pipeline.state import EpisodeState, first_state
 from torc.pipeline.timing import StageClock
 from torc.pipeline.touch import with_touched
 from torc.records import (
@@ -30,7 +31,6 @@ from torc.records import (
     GraspStatus,
     Observation,
     OcclusionVolume,
-    PickOutcome,
     PlanningContext,
     SegmentedScene,
 )
@@ -62,19 +62,13 @@ class Pipeline:
     """The parts between camera and task planner; each can be exchanged.
 
     Attributes:
-        perception: masks and clouds.
-        grasp_planner: candidate grasps.
         robot: whose reach decides which grasps are valid; a GripperDescription alone checks only the gripper.
-        workspace: fixed obstacles.
         noise: sensor noise to add to each snapshot, None for none.
-        occlusion: settings of the occlusion volume.
-        failures: how failed grasps count.
         min_score: valid grasps that are less likely to deliver become UNLIKELY while any object has a better one. Every
             task planner chooses from what is left: RANDOM draws among fewer objects, and DG-SELECT takes an object
             without a better grasp for one that is not graspable. 0 keeps to the paper: then no grasp waits.
         bets: when a doubtful grasp waits until a neighbour is cleared; see torc.pipeline.better_bet.
         motion: settings of the motion planner: a valid grasp has straight motions by these.
-        depth: makes the depth that perception is given.
     """
 
     perception: Perception
@@ -96,65 +90,49 @@ class Pipeline:
     def look(
         self,
         observation: Observation,
-        volume: OcclusionVolume,
+        state: EpisodeState | None = None,
         *,
-        target_description: str,
+        target_description: str = "",
         seed: int = 0,
-        history: tuple[PickOutcome, ...] = (),
         picks_left: int = 1,
-        failed: tuple[FailedGrasp, ...] = (),
         labels: Mapping[int, int] | None = None,
-        before: SegmentedScene | None = None,
     ) -> Look:
         """Perceive, update the occlusion volume, plan and check grasps.
 
         Args:
-            observation: the snapshot.
-            volume: the occlusion volume before it.
-            target_description: the target in words.
+            state: what is known from earlier looks and picks; nothing if not given.
             seed: with the number of picks so far it decides all random draws.
-            history: outcomes of the picks so far, as the robot felt them.
             picks_left: attempts left, this one included.
-            failed: grasps that failed in earlier picks.
             labels: the user's own label per object id, for the planner's reasons; none in simulation.
-            before: what perception made of the snapshot before; None for the first one.
 
         Raises:
             PartError, GraspPlannerError: a part crashed, or what it returned cannot be used.
         """
-        pick, clock = len(history), StageClock()
+        state = first_state(self.workspace.grid) if state is None else state
+        history = tuple(outcome.as_felt for outcome in state.outcomes)
+        pick, clock = state.pick, StageClock()
         with clock.stage("perceive"):
             if self.noise is not None:
                 observation = add_sensor_noise(observation, self.noise, stage_rng(seed, pick, "noise"))
             observation = ask_depth(self.depth, observation)
-            scene = ask_perception(self.perception, observation, Wanted(target_description), before)
+            scene = ask_perception(self.perception, observation, Wanted(target_description), state.scene)
         with clock.stage("occlusion"):
-            volume = update_volume(volume, scene, self.occlusion)
+            volume = update_volume(state.volume, scene, self.occlusion)
             scene = _reported(scene)
         with clock.stage("collision world"):
             world = build_collision_world(volume, self.workspace)
         with clock.stage("grasps"):
-            rng = stage_rng(seed, pick, "grasps")
-            failed = still_valid(failed, scene, self.failures)
+            failed = still_valid(state.failed, scene, self.failures)
             felt = with_touched(scene, failed)
-            grasps = ask_grasp_planner(self.grasp_planner, felt, volume, rng)
+            grasps = ask_grasp_planner(self.grasp_planner, felt, volume, stage_rng(seed, pick, "grasps"))
             grasps = lower_scores(grasps, failed, history, self.failures)
         with clock.stage("validity"):
             report = veto(self.evaluate(grasps, scene, volume, world), grasps, failed, self.failures)
             report = hold_back_unlikely(report, grasps, self.min_score)
             if self.min_score > 0:
                 report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
-        context = PlanningContext(
-            scene,
-            volume,
-            grasps,
-            report,
-            target_description,
-            history,
-            picks_left,
-            tuple((labels or {}).items()),
-        )
-        return Look(context, observation, world, clock.seconds)
+        told = target_description, history, picks_left, tuple((labels or {}).items())
+        return Look(PlanningContext(scene, volume, grasps, report, *told), observation, world, clock.seconds)
 
     def evaluate(
         self, grasps: GraspSet, scene: SegmentedScene, volume: OcclusionVolume, world: CollisionWorld

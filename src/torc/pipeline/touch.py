@@ -26,17 +26,8 @@ _INSIDE_M = 0.004
 def touched_points(
     touch: Touch | None, robot: RobotDescription, volume: OcclusionVolume
 ) -> Float[np.ndarray, "n 3"]:
-    """Points on the end of the finger that touched something, as far as they lie where nothing was seen to be free.
-
-    That finger is the one of which more does: no arm feels which one it was.
-
-    Args:
-        touch: where the contact was; None for nowhere.
-        robot: whose arm and fingers.
-        volume: what was seen before.
-
-    Returns:
-        World frame; none if both fingers are where everything was seen to be free.
+    """Points on the end of the finger that touched something, as far as they lie where nothing was seen to be free;
+    world frame. That finger is the one of which more does: no arm feels which one it was.
     """
     if touch is None:
         return np.zeros((0, 3))
@@ -44,13 +35,8 @@ def touched_points(
     T_world_tcp = tcp_pose(robot, np.array(touch.qpos), width_m)
     ahead = (touch.relief_m + _INSIDE_M) * T_world_tcp[:3, 2]
     ends = [end + ahead for end in finger_ends(T_world_tcp, robot.gripper, width_m)]
-    return max((_not_seen_free(end, volume) for end in ends), key=len)
-
-
-def _not_seen_free(points: Float[np.ndarray, "n 3"], volume: OcclusionVolume) -> Float[np.ndarray, "m 3"]:
-    """Those in the volume that lie where nothing was seen to be free."""
-    inside = volume.grid.contains(volume.grid.index_of(points))
-    return points[inside & ~volume.free_at(points)]
+    hidden = [e[volume.grid.contains(volume.grid.index_of(e)) & ~volume.free_at(e)] for e in ends]
+    return max(hidden, key=len)
 
 
 def finger_ends(
@@ -70,12 +56,7 @@ def finger_ends(
 
 
 def with_touched(scene: SegmentedScene, failed: tuple[FailedGrasp, ...]) -> SegmentedScene:
-    """The scene as seen and felt.
-
-    Args:
-        scene: what is seen.
-        failed: the failures that still tell something, see `still_valid`.
-    """
+    """The scene as seen and felt, by the failures that still tell something."""
     touched = [(f.object_id, f.touched.astype(np.float32)) for f in failed if len(f.touched)]
     if not touched:
         return scene

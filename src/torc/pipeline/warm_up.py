@@ -15,8 +15,8 @@ from numba.core import event
 
 from torc.collision.kernels import contacts_batch
 from torc.geometry.transforms import make_pose
-from torc.occlusion.volume import empty_volume
 from torc.pipeline.look import Look, Pipeline
+from torc.pipeline.state import EpisodeState
 from torc.records import BACKGROUND, TARGET_ID, Observation
 from torc.workspace.description import Workspace
 
@@ -50,18 +50,10 @@ def kernel_cache() -> tuple[Path, bool]:
 
 
 def rehearse_look(pipeline: Pipeline, qpos: Float[np.ndarray, "dof"] | None = None) -> Look:
-    """Two looks at two small boxes, one of which moves in between; the second look.
-
-    Args:
-        pipeline: its parts are the ones rehearsed.
-        qpos: where the arm is in the picture; empty if there is none.
-    """
+    """Two looks at two small boxes, one of which moves in between; the second look. `qpos` is where the arm is."""
     qpos = np.zeros(0) if qpos is None else qpos
-    volume = empty_volume(pipeline.workspace.grid)
-    for column in (50, 95):
-        look = pipeline.look(_snapshot(pipeline.workspace, column, qpos), volume, target_description="a box")
-        volume = look.context.volume
-    return look
+    look = pipeline.look(_snapshot(pipeline.workspace, 50, qpos))
+    return pipeline.look(_snapshot(pipeline.workspace, 95, qpos), EpisodeState(look.context.volume))
 
 
 def _snapshot(workspace: Workspace, column: int, qpos: np.ndarray) -> Observation:

@@ -23,19 +23,14 @@ import yaml
 from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.objects.models import Quat, Vec3
-from torc.problems.schema import FORMAT, MAX_BYTES, Category, Scalar, read_problem_file
+from torc.problems.schema import FORMAT, Category, Scalar, read_problem_file
 from torc.problems.sets import problem_names, problem_sets, shipped_path
 
 
 @dataclass(frozen=True)
 class ObjectPlacement:
-    """One object of a problem.
-
-    Attributes:
-        name: unique within the problem.
-        model: name of its model in the object library.
-        position, wxyz: pose of the model frame in the world frame; metres, unit quaternion.
-    """
+    """One object of a problem, of a model in the object library: pose of the model frame in the world frame, metres,
+    unit quaternion."""
 
     name: str
     model: str
@@ -112,15 +107,9 @@ def problem_text(problem: Problem) -> str:
     if problem.origin:
         data["origin"] = dict(problem.origin)
     data["target"] = problem.target
-    data["objects"] = [
-        {
-            "name": o.name,
-            "model": o.model,
-            "position": [float(v) for v in o.position],
-            "wxyz": [float(v) for v in o.wxyz],
-        }
-        for o in problem.objects
-    ]
+    for o in problem.objects:
+        pose = {"position": [float(v) for v in o.position], "wxyz": [float(v) for v in o.wxyz]}
+        data.setdefault("objects", []).append({"name": o.name, "model": o.model, **pose})
     text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
     parse_problem(text, f"problem '{problem.name}'")
     return text
@@ -158,12 +147,6 @@ def _find(name_or_path: str | os.PathLike[str]) -> Path:
 
 def _read(path: Path) -> str:
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path} is larger than {MAX_BYTES} bytes: that is not a problem file.")
         return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{path} is not UTF-8 text: {error.reason} at byte {error.start}. Save it as UTF-8."
-        ) from None
-    except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}.") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} cannot be read: {error}.") from None

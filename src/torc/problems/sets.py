@@ -28,13 +28,9 @@ def shipped_path(name: str) -> Path | None:
 
 
 def select_problems(selection: str) -> tuple[str, ...]:
-    """The problems that a user means: names or paths that `load_problem` takes.
+    """The problems that a user means: names or paths that `load_problem` takes. Raises InputError.
 
-    Args:
-        selection: comma-separated; each a shipped set, a shipped problem, a problem file, or a directory of them.
-
-    Raises:
-        InputError: nothing is there, or a directory holds no problem file.
+    Comma-separated are shipped sets, shipped problems, problem files, and directories of them.
     """
     chosen: list[str] = []
     for part in (p.strip() for p in selection.split(",") if p.strip()):

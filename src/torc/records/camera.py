@@ -20,12 +20,10 @@ class Observation:
     """One RGB-D snapshot. Camera frame: OpenCV (x right, y down, z forward).
 
     Attributes:
-        rgb: colour image.
         depth_m: distance along the optical axis, metres; 0 where there is no reading.
         K: intrinsics, pixels; pixel centres at integer coordinates.
         T_world_camera: camera pose, p_world = T_world_camera @ p_camera.
         qpos: joint positions of the arm at that moment, radians; empty if there is no robot.
-        stamp_s: time of the snapshot.
         label_image: object id per pixel where the source knows it (a simulator, an annotated data set), else
             None: BACKGROUND, ROBOT, or 0..63 with 0 the target.
     """

@@ -16,9 +16,7 @@ class PlanningContext:
     """All that any task planner may see before a pick; nothing privileged: the same for every planner.
 
     Attributes:
-        scene: the perceived scene.
         volume: the occlusion volume after this snapshot.
-        grasps: candidate grasps.
         report: which are valid, and who blocks whom; `report.graspable_ids` is what a planner may name.
         target_description: the target in words, e.g. "the blue tuna can".
         history: outcomes of the picks so far, as the robot felt them.

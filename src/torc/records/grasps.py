@@ -41,10 +41,8 @@ class GraspSet:
         Ts_world_tcp: grasp poses.
         widths_m: distance between the pads when they touch the object.
         scores: probability that the object is delivered to the bin, 0..1.
-        object_ids: the object that each grasp is for.
         contacts: estimated contact point of each finger, world frame, at -x and +x.
         generators: index into generator_names, which generator proposed it.
-        generator_names: names of the generators.
     """
 
     Ts_world_tcp: Float[np.ndarray, "n 4 4"]

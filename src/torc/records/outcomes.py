@@ -29,26 +29,13 @@ class PickResult(StrEnum):
     @property
     def grasp_tried(self) -> bool:
         """Whether the robot went for the grasp; else the attempt says nothing about it."""
-        return self in _GRASP_TRIED
-
-
-_GRASP_TRIED = (
-    PickResult.RETRIEVED,
-    PickResult.REMOVED,
-    PickResult.MISSED,
-    PickResult.SLIPPED,
-    PickResult.STOPPED,
-)
+        return self.value in ("retrieved", "removed", "missed", "slipped", "stopped")
 
 
 @dataclass(frozen=True)
 class Touch:
-    """Where an unexpected contact ended an approach.
-
-    Attributes:
-        qpos: the arm afterwards, radians.
-        width_m: opening of the gripper.
-        relief_m: how far it had gone back by then, against the approach.
+    """Where an unexpected contact ended an approach: the arm afterwards (radians), the gripper's opening, and how far
+    it had gone back by then, against the approach.
     """
 
     qpos: tuple[float, ...]
@@ -58,12 +45,8 @@ class Touch:
 
 @dataclass(frozen=True)
 class FeltOutcome:
-    """What the gripper told of a pick. It feels that something is between the pads, never what.
-
-    Attributes:
-        result: as if whatever it held were the object that was to be picked.
-        held_after_lift: it held something after the lift.
-        delivered: it still did over the bin, and let go there.
+    """What the gripper told of a pick. It feels that something is between the pads, never what: the result is as if
+    that were the object that was to be picked.
     """
 
     result: PickResult
@@ -78,7 +61,6 @@ class PickOutcome:
     Scores go by this record, planners by `as_felt`: on a real robot nobody tells which object came up.
 
     Attributes:
-        result: see PickResult.
         object_id: the object that was to be picked.
         held_id: the object that was held after the lift, if any (simulator's truth, or the plan's on real robots).
         held_after_lift: the paper's own measure of success.

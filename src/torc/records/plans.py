@@ -9,13 +9,7 @@ from jaxtyping import Float
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A timed motion of the arm.
-
-    Attributes:
-        times_s: rising from 0.
-        qpos: joint positions, radians.
-        qvel: joint velocities, radians per second.
-    """
+    """A timed motion of the arm: times rise from 0; joint positions in radians, velocities in radians per second."""
 
     times_s: Float[np.ndarray, "t"]
     qpos: Float[np.ndarray, "t dof"]
@@ -45,9 +39,7 @@ class PickPlan:
     """The motions of one pick; each starts where the one before ends.
 
     Attributes:
-        object_id: the object to be picked.
         grasp_index: the grasp's index in the GraspSet.
-        T_world_tcp: grasp pose.
         width_m: expected distance between the pads when closed on the object.
         free: rest (or wherever the arm is) to pre-grasp, collision-free.
         approach: straight line, pre-grasp to grasp.
@@ -71,13 +63,7 @@ class PickPlan:
 
 @dataclass(frozen=True)
 class PlanFailure:
-    """No plan: where it failed last, and why.
-
-    Attributes:
-        stage: the query that failed for the last grasp tried.
-        reason: one sentence.
-        grasps_tried: grasps for which planning was attempted.
-    """
+    """No plan: the query that failed for the last grasp tried, and why, in a sentence."""
 
     stage: PlanStage
     reason: str

@@ -35,7 +35,6 @@ class SegmentedScene:
     """All that was perceived in one snapshot.
 
     Attributes:
-        observation: the snapshot.
         label_image: object id per pixel; BACKGROUND or ROBOT elsewhere. A task planner is shown the visible objects
             alone, here and in the observation; perception itself may leave in what it does not report.
         objects: visible objects, by rising id.

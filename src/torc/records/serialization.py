@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from jaxtyping import AbstractArray, jaxtyped
 
 from torc.errors import InputError
 
@@ -38,8 +39,8 @@ def load_record(path: Path | str, cls: type[Record]) -> Record:
     """Read a record of type `cls`. Raises InputError if the file is missing, damaged or holds another record."""
     try:
         with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
-            tree = json.loads(str(file["__tree__"]))
-            arrays = {name: file[name] for name in file.files if name != "__tree__"}
+            arrays = dict(file)
+        tree = json.loads(str(arrays.pop("__tree__")))
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"'{path}' is not a readable record: {error}") from error
     if not isinstance(tree, dict) or tree.get("format") != FORMAT or tree.get("type") != cls.__name__:
@@ -50,6 +51,23 @@ def load_record(path: Path | str, cls: type[Record]) -> Record:
         raise InputError(f"'{path}' does not hold a complete {cls.__name__}: {error}") from error
 
 
+def load_checked(path: Path, cls: type[Record], max_bytes: int, what: str) -> Record:
+    """As `load_record`, of a file that may come from a stranger: its arrays are finite, of the annotated types and
+    shapes, and not unpacked before their size is known. `what` names the content for messages.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(member.file_size for member in archive.infolist())
+    except (OSError, zipfile.BadZipFile) as error:
+        raise InputError(f"'{path}' is not a readable {what}: {error}") from error
+    if size > max_bytes:
+        raise InputError(f"'{path}' is larger than {max_bytes // 2**20} MB unpacked.")
+    record = load_record(path, cls)
+    if not _fits(record):
+        raise InputError(f"'{path}' holds no {what}: its arrays are not as torc writes them.")
+    return record
+
+
 def to_plain(value: Any) -> Any:
     """A record as JSON-compatible data, arrays as nested lists (for logs of small records)."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -58,13 +76,25 @@ def to_plain(value: Any) -> Any:
         return {str(k): to_plain(v) for k, v in value.items()}
     if isinstance(value, tuple | list):
         return [to_plain(v) for v in value]
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, enum.Enum):
-        return value.value
-    return value
+    return value.value if isinstance(value, enum.Enum) else value
+
+
+def _fits(record: Any) -> bool:
+    """Whether a record's arrays are as annotated, sizes of the same name alike, and so in the records within."""
+    with jaxtyped("context"):
+        for name, kind in typing.get_type_hints(type(record)).items():
+            value = getattr(record, name)
+            if not isinstance(kind, type):
+                continue
+            if dataclasses.is_dataclass(kind) and not (isinstance(value, kind) and _fits(value)):
+                return False
+            if issubclass(kind, AbstractArray) and not (
+                isinstance(value, kind) and np.isfinite(np.asarray(value)).all()
+            ):
+                return False
+    return True
 
 
 def _encode(value: Any, key: str, arrays: dict[str, np.ndarray]) -> Any:
@@ -77,16 +107,13 @@ def _encode(value: Any, key: str, arrays: dict[str, np.ndarray]) -> Any:
             f.name: _encode(getattr(value, f.name), f"{key}.{f.name}", arrays)
             for f in dataclasses.fields(value)
         }
-    if isinstance(value, enum.Enum):
-        return value.value
     if isinstance(value, Mapping):
         return {"map": to_plain(value)}
     if isinstance(value, tuple | list):
         return [_encode(v, key, arrays) for v in value]
-    if isinstance(value, np.generic):
-        return value.item()
-    if value is None or isinstance(value, bool | int | float | str):
-        return value
+    plain = to_plain(value)
+    if plain is None or isinstance(plain, bool | int | float | str):
+        return plain
     raise TypeError(
         f"A record holds plain data only, not {type(value).__name__} (field '{key.lstrip('.')}')."
     )
@@ -107,13 +134,8 @@ def _decode(annotation: Any, value: Any, arrays: dict[str, np.ndarray]) -> Any:
         return tuple(_decode(a, v, arrays) for a, v in zip(items, value, strict=True))
     if dataclasses.is_dataclass(annotation) and isinstance(annotation, type):
         hints = typing.get_type_hints(annotation)
-        fields = [f.name for f in dataclasses.fields(annotation) if f.name in value or _required(f)]
-        return annotation(**{name: _decode(hints[name], value[name], arrays) for name in fields})
+        # Fields with a default may be younger than the file.
+        return annotation(**{name: _decode(hints[name], v, arrays) for name, v in value.items()})
     if isinstance(annotation, type) and issubclass(annotation, enum.Enum):
         return annotation(value)
     return value
-
-
-def _required(field: dataclasses.Field[Any]) -> bool:
-    """Whether a file must have it; fields with a default may be younger than the file."""
-    return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING

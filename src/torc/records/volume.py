@@ -47,12 +47,10 @@ class OcclusionVolume:
     """What has never been seen, and which objects hide it (paper: Perception).
 
     Attributes:
-        grid: where the voxels are.
         seen: voxels that some snapshot saw free or on a surface.
         hidden_by: per unseen voxel the objects that hide it in the latest snapshot, bit k for object id k;
             0 for seen voxels and for those hidden by nothing that has an id.
         surface_label: object id (or BACKGROUND) of the surface points in the latest snapshot; EMPTY elsewhere.
-        snapshots: how many snapshots were integrated.
     """
 
     grid: VoxelGrid

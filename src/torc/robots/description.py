@@ -65,15 +65,13 @@ class RobotDescription:
     """A robot: arm, gripper, shape, and the names to find them by in the MJCF.
 
     Attributes:
-        name: for people: in logs, in the origin of problems, in exported data.
         static_spheres: x, y, z, radius in the world frame, of the parts that do not move.
         self_pairs: pairs of link numbers (as in SphereModel.link) that can touch each other.
         static_links: link numbers that can touch the static spheres.
         mjcf_path: the model, a fragment without floor, light, camera or physics options.
         arm_actuator_names: position servos, in the order of arm.joint_names; command = joint position, radians.
         gripper_body_name: the body that carries the fingers; its subtree is the whole gripper.
-        pad_geom_names: of the finger at -x and at +x.
-        tip_site_names: middle of the distal edge of each pad's face, at -x and +x.
+        pad_geom_names, tip_site_names: of the finger at -x and at +x; tips are in the middle of a pad's distal edge.
         root_body_names: the bodies at the root of the MJCF; their subtrees are the whole robot.
         source: fingerprint of what is in its files.
     """

@@ -18,28 +18,21 @@ class ExecutionConfig:
     """How a pick is carried out.
 
     Attributes:
-        open_width_m: how far the gripper opens; None: as far as it goes.
-        clearance_m: None: open so far before the motion; else to the expected width plus this (for tight clutter). The
-            plan must have been made for that opening.
-        free_guard, approach_guard, transfer_guard: when these motions stop on contact; None: never.
+        free_guard, approach_guard: when these motions stop on contact; None: never.
         close_within_rad: an approach stopped by contact this close to the grasp, in every joint, still closes the
             gripper: about two centimetres, as in the trials that the grasp score learns from.
         goal_slack_rad: a motion that ends this close to its goal counts as arrived.
-        start_slack_rad: a motion whose start is further than this from where the arm is, is bent to start there.
-        retreat_slowdown: the way back is slower than the way there by this factor.
     """
 
-    open_width_m: float | None = None
-    clearance_m: float | None = None
     grip_force_n: float = 50.0
     free_guard: ContactGuard | None = field(default_factory=ContactGuard)
     approach_guard: ContactGuard | None = field(default_factory=ContactGuard)
-    transfer_guard: ContactGuard | None = None
     close_within_rad: float = 0.04
     goal_slack_rad: float = 0.05
-    start_slack_rad: float = 0.01
-    retreat_slowdown: float = 1.5
-    retreat_ramp_s: float = 0.2
+
+
+_START_SLACK_RAD = 0.01
+"""A motion whose start is further than this from where the arm is, is bent to start there."""
 
 
 class Phase(StrEnum):
@@ -58,11 +51,8 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True)
 class PhaseTrace:
-    """One step: what was commanded, what came of it.
-
-    Attributes:
-        trajectory: the commanded motion of the arm; None for a motion of the gripper.
-        width_m: the commanded opening; None for a motion of the arm, 0 for closing.
+    """One step: the commanded motion of the arm, or the commanded opening of the gripper (0 for closing), and what came
+    of it.
     """
 
     phase: Phase
@@ -80,9 +70,8 @@ class ExecutionTrace:
     """One pick as it went.
 
     Attributes:
-        result: RETRIEVED (plan.object_id is the target), REMOVED, MISSED, SLIPPED, STOPPED or NOT_REACHED, by the
-            gripper's feeling.
-        delivered: it still did over the bin, and let go there.
+        result: by the gripper's feeling.
+        delivered: it still held over the bin, and let go there.
         at_home: the arm ended where it should wait: the end of `home`, or the start of `free`.
         touch: where an unexpected contact ended the approach, if one did.
     """
@@ -103,31 +92,29 @@ def execute_pick(
     config: ExecutionConfig | None = None,
     on_phase: Callable[[PhaseTrace], None] | None = None,
 ) -> ExecutionTrace:
-    """Carry out one pick; returns when the arm rests at home again, or where it could get no further. `on_phase` is
-    called after each step.
-    """
+    """Carry out one pick; returns when the arm rests at home again, or where it could get no further."""
     run = _Run(arm, gripper, plan, config or ExecutionConfig(), on_phase)
-    run.open(Phase.OPEN, run.opening_m())
+    run.open(Phase.OPEN)
     if not run.follow(Phase.FREE, plan.free, run.config.free_guard):
         return run.give_up("free motion", PickResult.NOT_REACHED)
     if not run.follow(Phase.APPROACH, plan.approach, run.config.approach_guard) and not run.near_grasp():
         return run.give_up("approach")
     run.close()
     if not run.follow(Phase.LIFT, plan.lift, None):
-        run.open(Phase.RELEASE, run.opening_m())
+        run.open(Phase.RELEASE)
         return run.give_up("lift")
     run.held_after_lift = run.gripper.state.holding
-    if not run.follow(Phase.TRANSFER, plan.transfer, run.config.transfer_guard):
+    if not run.follow(Phase.TRANSFER, plan.transfer, None):
         # Put it back where it stood. Where the arm cannot get there it stops: letting go high up would drop the
         # object, and from off its path the arm must not leap on to an earlier one.
         if not run.retreat(2):
             return run.trace(PickResult.STOPPED, False, run.why("transfer"))
-        run.open(Phase.RELEASE, run.opening_m())
+        run.open(Phase.RELEASE)
         return run.give_up("transfer")
     # An empty hand goes over the bin, too. That way is known to be free, while back down into the clutter the fingers
     # could land on what the failed grasp has moved, and press it against the table.
     still = run.gripper.state.holding
-    run.open(Phase.RELEASE, run.widest_m())
+    run.open(Phase.RELEASE)
     home = run.follow(Phase.HOME, run.plan.home, None)
     if not run.held_after_lift:
         return run.trace(PickResult.MISSED, home, "nothing was between the fingers after the lift")
@@ -181,22 +168,11 @@ class _Run:
         self.arm, self.gripper, self.plan, self.config, self.on_phase = arm, gripper, plan, config, on_phase
         self.phases: list[PhaseTrace] = []
         self.way: list[Trajectory] = []
-        self.held_after_lift = False
-        self.delivered = False
+        self.held_after_lift = self.delivered = False
 
-    def widest_m(self) -> float:
-        """How far the fingers ever open."""
-        most = self.gripper.max_width_m
-        return most if self.config.open_width_m is None else min(self.config.open_width_m, most)
-
-    def opening_m(self) -> float:
-        """How far the fingers are apart on the way to the object."""
-        if self.config.clearance_m is None:
-            return self.widest_m()
-        return min(self.widest_m(), self.plan.width_m + self.config.clearance_m)
-
-    def open(self, phase: Phase, width_m: float) -> None:
-        """Open the gripper."""
+    def open(self, phase: Phase) -> None:
+        """Open the gripper as far as it goes."""
+        width_m = self.gripper.max_width_m
         state = self.gripper.open(width_m)
         self._note(PhaseTrace(phase, None, width_m, True, False, self.arm.qpos, state))
 
@@ -207,7 +183,7 @@ class _Run:
 
     def follow(self, phase: Phase, trajectory: Trajectory, guard: ContactGuard | None) -> bool:
         """Move the arm, from where it really is; whether it arrived."""
-        if np.abs(self.arm.qpos - trajectory.qpos[0]).max() > self.config.start_slack_rad:
+        if np.abs(self.arm.qpos - trajectory.qpos[0]).max() > _START_SLACK_RAD:
             trajectory = starting_from(trajectory, self.arm.qpos)
         self.way.append(trajectory)
         return self._move(phase, trajectory, guard)
@@ -220,9 +196,7 @@ class _Run:
     def retreat(self, motions: int | None = None) -> bool:
         """Go back along the latest motions, by default along all; whether the arm is where the first of them began."""
         for _ in range(len(self.way) if motions is None else motions):
-            back = reverse(
-                self.way.pop(), self.arm.qpos, self.config.retreat_slowdown, self.config.retreat_ramp_s
-            )
+            back = reverse(self.way.pop(), self.arm.qpos)
             if back is not None and not self._move(Phase.RETREAT, back, None):
                 return False
         return True
@@ -240,8 +214,8 @@ class _Run:
         stops = [p for p in self.phases if p.phase is Phase.APPROACH and p.stopped_by_contact]
         if guard is not None and stops:
             touch = Touch(tuple(stops[0].qpos.tolist()), stops[0].gripper.width_m, guard.relief_m)
-        phases = tuple(self.phases)
-        return ExecutionTrace(result, phases, self.held_after_lift, self.delivered, at_home, detail, touch)
+        held, delivered = self.held_after_lift, self.delivered
+        return ExecutionTrace(result, tuple(self.phases), held, delivered, at_home, detail, touch)
 
     def _move(self, phase: Phase, trajectory: Trajectory, guard: ContactGuard | None) -> bool:
         result = self.arm.follow(trajectory, guard)

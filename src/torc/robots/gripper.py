@@ -19,11 +19,8 @@ class OrientedBox:
 
 @dataclass(frozen=True)
 class GripperDescription:
-    """A parallel gripper with two fingers.
-
-    The TCP is midway between the distal ends of the fingertips; x the closing direction, z out of the gripper. Its
-    place in the tool0 frame depends on the opening where fingertips travel on arcs, so everything is tabulated over
-    the opening, densely enough that linear interpolation is exact to micrometres.
+    """A parallel gripper with two fingers. The TCP is midway between the distal ends of the fingertips; x the closing
+    direction, z out of the gripper. Everything is tabulated over the opening.
 
     Attributes:
         joint_names: the gripper's joints in the MJCF, all of them.

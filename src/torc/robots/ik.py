@@ -26,8 +26,8 @@ class IkConfig:
     Attributes:
         swivel_angles: elbow positions tried per pose, evenly around the circle (closed form). More find tighter gaps
             in clutter and take longer in proportion.
-        soft_margin_rad: solutions whose joints are closer than this to a limit are ranked lower...
-        limit_weight: ... by up to this much per joint, in units of squared radians from rest.
+        soft_margin_rad: solutions whose joints are closer than this to a limit are ranked lower, by up to
+            `limit_weight` per joint, in units of squared radians from rest.
         starts: numerical solver: starting configurations per pose.
         tolerance: numerical solver: largest error of a solution, metres and radians.
     """

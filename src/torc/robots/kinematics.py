@@ -32,10 +32,7 @@ def tcp_pose(robot: RobotDescription, q: Float[np.ndarray, "dof"], width_m: floa
 def sphere_centers(
     robot: RobotDescription, qpos: Float[np.ndarray, "n dof"], width_m: Float[np.ndarray, "n"]
 ) -> Float[np.ndarray, "n s 3"]:
-    """World centres of robot.spheres, per configuration and opening of the gripper.
-
-    Raises InputError for an opening that the gripper does not have.
-    """
+    """World centres of robot.spheres, per configuration and opening; raises InputError for one that there is not."""
     poses, link = link_poses(robot.arm, qpos), robot.spheres.link
     widths = np.broadcast_to(np.asarray(width_m, dtype=np.float64), len(poses))
     fingers = poses[:, -1] @ robot.gripper.Ts_tool0_tcp_at(widths)

@@ -16,9 +16,7 @@ class Model:
     """The robot's MJCF, compiled alone, and one state of it. `path` is the robot file, for messages."""
 
     def __init__(self, path: Path, m: Any) -> None:
-        self.path = path
-        self.m = m
-        self.d = mujoco.MjData(m)
+        self.path, self.m, self.d = path, m, mujoco.MjData(m)
 
     def id(self, kind: str, name: str) -> int:
         """Id of a named body, joint, geom, site or actuator. Raises InputError."""

@@ -1,7 +1,5 @@
-"""From a robot file and its MJCF to a RobotDescription.
-
-Kinematics, limits and shapes are read from the compiled MJCF, so that the simulator and the planners can never
-disagree about the robot.
+"""From a robot file and its MJCF to a RobotDescription: kinematics, limits and shapes are those of the compiled MJCF,
+so that the simulator and the planners can never disagree about the robot.
 """
 
 import hashlib

@@ -12,28 +12,21 @@ from torc.robots.description import RobotDescription
 
 @dataclass(frozen=True)
 class ContactGuard:
-    """When a motion must stop because the robot touches something.
+    """When a motion must stop because the robot touches something; what it holds between the pads does not count.
 
     Attributes:
         max_force_n: stop as soon as the contact force on the arm or gripper exceeds this. 40 N stops before a stiff
             arm breaks a pile apart; below 15 N a light brush already stops it.
         relief_m: after the stop, go back along the path by this much, so that nothing stays pressed.
-        ignore_gripped: what is held between the pads does not count.
     """
 
     max_force_n: float = 40.0
     relief_m: float = 0.005
-    ignore_gripped: bool = True
 
 
 @dataclass(frozen=True)
 class FollowResult:
-    """How a motion ended.
-
-    Attributes:
-        stopped_by_contact: a ContactGuard ended it.
-        detail: for people, e.g. what was touched.
-    """
+    """How a motion ended; `stopped_by_contact`: by a ContactGuard; `detail`: for people, e.g. what was touched."""
 
     reached: bool
     stopped_by_contact: bool
@@ -68,9 +61,8 @@ class Arm(Protocol):
         """Joint positions now, radians."""
 
     def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
-        """Move along the trajectory, which starts where the arm is; returns when the arm rests again.
-
-        With a guard, the motion stops on contact and backs off by guard.relief_m. Without one it does not.
+        """Move along the trajectory, which starts where the arm is; returns when the arm rests again. Only with a guard
+        the motion stops on contact and backs off by guard.relief_m.
         """
 
 

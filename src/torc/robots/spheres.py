@@ -1,8 +1,4 @@
-"""A robot's collision geoms covered by spheres.
-
-The spheres cover a geom up to `tolerance_m` (collision checks pad them by more than that), and stick out of it as
-little as a small number of spheres allows.
-"""
+"""A robot's collision geoms covered by spheres up to `tolerance_m`; collision checks pad them by more than that."""
 
 from itertools import product
 
@@ -118,9 +114,8 @@ def _body_spheres(
 def _knuckle_spheres(
     model: Model, entry: RobotFile, arm: ArmDescription, gripper: GripperDescription, links: np.ndarray
 ) -> list[tuple[int, np.ndarray]]:
-    """Spheres of the parts that neither rest in the palm nor move with a finger: with the frame they move least in.
-
-    The sphere is enlarged by half the remaining travel beyond the tolerance.
+    """Spheres of the parts that neither rest in the palm nor move with a finger: with the frame they move least in,
+    enlarged by the remaining travel beyond the tolerance.
     """
     tolerance = entry.spheres.tolerance_m
     geoms = [g for b in range(model.m.nbody) if links[b] == KNUCKLE for g in model.collision_geoms(b)]

@@ -13,31 +13,18 @@ from torc.robots.protocols import ContactGuard, FollowResult, GripperState
 from torc.sim.contacts import ContactReader
 from torc.sim.stepping import Stepper
 
-
-@dataclass(frozen=True)
-class ActuationConfig:
-    """How motions start and end.
-
-    Attributes:
-        start_tolerance_rad: a trajectory must start this close to where the arm is.
-        goal_tolerance_rad: this close to the last point counts as reached.
-        stuck_rad: an arm that is held up further than this from its goal stays where it is. It would go on pressing,
-            and leap to the goal once the way is free, when nobody expects it.
-        grip_rest_m_s: pads slower than this for grip_hold_s have found their place.
-        grip_hold_s: see above; also lets the grip force build up.
-        empty_width_m: closed further than this, there is nothing between the pads.
-    """
-
-    start_tolerance_rad: float = 0.1
-    goal_tolerance_rad: float = 0.02
-    rest_speed_rad_s: float = 0.02
-    rest_limit_s: float = 0.4
-    stuck_rad: float = 0.05
-    relief_s: float = 0.12
-    grip_limit_s: float = 2.0
-    grip_rest_m_s: float = 0.002
-    grip_hold_s: float = 0.1
-    empty_width_m: float = 0.0015
+_START_TOLERANCE_RAD = 0.1
+"""A trajectory must start this close to where the arm is."""
+_GOAL_TOLERANCE_RAD = 0.02
+_REST_SPEED_RAD_S, _REST_LIMIT_S = 0.02, 0.4
+_STUCK_RAD = 0.05
+"""An arm that is held up further than this from its goal stays where it is. It would go on pressing, and leap to the
+goal once the way is free, when nobody expects it."""
+_RELIEF_S = 0.12
+_GRIP_LIMIT_S, _GRIP_REST_M_S, _GRIP_HOLD_S = 2.0, 0.002, 0.1
+"""Pads slower than this for so long, in which the grip force builds up, have found their place."""
+_EMPTY_WIDTH_M = 0.0015
+"""Closed further than this, there is nothing between the pads."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +38,9 @@ class GripState:
 class SimulatedGripper:
     """The `Gripper` of torc.robots.protocols."""
 
-    def __init__(self, stepper: Stepper, robot: RobotDescription, config: ActuationConfig) -> None:
+    def __init__(self, stepper: Stepper, robot: RobotDescription) -> None:
         """Raises InputError for a gripper whose actuator has no limits: they tell how to close it, and how hard."""
-        self._stepper, self._gripper, self._config = stepper, robot.gripper, config
+        self._stepper, self._gripper = stepper, robot.gripper
         world = stepper.world
         self._actuator = world.model.actuator(robot.gripper_actuator_name).id
         for limit in ("ctrl", "force"):
@@ -85,7 +72,7 @@ class SimulatedGripper:
     def state(self) -> GripperState:
         """What the gripper feels now."""
         width = self.width_m
-        return GripperState(width, self.closed and width > self._config.empty_width_m)
+        return GripperState(width, self.closed and width > _EMPTY_WIDTH_M)
 
     def open(self, width_m: float) -> GripperState:
         """Opens to width_m. Raises InputError outside the gripper's range."""
@@ -123,13 +110,13 @@ class SimulatedGripper:
         """Runs with a command until the pads rest."""
         self._limit_force(force)
         self._stepper.world.data.ctrl[self._actuator] = ctrl
-        config, elapsed, still = self._config, 0.0, 0.0
+        elapsed, still = 0.0, 0.0
         chunk = 5 * self._stepper.period_s
         before = self.width_m
-        while elapsed < config.grip_limit_s and still < config.grip_hold_s:
+        while elapsed < _GRIP_LIMIT_S and still < _GRIP_HOLD_S:
             self._stepper.run(chunk)
             elapsed, now = elapsed + chunk, self.width_m
-            still = still + chunk if abs(now - before) < config.grip_rest_m_s * chunk else 0.0
+            still = still + chunk if abs(now - before) < _GRIP_REST_M_S * chunk else 0.0
             before = now
         return self.state
 
@@ -137,10 +124,8 @@ class SimulatedGripper:
 class SimulatedArm:
     """The `Arm` of torc.robots.protocols."""
 
-    def __init__(
-        self, stepper: Stepper, robot: RobotDescription, gripper: SimulatedGripper, config: ActuationConfig
-    ) -> None:
-        self._stepper, self._gripper, self._config = stepper, gripper, config
+    def __init__(self, stepper: Stepper, robot: RobotDescription, gripper: SimulatedGripper) -> None:
+        self._stepper, self._gripper = stepper, gripper
         model = stepper.world.model
         joints = [model.joint(name) for name in robot.arm.joint_names]
         self._qpos_at = np.array([j.qposadr[0] for j in joints])
@@ -164,7 +149,7 @@ class SimulatedArm:
         Raises InputError if the trajectory does not start where the arm is, PhysicsError if the simulation broke.
         """
         gap = float(np.abs(trajectory.qpos[0] - self.qpos).max())
-        if gap > self._config.start_tolerance_rad:
+        if gap > _START_TOLERANCE_RAD:
             raise InputError(f"The trajectory starts {gap:.2f} rad away from where the arm is.")
         commands = self._commands(trajectory)
         path = np.empty((len(commands) + 1, 3 + len(self._actuators)))
@@ -174,7 +159,7 @@ class SimulatedArm:
             self._stepper.step()
             path[i + 1] = self._here()
             if guard is not None:
-                force, words = self._contacts.hardest(guard.ignore_gripped and self._gripper.closed)
+                force, words = self._contacts.hardest(ignore_gripped=self._gripper.closed)
                 if force > guard.max_force_n:
                     self._back_off(path[: i + 2], guard.relief_m)
                     return FollowResult(False, True, self.qpos, f"{words}, {force:.0f} N")
@@ -194,18 +179,18 @@ class SimulatedArm:
         return np.clip(commands, self._lower, self._upper)
 
     def _come_to_rest(self, goal: Float[np.ndarray, "dof"]) -> FollowResult:
-        config, data = self._config, self._stepper.world.data
+        data = self._stepper.world.data
         data.ctrl[self._actuators] = np.clip(goal, self._lower, self._upper)
-        for _ in range(round(config.rest_limit_s / self._stepper.period_s)):
-            if np.abs(data.qvel[self._qvel_at]).max() < config.rest_speed_rad_s:
+        for _ in range(round(_REST_LIMIT_S / self._stepper.period_s)):
+            if np.abs(data.qvel[self._qvel_at]).max() < _REST_SPEED_RAD_S:
                 break
             self._stepper.step()
         error = float(np.abs(self.qpos - goal).max())
-        if error > config.stuck_rad:
+        if error > _STUCK_RAD:
             data.ctrl[self._actuators] = self.qpos
-            self._stepper.run(config.relief_s)
+            self._stepper.run(_RELIEF_S)
             error = float(np.abs(self.qpos - goal).max())
-        reached = error <= config.goal_tolerance_rad
+        reached = error <= _GOAL_TOLERANCE_RAD
         detail = "" if reached else f"stopped {error:.3f} rad short of the goal"
         return FollowResult(reached, False, self.qpos, detail)
 
@@ -214,7 +199,7 @@ class SimulatedArm:
         distances = np.linalg.norm(path[:, :3] - path[-1, :3], axis=1)
         far = np.flatnonzero(distances >= relief_m)
         target = path[far[-1] if len(far) else 0, 3:]
-        start, steps = path[-1, 3:], max(1, round(self._config.relief_s / self._stepper.period_s))
+        start, steps = path[-1, 3:], max(1, round(_RELIEF_S / self._stepper.period_s))
         for s in np.linspace(0.0, 1.0, steps + 1):
             self._stepper.world.data.ctrl[self._actuators] = start + s * (target - start)
             self._stepper.step()

@@ -28,8 +28,8 @@ class ContactReader:
         self._is_gripper: Bool[np.ndarray, g] = np.isin(model.geom_bodyid, gripper)
 
     def hardest(self, ignore_gripped: bool) -> tuple[float, str]:
-        """Force of the one thing that presses hardest on the robot, newtons, and words for it; forces on several points
-        of it add up. `ignore_gripped` leaves out contacts between the fingers and any object.
+        """Force of the one thing that presses hardest on the robot, newtons, and words for it. `ignore_gripped` leaves
+        out contacts between the fingers and any object.
         """
         contact = self._world.data.contact
         geoms: Int[np.ndarray, "c 2"] = contact.geom
@@ -71,8 +71,8 @@ class ContactReader:
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two things that are inside each other: how deep (0 or less where nothing touches), what they are, for messages,
-    and the ids of those that are objects.
+    """Two things that are inside each other: how deep (0 or less where nothing touches), their names, and the ids of
+    those that are objects.
     """
 
     depth_m: float

@@ -6,6 +6,7 @@ ctypes.
 import ctypes
 import os
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 from torc.errors import InputError, MissingDependencyError
@@ -13,8 +14,6 @@ from torc.errors import InputError, MissingDependencyError
 _LIBRARIES = ("egl", "osmesa", "glfw")
 BACKENDS = (*_LIBRARIES, "rays")
 """Ways to render: three GL libraries, and ray casting on the processor, which needs none."""
-_DISABLED = ("disable", "disabled", "off", "false", "0")
-_DEFAULTS = ("", "enable", "enabled", "on", "true", "1")
 _REMEDY = "apt-get install libegl1 libopengl0 libgl1-mesa-dri   (or: apt-get install libosmesa6)"
 _EGL_PLATFORM_DEVICE = 0x313F
 _MAX_DEVICES = 16
@@ -22,16 +21,15 @@ _MAX_DEVICES = 16
 
 @cache
 def gl_backend() -> str:
-    """The way this process renders: "egl", "osmesa", "glfw", or "rays" (no GL at all). MUJOCO_GL is respected where it
-    is set ("off" means rays); else the first of EGL and OSMesa that works, else rays. Raises InputError if it names
-    something else.
+    """The way this process renders: MUJOCO_GL where it is set ("off" means rays), else the first of EGL and OSMesa that
+    works, else rays. Raises InputError if MUJOCO_GL names something else.
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
-    if wanted in _DISABLED:
+    if wanted in ("disable", "disabled", "off", "false", "0"):
         return "rays"
     if wanted in _LIBRARIES:
         return wanted
-    if wanted not in _DEFAULTS:
+    if wanted not in ("", "enable", "enabled", "on", "true", "1"):
         raise InputError(
             f"MUJOCO_GL is '{wanted}'; torc knows {', '.join(_LIBRARIES)}, off, or leave it unset."
         )
@@ -44,19 +42,11 @@ def gl_backend() -> str:
 
 
 def make_context(backend: str, width: int, height: int) -> Any:
-    """A GL context for images up to that size, pixels; with make_current(), as_current() and free(). Raises
-    MissingDependencyError if the library is missing or has no device.
+    """A GL context for images up to that size, pixels; with make_current() and free(). Raises MissingDependencyError if
+    the library is missing or has no device.
     """
     try:
-        if backend == "egl":
-            from mujoco.egl import GLContext
-        elif backend == "osmesa":
-            from mujoco.osmesa import GLContext
-        elif backend == "glfw":
-            from mujoco.glfw import GLContext
-        else:
-            raise InputError(f"'{backend}' is no GL library; known: egl, osmesa, glfw.")
-        return GLContext(width, height)
+        return import_module(f"mujoco.{backend}").GLContext(width, height)
     except (ImportError, AttributeError, OSError, RuntimeError) as error:
         raise MissingDependencyError(f"Rendering with {backend} ({error})", _REMEDY) from error
 

@@ -24,9 +24,8 @@ _SHADOW_REACH_M = 0.4
 
 
 def portrait(model: ObjectModel, width: int = 300, height: int = 250) -> UInt8[np.ndarray, "h w 3"]:
-    """The object in its natural pose on the table, as the simulator draws it.
-
-    Raises InputError if MuJoCo does not accept the model.
+    """The object in its natural pose on the table, as the simulator draws it. Raises InputError for a model that MuJoCo
+    does not accept.
     """
     center = _standing_at(model)
     x, y, z = (float(v) for v in center)

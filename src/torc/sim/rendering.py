@@ -36,7 +36,7 @@ class CameraRenderer(Closing):
     """Renders one camera of a world, again and again, and changes nothing that the physics reads."""
 
     def __init__(self, world: World, mount: CameraMount, backend: str | None = None) -> None:
-        """A renderer with the process's backend (`gl_backend()`), or the one named. Raises InputError for an unknown
+        """Renders with the process's backend (`gl_backend()`), or the one named. Raises InputError for an unknown
         backend, and MissingDependencyError for one that does not work here.
         """
         self.backend = gl_backend() if backend is None else backend
@@ -47,7 +47,8 @@ class CameraRenderer(Closing):
 
     def render(self, T_world_camera: Pose | None = None, color: bool = True) -> View:
         """Colour, depth and labels of the world as it is now; from elsewhere if a camera pose is given; black without
-        colour, which takes half of the time."""
+        colour, which takes half of the time.
+        """
         self._world.update_kinematics()
         T = self._mount.T_world_camera if T_world_camera is None else T_world_camera
         if self._gl is None:

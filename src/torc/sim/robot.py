@@ -11,27 +11,22 @@ from torc.records import TARGET_ID, FeltOutcome, Observation, PickOutcome, PickP
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, Phase, PhaseTrace, execute_pick
 from torc.robots.protocols import Camera
-from torc.sim.actuation import ActuationConfig, GripState, SimulatedArm, SimulatedGripper
+from torc.sim.actuation import GripState, SimulatedArm, SimulatedGripper
 from torc.sim.camera import SimulatedCamera
 from torc.sim.closing import Closing
 from torc.sim.contacts import ContactReader
 from torc.sim.settling import SettleConfig
 from torc.sim.state import refresh, restore_state, save_state
-from torc.sim.stepping import Observer, Stepper, StepperConfig, StepperState
+from torc.sim.stepping import Observer, Stepper, StepperState
 from torc.sim.world import Presence, World
 
 
 @dataclass(frozen=True)
 class SimulatedRobotConfig:
-    """The simulated robot.
-
-    Attributes:
-        risen_m: an object that is this much higher after the lift is held, if it touches the gripper.
-        backend: how to render; None for the best there is.
+    """The simulated robot. An object that is `risen_m` higher after the lift is held, if it touches the gripper;
+    `backend` is how to render, None for the best there is.
     """
 
-    stepper: StepperConfig = field(default_factory=StepperConfig)
-    actuation: ActuationConfig = field(default_factory=ActuationConfig)
     execution: ExecutionConfig = field(default_factory=ExecutionConfig)
     rest: SettleConfig = field(default_factory=lambda: SettleConfig(limit_s=1.5))
     risen_m: float = 0.02
@@ -57,30 +52,26 @@ class SimulatedRobot(Closing):
         self, world: World, config: SimulatedRobotConfig | None = None, observer: Observer | None = None
     ) -> None:
         """Takes over a world that was built with a robot; nobody else should step it. The observer is called with it
-        about 25 times per simulated second. Raises ValueError if it has no robot.
+        about 25 times per simulated second.
         """
         if world.robot is None:
             raise ValueError("The world was built without a robot.")
-        self.world, self.config, self._description = world, config or SimulatedRobotConfig(), world.robot
-        self._stepper = Stepper(world, self.config.stepper, observer)
-        self.gripper = SimulatedGripper(self._stepper, world.robot, self.config.actuation)
-        self.arm = SimulatedArm(self._stepper, world.robot, self.gripper, self.config.actuation)
+        self.world, self.config = world, config or SimulatedRobotConfig()
+        self.description: RobotDescription = world.robot
+        self._stepper = Stepper(world, observer)
+        self.gripper = SimulatedGripper(self._stepper, world.robot)
+        self.arm = SimulatedArm(self._stepper, world.robot, self.gripper)
         self.camera = SimulatedCamera(world, self.config.backend, self.config.color)
         self._eye: Camera = self.camera
         self._contacts = ContactReader(world, world.robot)
         self.last_trace: ExecutionTrace | None = None
         """What was commanded in the latest pick, and what the robot itself felt."""
 
-    @property
-    def description(self) -> RobotDescription:
-        """Kinematics and shape."""
-        return self._description
-
     def take_over(self) -> tuple[int, ...]:
         """Lets the scene come to rest before the first pick, and takes what is not on the table then out of it.
 
-        Returns the ids of the objects that were taken out, which count as nobody's drops. Raises InputError if the
-        target is one of them, and PhysicsError if the simulation broke.
+        Returns the ids of what was taken out, which nobody dropped. Raises InputError if the target is one of them, and
+        PhysicsError if the simulation broke.
         """
         self.wait_for_rest()
         absent = self.world.off_table()
@@ -103,9 +94,8 @@ class SimulatedRobot(Closing):
         self._eye = camera
 
     def execute(self, plan: PickPlan) -> PickOutcome:
-        """Carries out one pick and tells what came of it, by the simulator's truth, and what the gripper felt.
-
-        Raises InputError if the plan does not start where the arm is, and PhysicsError if the simulation broke.
+        """Carries out one pick and tells what came of it, by the simulator's truth, and what the gripper felt. Raises
+        InputError if the plan does not start where the arm is, and PhysicsError if the simulation broke.
         """
         # Whether the state before a pick was restored or reached must not matter for the pick.
         refresh(self.world)

@@ -21,12 +21,8 @@ and piles creep no less. Where numbers matter, the final word is that of a world
 
 @dataclass(frozen=True)
 class SettleConfig:
-    """When a scene counts as settled.
-
-    Attributes:
-        speed_m_s: every object's linear + radius x angular speed must stay below this ...
-        quiet_s: ... for this long. Longer finds slower topples; for the slowest see `torc.sim.stillness`.
-        radius_m: the radius above: a typical object's half size.
+    """When a scene counts as settled: every object's linear + radius x angular speed stays below a limit for `quiet_s`.
+    Longer finds slower topples; for the slowest see `torc.sim.stillness`. The radius is a typical object's half size.
     """
 
     speed_m_s: float = 0.005
@@ -38,8 +34,8 @@ class SettleConfig:
 
 @dataclass(frozen=True)
 class SettleReport:
-    """How settling went: whether every object on the table came to rest within the limit, the simulated time it took,
-    the fastest object's speed at the end, and the ids of the objects that are no longer on the table.
+    """Whether every object on the table came to rest within the limit, the simulated time it took, the fastest object's
+    speed at the end, and the ids of the objects that are no longer on the table.
     """
 
     settled: bool
@@ -68,9 +64,7 @@ class DumpConfig:
 
 
 def settle(world: World, config: SettleConfig | None = None) -> SettleReport:
-    """Runs the world until every object on the table is at rest, or the limit is reached. Raises PhysicsError if the
-    simulation broke.
-    """
+    """Runs the world until every object on the table is at rest, or the limit is reached. Raises PhysicsError."""
     config = config or SettleConfig()
     steps = max(1, round(config.check_s / world.model.opt.timestep))
     watchdog = _watch(world)
@@ -94,7 +88,7 @@ def settle_problem(
     world_config: WorldConfig | None = None,
 ) -> tuple[Problem, SettleReport]:
     """The problem with its objects where they come to rest, and how settling went (objects may have left the table).
-    Raises PhysicsError if the simulation broke, e.g. because objects were placed inside each other.
+    Raises PhysicsError, e.g. because objects were placed inside each other.
     """
     world = build_world(problem, None, workspace, world_config or UNSEEN)
     report = settle(world, config)
@@ -119,7 +113,7 @@ def dump(
 ) -> tuple[Problem, SettleReport]:
     """An unstructured pile of the problem's objects, whatever their poses were: let go in a random order and
     orientation between temporary walls, which are then taken away. Returns the problem with settled poses, and the
-    report of settling after the walls were gone. Raises PhysicsError if the simulation broke.
+    report of settling without walls. Raises PhysicsError.
     """
     config = config or DumpConfig()
     world_config = world_config or UNSEEN
@@ -192,11 +186,7 @@ def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:
 
 @dataclass(frozen=True)
 class EaseConfig:
-    """When to stop.
-
-    Attributes:
-        depth_m: nothing may be deeper inside something else; ordinary settling copes with that.
-    """
+    """When to stop: nothing is deeper inside something else; ordinary settling copes with that."""
 
     depth_m: float = 0.002
     max_steps: int = 1000
@@ -204,9 +194,7 @@ class EaseConfig:
 
 @dataclass(frozen=True)
 class EaseReport:
-    """How deep the deepest two bodies were inside each other before and after, 0 if none were, and the time steps it
-    took.
-    """
+    """How deep the deepest two bodies were inside each other before and after, and the time steps it took."""
 
     before_m: float
     after_m: float

@@ -19,17 +19,14 @@ class WorldConfig:
     """Physics and looks. The defaults were tuned together: a firm grasp and no explosions; change with care.
 
     Attributes:
-        timestep_s: 4 ms is no faster per simulated pick once piles explode or objects creep out of the fingers.
         impratio: stiffness of friction against that of contact; below 10 held objects creep.
         rolling_friction_round_m: of objects that roll; with less, settling never ends.
         light_kg: contacts of MuJoCo are as stiff as the lighter body is heavy: a finger that presses 40 N on a
-            15 g sponge would sink in by centimetres. So objects lighter than this get a shorter time constant, as if
-            they weighed this much ...
-        light_solref_s: ... but none shorter than this, which is four time steps.
+            15 g sponge would sink in by centimetres. So objects lighter than this get a shorter time constant, but
+            none shorter than `light_solref_s`, which is four time steps.
         object_solimp: of objects' contacts; MuJoCo's own (.9, .95) is five times as soft under load.
         sleeping: in a world with a robot, objects at rest are not computed until something touches one of those that
             lie together: a pick gets several times cheaper, but what would creep on for ever stays where it is.
-        shadow_size: resolution of shadows, pixels; drawing time grows with it.
         samples: of antialiasing, 0 for none; 4 makes drawing in software three times as slow.
         surfaces: objects have surfaces to look at. Without them the world is built in half the time.
         implicit: velocities are integrated implicitly, which servos need; else the solver needs half the iterations.

@@ -31,8 +31,8 @@ def refresh(world: World) -> None:
 
 
 def restore_state(world: World, state: Float[np.ndarray, "s"]) -> None:
-    """Puts a world into a state saved from it, or from one built alike, maybe in another process. Raises InputError if
-    the state belongs to another world (its size differs).
+    """Puts a world into a state saved from it, or from one built alike, maybe in another process. Raises InputError for
+    one of another size.
     """
     size = mujoco.mj_stateSize(world.model, _PARTS)
     ends = np.cumsum([size, world.object_count, _WARNINGS, world.model.ntree])

@@ -1,30 +1,20 @@
 """Running the world on in control periods, with the watchdog and an observer beside it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import mujoco
 
-from torc.sim.watchdog import Watchdog, WatchdogConfig
+from torc.sim.watchdog import Watchdog
 from torc.sim.world import World
 
 Observer = Callable[[World], None]
 """Looks at the world now and then, e.g. to record a video; must change nothing."""
 
 
-@dataclass(frozen=True)
-class StepperConfig:
-    """How often what happens.
-
-    Attributes:
-        control_s: time between two commands to the servos, and between two looks at contact forces.
-        watchdog_s: time between two looks for broken physics.
-    """
-
-    control_s: float = 0.004
-    watchdog_s: float = 0.02
-    observer_s: float = 1.0 / 25.0
-    watchdog: WatchdogConfig = field(default_factory=WatchdogConfig)
+_CONTROL_S = 0.004
+"""Time between two commands to the servos, and between two looks at contact forces."""
+_WATCHDOG_S, _OBSERVER_S = 0.02, 1.0 / 25.0
 
 
 @dataclass(frozen=True)
@@ -40,15 +30,15 @@ class StepperState:
 class Stepper:
     """Steps a world. The only thing that advances time while a robot works."""
 
-    def __init__(self, world: World, config: StepperConfig, observer: Observer | None = None) -> None:
-        self.world, self.config, self._observer = world, config, observer
-        self._watchdog = Watchdog(world, config.watchdog)
+    def __init__(self, world: World, observer: Observer | None = None) -> None:
+        self.world, self._observer = world, observer
+        self._watchdog = Watchdog(world)
         timestep = world.model.opt.timestep
-        self._steps = max(1, round(config.control_s / timestep))
+        self._steps = max(1, round(_CONTROL_S / timestep))
         self.period_s: float = self._steps * timestep
         """Time that one call of `step` takes."""
-        self._watch_every = max(1, round(config.watchdog_s / self.period_s))
-        self._observe_every = max(1, round(config.observer_s / self.period_s))
+        self._watch_every = max(1, round(_WATCHDOG_S / self.period_s))
+        self._observe_every = max(1, round(_OBSERVER_S / self.period_s))
         self._count = 0
 
     def step(self) -> None:

@@ -15,9 +15,8 @@ class StillnessConfig:
 
     Attributes:
         distance_m, angle_rad: no object may move or turn further from where it was at the start.
-        early_s: after this time the watch ends as soon as the rest is foreseeable: what every object has moved, plus
-            `safety` times what it would still move at the pace of the last `pace_s`, is within the limits. Infinite
-            to watch to the end.
+        early_s: after this time the watch ends as soon as what every object has moved, plus `safety` times what it
+            would still move at the pace of the last `pace_s`, is within the limits.
     """
 
     distance_m: float = 0.002
@@ -31,10 +30,8 @@ class StillnessConfig:
 
 @dataclass(frozen=True)
 class StillnessReport:
-    """What was seen of a scene left to itself.
-
-    Attributes:
-        distances_m, angles_rad: how far each object moved and turned; 0 for those not in the scene.
+    """What was seen of a scene left to itself: how far each object moved and turned (0 for those not in the scene), and
+    which left the table.
     """
 
     still: bool
@@ -45,19 +42,17 @@ class StillnessReport:
 
     @property
     def distance_m(self) -> float:
-        """How far the object moved that moved furthest."""
+        """The largest distance."""
         return float(self.distances_m.max(initial=0.0))
 
     @property
     def angle_rad(self) -> float:
-        """How far the object turned that turned furthest."""
+        """The largest angle."""
         return float(self.angles_rad.max(initial=0.0))
 
 
 def watch_stillness(world: World, config: StillnessConfig | None = None) -> StillnessReport:
-    """Runs a world on until an object has moved too far, or the time is up. Raises PhysicsError if the simulation
-    broke.
-    """
+    """Runs a world on until an object has moved too far, or the time is up. Raises PhysicsError."""
     config = config or StillnessConfig()
     began, positions, wxyz, on_table = world.time_s, world.positions, world.wxyz, set(world.on_table())
     limits = np.array([config.distance_m, config.angle_rad])

@@ -30,8 +30,7 @@ class Visibility:
 
     Attributes:
         pixels_alone: with all other objects taken away.
-        hidden_by: [k, j]: pixels in which object k would show alone, and object j shows in its place. What is in front
-            counts, not what stands between the two.
+        hidden_by: [k, j]: pixels in which object k would show alone, and object j shows in its place.
     """
 
     pixels: Int[np.ndarray, "n"]
@@ -47,9 +46,8 @@ class Visibility:
 def measure_visibility(
     world: World, mount: CameraMount, label_image: Int16[np.ndarray, "h w"] | None = None
 ) -> Visibility:
-    """Counts the pixels of every object in the scene, and alone. The world, which may have a robot that hides objects
-    too, is as before afterwards. `label_image` is the camera's image of it as it is now, by rays, if there is one
-    already.
+    """Counts the pixels of every object in the scene, and alone; the robot hides objects too. The world is as before
+    afterwards. `label_image` is the camera's image of it as it is now, by rays, if there is one already.
     """
     windows = [_window(world, i, mount) for i in range(world.object_count)]
     present = [int(i) for i in np.flatnonzero(world.present)]

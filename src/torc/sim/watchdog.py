@@ -1,7 +1,5 @@
 """Noticing that a simulation broke: a trial on broken physics is errored, never scored."""
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 from jaxtyping import Bool, Int
@@ -17,38 +15,28 @@ _BAD_NUMBERS = (
 _BELOW_M = 0.10
 
 
-@dataclass(frozen=True)
-class WatchdogConfig:
-    """Signs of broken physics.
-
-    Attributes:
-        max_speed_m_s: of an object on or above the table. An arm moves it at about 1 m/s, a fall of 50 cm at 3.
-        max_falling_speed_m_s: of an object below the table top, or above the bin.
-        max_penetration_m: of two bodies into each other, above the table, if it lasts; a few millimetres are normal.
-        penetration_s: how long it must last. What falls 20 cm onto the table sinks in by 15 mm for an instant.
-        max_impact_penetration_m: too deep even for an instant.
-    """
-
-    max_speed_m_s: float = 5.0
-    max_falling_speed_m_s: float = 8.0
-    max_joint_speed_rad_s: float = 60.0
-    max_penetration_m: float = 0.015
-    penetration_s: float = 0.1
-    max_impact_penetration_m: float = 0.04
+_MAX_SPEED_M_S, _MAX_FALLING_SPEED_M_S = 5.0, 8.0
+"""Of an object on or above the table (an arm moves it at about 1 m/s, a fall of 50 cm at 3); and of one below the table
+top, or above the bin."""
+_MAX_JOINT_SPEED_RAD_S = 60.0
+_MAX_PENETRATION_M, _PENETRATION_S = 0.015, 0.1
+"""Of two bodies into each other, above the table, if it lasts so long. What falls 20 cm onto the table sinks in by 15
+mm for an instant.
+"""
+_MAX_IMPACT_PENETRATION_M = 0.04
+"""Too deep even for an instant."""
 
 
 class Watchdog:
     """Looks at a world now and then; a few dozen times per simulated second is enough."""
 
-    def __init__(self, world: World, config: WatchdogConfig | None = None) -> None:
-        self._world, self._config = world, config or WatchdogConfig()
+    def __init__(self, world: World) -> None:
+        self._world = world
         self.deep_since_s: float | None = None
         """Since when two bodies have been too deep in each other; None if they are not."""
 
     def check(self) -> None:
-        """One look. Raises PhysicsError for NaN, a body too fast, or two bodies too deep in each other; says which and
-        how much.
-        """
+        """One look. Raises PhysicsError for NaN, a body too fast, or two bodies too deep in each other."""
         data = self._world.data
         if any(data.warning[int(w)].number for w in _BAD_NUMBERS) or not np.isfinite(data.qpos).all():
             raise PhysicsError(
@@ -58,18 +46,18 @@ class Watchdog:
         self._check_speeds()
 
     def _check_penetration(self) -> None:
-        world, config, contact = self._world, self._config, self._world.data.contact
+        world, contact = self._world, self._world.data.contact
         # Below the table things land hard, in the bin and on the floor, and sink in; that hurts nobody.
         below = contact.pos[:, 2] < world.workspace.support_z_m - _BELOW_M
         depths = np.where(below, 0.0, -contact.dist)
-        if depths.max(initial=0.0) <= config.max_penetration_m:
+        if depths.max(initial=0.0) <= _MAX_PENETRATION_M:
             self.deep_since_s = None
             return
         deepest = int(np.argmax(depths))
         # A restored state may take time back.
         since = world.time_s if self.deep_since_s is None else min(self.deep_since_s, world.time_s)
         self.deep_since_s = since
-        if depths[deepest] > config.max_impact_penetration_m or world.time_s - since >= config.penetration_s:
+        if depths[deepest] > _MAX_IMPACT_PENETRATION_M or world.time_s - since >= _PENETRATION_S:
             a, b = (world.body_name_of_geom(g) for g in contact.geom[deepest])
             raise PhysicsError(
                 f"{a} and {b} are {1000 * depths[deepest]:.0f} mm inside each other at t = {world.time_s:.3f} s. "
@@ -77,10 +65,10 @@ class Watchdog:
             )
 
     def _check_speeds(self) -> None:
-        world, config = self._world, self._config
+        world = self._world
         speeds = np.where(world.present, np.linalg.norm(world.velocities[:, :3], axis=1), 0.0)
-        if speeds.max(initial=0.0) > config.max_speed_m_s:
-            limits = np.where(_may_fall(world), config.max_falling_speed_m_s, config.max_speed_m_s)
+        if speeds.max(initial=0.0) > _MAX_SPEED_M_S:
+            limits = np.where(_may_fall(world), _MAX_FALLING_SPEED_M_S, _MAX_SPEED_M_S)
             worst = int(np.argmax(speeds - limits))
             if speeds[worst] > limits[worst]:
                 name = world.problem.ordered()[worst].name
@@ -89,7 +77,7 @@ class Watchdog:
                     f"{self._remedy()}"
                 )
         joints = np.abs(world.data.qvel[world.robot_dofs])
-        if joints.max(initial=0.0) > config.max_joint_speed_rad_s:
+        if joints.max(initial=0.0) > _MAX_JOINT_SPEED_RAD_S:
             raise PhysicsError(
                 f"A robot joint turns at {joints.max():.0f} rad/s at t = {world.time_s:.3f} s. {self._remedy()}"
             )
@@ -97,9 +85,7 @@ class Watchdog:
     def _remedy(self, geoms: Int[np.ndarray, "2"] | None = None) -> str:
         """What to do; `geoms` are inside each other, where that is what is wrong."""
         if geoms is not None and not (self._world.geom_labels[geoms] >= 0).any():
-            return (
-                "The trial does not count. If other trials of this robot end so too, its files need a change."
-            )
+            return "The trial does not count. If other trials of this robot end so too, change its files."
         return (
             "The trial does not count. If the problem places objects inside each other or inside the table, move them "
             "apart: `position` is an object's middle, and the table top is at "

@@ -39,10 +39,8 @@ class Presence(IntEnum):
 class World:
     """A compiled world and its present state.
 
-    Attributes:
-        problem, models, robot, workspace: what it was built from; robot is None in a world for settling.
-        robot_dofs: velocity indices of the robot's joints.
-        geom_labels: per geom its object id, BACKGROUND or ROBOT.
+    `robot` is None in a world for settling; `robot_dofs` are velocity indices of the robot's joints; `geom_labels`
+    holds per geom its object id, BACKGROUND or ROBOT.
     """
 
     def __init__(
@@ -109,15 +107,10 @@ class World:
         return np.where(self.present, speed, 0.0)
 
     def set_object_pose(self, object_id: int, position: np.ndarray, wxyz: np.ndarray) -> None:
-        """Puts an object somewhere, at rest. Call `update_kinematics` before reading body poses. Raises InputError if
-        there is no such object, or its quaternion is zero.
+        """Puts an object somewhere, at rest; the quaternion is normalized. Call `update_kinematics` before reading body
+        poses.
         """
-        if not 0 <= object_id < self.object_count:
-            raise InputError(f"There is no object {object_id}; the problem has 0..{self.object_count - 1}.")
-        norm = float(np.linalg.norm(wxyz))
-        if norm < 1e-9:
-            raise InputError(f"The orientation of object {object_id} is a zero quaternion.")
-        self.data.qpos[self._qpos_at[object_id]] = np.concatenate([position, np.asarray(wxyz) / norm])
+        self.data.qpos[self._qpos_at[object_id]] = np.concatenate([position, wxyz / np.linalg.norm(wxyz)])
         self.data.qvel[self._qvel_at[object_id]] = 0.0
         self.wake()
 
@@ -191,9 +184,9 @@ def build_world(
     extra: tuple[Box, ...] = (),
     load_model: Callable[[str], ObjectModel] = load_object,
 ) -> World:
-    """The world of a problem at its first state: objects where the problem puts them (the target is object 0), the arm
-    at rest. Without a robot it is faster, for settling. `extra` are further fixed boxes; `load_model` finds the model
-    of a name. Raises InputError for too many objects, or a model that MuJoCo does not accept.
+    """The world of a problem at its first state: objects where the problem puts them, the arm at rest. Without a robot
+    it is faster, for settling. `extra` are further fixed boxes; `load_model` finds the model of a name. Raises
+    InputError for too many objects, or a model that MuJoCo does not accept.
     """
     if (n := len(problem.ordered())) > MAX_OBJECTS:
         raise InputError(f"{problem.name}: {n} objects; at most {MAX_OBJECTS} are possible.")

@@ -66,10 +66,8 @@ class Conditions(PipelineSpec):
             raise InputError("--max-picks must be at least 1.")
 
     def facts(self, sources: Mapping[str, str]) -> dict[str, Any]:
-        """What differs from the defaults: plain data, in which parts of a user's own count by what is in their files.
-
-        Args:
-            sources: fingerprints of those files by field, see `torc.pipeline.building.sources`.
+        """What differs from the defaults: plain data, in which parts of a user's own count by what is in their files:
+        `sources` are the fingerprints of those by field, see `torc.pipeline.building.sources`.
         """
         changed = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "settings"}
         default = Conditions()

@@ -21,12 +21,7 @@ Sources = Mapping[str, str]
 
 @dataclass(frozen=True)
 class RecordedSpec:
-    """A trial's spec as it was written down.
-
-    Attributes:
-        spec: what was played.
-        sources: fingerprints of the parts that did not come with torc.
-    """
+    """A trial's spec as it was written down, with the fingerprints of the parts that did not come with torc."""
 
     spec: TrialSpec
     sources: Sources = field(default_factory=dict)

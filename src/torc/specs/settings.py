@@ -13,14 +13,8 @@ Settings = Mapping[str, Any]
 
 def under(settings: Settings, stage: str) -> dict[str, Any]:
     """The settings of one stage, by their paths within it."""
-    return {
-        path.removeprefix(f"{stage}."): value for path, value in settings.items() if in_stage(path, stage)
-    }
-
-
-def in_stage(path: str, stage: str) -> bool:
-    """Whether a setting is one of that stage."""
-    return path.startswith(f"{stage}.")
+    prefix = f"{stage}."
+    return {k.removeprefix(prefix): value for k, value in settings.items() if k.startswith(prefix)}
 
 
 def changed(config: Any, settings: Settings, stage: str) -> Any:

@@ -7,7 +7,6 @@ from typing import Any
 
 from torc.errors import InputError
 from torc.plugins import short_part_name
-from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
 from torc.vlm.config import VlmConfig
@@ -55,11 +54,7 @@ class PlannerSpec:
 class TrialSpec:
     """All that decides a trial's result.
 
-    Attributes:
-        problem: name of a shipped problem or path of a problem file.
-        planner: who chooses.
-        seed: decides all random draws.
-        conditions: what is around the planner.
+    `problem` is the name of a shipped problem or the path of a problem file; the seed decides all random draws.
     """
 
     problem: str
@@ -81,13 +76,8 @@ class TrialSpec:
         vlm: VlmConfig | None = None,
         **conditions: Any,
     ) -> "TrialSpec":
-        """A spec from its most used parts: TrialSpec.of("structured-04", "random", noise=True).
-
-        Args:
-            problem, seed: as above.
-            planner: its name.
-            vlm: the model that the planner asks.
-            conditions: fields of `Conditions`.
+        """A spec from its most used parts: TrialSpec.of("structured-04", "random", noise=True); `conditions` are fields
+        of `Conditions`.
         """
         return cls(problem, PlannerSpec(planner, vlm), seed, Conditions(**conditions))
 
@@ -104,11 +94,9 @@ class TrialSpec:
         parts = [Path(self.problem).stem, short_part_name(who.name)]
         parts += [re.sub(r"[^\w.]+", "-", who.vlm.short_name)] if who.vlm is not None else []
         parts += [who.expert] if who.expert else []
-        for name in ("camera", "depth", "perception", "grasps", "motion"):
-            used = getattr(around, name)
-            parts += [short_part_name(used)] if used != getattr(default, name) else []
-        parts += [Path(around.robot).stem] if around.robot != DEFAULT_ROBOT else []
-        parts += [Path(around.workspace).stem] if around.workspace != default.workspace else []
+        for name in ("camera", "depth", "perception", "grasps", "motion", "robot", "workspace"):
+            if (used := getattr(around, name)) != getattr(default, name):
+                parts.append(Path(used).stem if name in ("robot", "workspace") else short_part_name(used))
         parts += ["outside"] if who.outside_view else []
         settings = settings_text({**around.settings, **who.settings})
         parts += [re.sub(r"[^\w.=]+", "-", settings)] if settings else []

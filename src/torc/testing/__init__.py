@@ -1,1 +1,1 @@
-"""Conformance suites for parts of one's own; and what they are made of: synthetic scenes, fake VLM servers."""
+"""Conformance suites for parts of one's own and the synthetic scenes that they use."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from torc.perception.asking import ask_camera
 from torc.robots.protocols import Camera
-from torc.testing.conformance import require
+from torc.testing.conformance import require, unit_faults
 
 
 def check_camera(camera: Camera) -> None:
@@ -20,9 +20,5 @@ def check_camera(camera: Camera) -> None:
         R = T[:3, :3]
         if T.shape != (4, 4) or not np.allclose(R @ R.T, np.eye(3), atol=1e-4) or np.linalg.det(R) < 0:
             found.append("T_world_camera must be a rigid 4x4 transform")
-        good = np.isfinite(observation.depth_m) & (observation.depth_m > 0)
-        if not good.any():
-            found.append("no pixel has a depth")
-        elif np.median(observation.depth_m[good]) > 20:
-            found.append("depths are above 20 m: they must be metres, not millimetres")
+        found += unit_faults(observation.depth_m)
     require("camera", found)

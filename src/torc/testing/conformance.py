@@ -17,12 +17,7 @@ class NonConformanceError(TorcError, AssertionError):
 
 @dataclass(frozen=True)
 class Case:
-    """A situation that a part must cope with.
-
-    Attributes:
-        name: for reports.
-        build: makes what the part is given.
-    """
+    """A situation that a part must cope with; `build` makes what the part is given."""
 
     name: str
     build: Callable[[], Any]
@@ -53,3 +48,12 @@ def called_twice(call: Callable[[], Any], given: object, what: str) -> tuple[lis
 def made(make: Callable[..., Any], **offered: Any) -> Any:
     """The part, given those arguments that it takes, as the `torc` command makes it."""
     return make(**{name: value for name, value in offered.items() if name in parameters(make)})
+
+
+def unit_faults(depth_m: np.ndarray) -> list[str]:
+    """What is wrong with the readings of a depth image of a table."""
+    good = np.isfinite(depth_m) & (depth_m > 0)
+    if not good.any():
+        return ["no pixel has a depth"]
+    far = np.median(depth_m[good]) > 20
+    return ["depths are above 20 m: they must be metres, not millimetres"] if far else []

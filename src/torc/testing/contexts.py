@@ -26,16 +26,12 @@ _Fate = tuple[int, GraspStatus, tuple[int, ...]]
 """A grasp: its object, its status, who blocks it."""
 _DOF = 7
 _TABLE_Z_M = 1.05
+_COARSE = VoxelGrid(np.array([0.42, -0.62, _TABLE_Z_M]), 0.02, (30, 51, 21))
 
 
 def small_mount() -> CameraMount:
     """The torso camera at 320x240: fast, and still sharp enough for objects of household size."""
     return replace(load_workspace().camera, width=320, height=240)
-
-
-def coarse_grid() -> VoxelGrid:
-    """The workspace's region at 2 cm."""
-    return VoxelGrid(np.array([0.42, -0.62, _TABLE_Z_M]), 0.02, (30, 51, 21))
 
 
 def box(
@@ -46,33 +42,8 @@ def box(
 
 
 def perceive(shapes: Sequence[Shape], mount: CameraMount | None = None) -> SegmentedScene:
-    """The scene that the camera perceives of these shapes, labels given."""
-    mount = small_mount() if mount is None else mount
-    return LabelPerception().perceive(synthetic_observation(shapes, mount))
-
-
-def make_grasps(
-    scene: SegmentedScene,
-    valid: Mapping[int, int] | None = None,
-    blocked: Mapping[int, Sequence[Sequence[int]]] | None = None,
-    unreachable: Mapping[int, int] | None = None,
-) -> tuple[GraspSet, GraspReport]:
-    """Grasps at the objects' centres with a stated fate, and the report that agrees with them.
-
-    Args:
-        scene: the scene; all ids must be visible in it.
-        valid: how many valid grasps each object has.
-        blocked: per object the blockers of each of its blocked grasps, e.g. {2: [(3,), (3, 4)]}.
-        unreachable: how many grasps without inverse kinematics each object has.
-    """
-    fates: list[_Fate] = [(k, GraspStatus.VALID, ()) for k, n in (valid or {}).items() for _ in range(n)]
-    fates += [(k, GraspStatus.BLOCKED, tuple(by)) for k, grasps in (blocked or {}).items() for by in grasps]
-    fates += [(k, GraspStatus.UNREACHABLE, ()) for k, n in (unreachable or {}).items() for _ in range(n)]
-    named = {k for k, _, by in fates for k in (k, *by)}
-    if not named <= set(scene.ids):
-        raise InputError(f"Grasps name {sorted(named)}, but only {scene.ids} are visible.")
-    fates.sort(key=lambda fate: fate[0])
-    return _grasp_set(scene, fates), _report(scene, fates)
+    """The scene that a camera, by default the small one, perceives of these shapes, labels given."""
+    return LabelPerception().perceive(synthetic_observation(shapes, mount or small_mount()))
 
 
 def make_context(
@@ -81,18 +52,24 @@ def make_context(
     blocked: Mapping[int, Sequence[Sequence[int]]] | None = None,
     *,
     unreachable: Mapping[int, int] | None = None,
-    mount: CameraMount | None = None,
-    grid: VoxelGrid | None = None,
-    target_description: str = "the blue tuna can",
     history: tuple[PickOutcome, ...] = (),
     picks_left: int = 15,
 ) -> PlanningContext:
-    """What a planner sees of these shapes, with grasps as in `make_grasps`. The target is the shape with id 0; it
-    is hidden if there is none, or nothing of it in sight."""
-    scene = perceive(shapes, mount)
-    grasps, report = make_grasps(scene, valid, blocked, unreachable)
-    volume = update_volume(empty_volume(coarse_grid() if grid is None else grid), scene)
-    return PlanningContext(scene, volume, grasps, report, target_description, history, picks_left)
+    """What a planner sees of these shapes, with grasps at the objects' centres and the report that agrees with them.
+
+    The target is the shape with id 0; it is hidden if there is none, or nothing of it is in sight.
+
+    Args:
+        valid: how many valid grasps each object has.
+        blocked: per object the blockers of each of its blocked grasps, e.g. {2: [(3,), (3, 4)]}.
+        unreachable: how many grasps without inverse kinematics each object has.
+
+    Raises InputError for grasps of objects that are not visible.
+    """
+    fates: list[_Fate] = [(k, GraspStatus.VALID, ()) for k, n in (valid or {}).items() for _ in range(n)]
+    fates += [(k, GraspStatus.BLOCKED, tuple(by)) for k, grasps in (blocked or {}).items() for by in grasps]
+    fates += [(k, GraspStatus.UNREACHABLE, ()) for k, n in (unreachable or {}).items() for _ in range(n)]
+    return _context(perceive(shapes), fates, history, picks_left)
 
 
 def open_context() -> PlanningContext:
@@ -146,25 +123,19 @@ def cluttered_context(
     ones, the more of them the nearer they are. With `hidden_target` the target's shape is taken out."""
     rng = np.random.default_rng(seed)
     shapes = random_clutter(rng, objects)
-    if hidden_target:
-        shapes = tuple(s for s in shapes if s.id != TARGET_ID)
-    scene = perceive(shapes, mount)
-    valid: dict[int, int] = {}
-    blocked: dict[int, list[tuple[int, ...]]] = {}
+    scene = perceive([s for s in shapes if not (hidden_target and s.id == TARGET_ID)], mount)
+    fates: list[_Fate] = []
     centers = {o.id: np.median(o.points, axis=0).astype(float) for o in scene.objects}
     camera = scene.observation.T_world_camera[:3, 3]
     for k, center in centers.items():
         nearer = [j for j, c in centers.items() if j != k and _in_the_way(c, center, camera)]
         total = int(rng.integers(0, 8))
         free = total if not nearer else int(rng.integers(0, 2)) * int(rng.random() < 0.3)
-        valid[k] = free
-        blocked[k] = [
-            tuple(rng.permutation(nearer)[: rng.integers(1, 3)].tolist()) for _ in range(total) if nearer
-        ]
-    context = make_context((), target_description="the blue tuna can")
-    grasps, report = make_grasps(scene, valid, blocked)
-    volume = update_volume(empty_volume(context.volume.grid), scene)
-    return replace(context, scene=scene, volume=volume, grasps=grasps, report=report)
+        fates += [(k, GraspStatus.VALID, ())] * free
+        for _ in range(total if nearer else 0):
+            by = tuple(rng.permutation(nearer)[: rng.integers(1, 3)].tolist())
+            fates.append((k, GraspStatus.BLOCKED, by))
+    return _context(scene, fates)
 
 
 def _in_the_way(other: np.ndarray, center: np.ndarray, camera: np.ndarray) -> bool:
@@ -173,6 +144,18 @@ def _in_the_way(other: np.ndarray, center: np.ndarray, camera: np.ndarray) -> bo
     offset = (other - center)[:2]
     along, across = offset @ sight, abs(offset[0] * sight[1] - offset[1] * sight[0])
     return bool(-0.20 < along < 0 and across < 0.08)
+
+
+def _context(
+    scene: SegmentedScene, fates: list[_Fate], history: tuple[PickOutcome, ...] = (), picks_left: int = 15
+) -> PlanningContext:
+    named = {k for k, _, by in fates for k in (k, *by)}
+    if not named <= set(scene.ids):
+        raise InputError(f"Grasps name {sorted(named)}, but only {scene.ids} are visible.")
+    fates.sort(key=lambda fate: fate[0])
+    volume = update_volume(empty_volume(_COARSE), scene)
+    grasps, report = _grasp_set(scene, fates), _report(scene, fates)
+    return PlanningContext(scene, volume, grasps, report, "the blue tuna can", history, picks_left)
 
 
 def _grasp_set(scene: SegmentedScene, fates: list[_Fate]) -> GraspSet:

@@ -7,7 +7,7 @@ import numpy as np
 from torc.perception.asking import observation_faults
 from torc.perception.protocol import Depth
 from torc.records import Observation
-from torc.testing.conformance import called_twice, made, require
+from torc.testing.conformance import called_twice, made, require, unit_faults
 from torc.testing.contexts import box, small_mount
 from torc.testing.synthetic import synthetic_observation
 from torc.workspace.files import load_workspace
@@ -29,9 +29,4 @@ def _faults(measured: Observation, again: Observation, given: Observation) -> li
         found.append("the same snapshot gave two different depths")
     if not np.array_equal(measured.T_world_camera, given.T_world_camera):
         found.append("it moved the camera: T_world_camera must stay as it is")
-    good = np.isfinite(measured.depth_m) & (measured.depth_m > 0)
-    if not good.any():
-        found.append("no pixel has a depth")
-    elif np.median(measured.depth_m[good]) > 20:
-        found.append("depths are above 20 m: they must be metres, not millimetres")
-    return found
+    return found + unit_faults(measured.depth_m)

@@ -1,15 +1,8 @@
-"""What every grasp planner must do, as checks that the author of one runs on it.
+"""What every grasp planner must do: `check_case(MyGraspPlanner, case)` for each of CASES, or all at once with
+`check_grasp_planner(MyGraspPlanner)`.
 
-    import pytest
-    from torc.testing.grasp_conformance import CASES, check_case
-
-    @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-    def test_my_grasp_planner_conforms(case):
-        check_case(MyGraspPlanner, case)
-
-or all at once: `check_grasp_planner(MyGraspPlanner)`. Both raise NonConformanceError, which lists what was broken. The
-class is made as `torc run --grasps` makes it: with `gripper` and `support_z_m`, if it has parameters of these names.
-How good the grasps are is not judged here: `torc run` shows it, and `torc bench` measures it.
+Both raise NonConformanceError, which lists what was broken. The class is made as `torc run --grasps` makes it: with
+`gripper` and `support_z_m`, if it has parameters of these names. How good the grasps are is not judged here.
 """
 
 import pickle
@@ -26,7 +19,6 @@ from torc.testing.contexts import box
 from torc.testing.views import View, view_of, view_of_clutter
 from torc.workspace.files import load_workspace
 
-GraspPlannerFactory = Callable[..., GraspPlanner]
 _BASE, _TOP = box(0, 0.65, -0.1, (0.12, 0.12, 0.06)), box(1, 0.65, -0.1, (0.05, 0.05, 0.06), on=0.06)
 _BACK, _FRONT = box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12))
 
@@ -41,22 +33,21 @@ CASES: tuple[Case, ...] = (
 )
 
 
-def check_grasp_planner(make: GraspPlannerFactory, cases: tuple[Case, ...] = CASES) -> None:
+def check_grasp_planner(make: Callable[..., GraspPlanner], cases: tuple[Case, ...] = CASES) -> None:
     """Runs all cases with fresh planners. Raises NonConformanceError with everything that was broken."""
-    require("grasp planner", [text for case in cases for text in violations(make, case)])
+    require("grasp planner", [f"{case.name}: {text}" for case in cases for text in _violations(make, case)])
 
 
-def check_case(make: GraspPlannerFactory, case: Case) -> None:
+def check_case(make: Callable[..., GraspPlanner], case: Case) -> None:
     """Runs one case. Raises NonConformanceError with everything that was broken."""
     check_grasp_planner(make, (case,))
 
 
-def violations(make: GraspPlannerFactory, case: Case, seed: int = 0) -> list[str]:
-    """The rules that a grasp planner breaks in one case; empty if none."""
+def _violations(make: Callable[..., GraspPlanner], case: Case) -> list[str]:
     view: View = case.build()
     offered = {"gripper": load_robot().gripper, "support_z_m": load_workspace().support_z_m}
     planned, found = called_twice(
-        lambda: made(make, **offered).plan(view.scene, view.volume, np.random.default_rng(seed)),
+        lambda: made(make, **offered).plan(view.scene, view.volume, np.random.default_rng(0)),
         (view.scene, view.volume),
         "the scene or the volume",
     )
@@ -64,7 +55,7 @@ def violations(make: GraspPlannerFactory, case: Case, seed: int = 0) -> list[str
         found += list(grasp_faults(planned[0], view.scene)) or _order_faults(planned[0])
     if not found and pickle.dumps(planned[0]) != pickle.dumps(planned[1]):
         found.append("the same rng gave two different sets of grasps")
-    return [f"{case.name}: {text}" for text in found]
+    return found
 
 
 def _order_faults(grasps: GraspSet) -> list[str]:

@@ -14,7 +14,6 @@ import numpy as np
 from torc.episode.steps import pick_request
 from torc.motion.asking import plan_faults
 from torc.motion.protocol import MotionPlanner, PickRequest
-from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import System, build_system
 from torc.specs.conditions import Conditions
 from torc.testing.conformance import called_twice, made, require
@@ -40,7 +39,6 @@ def requests() -> tuple[PickRequest, ...]:
     observation = synthetic_observation(_SHAPES, system.workspace.camera)
     look = system.pipeline.look(
         replace(observation, qpos=system.robot.arm.rest_qpos),
-        empty_volume(system.workspace.grid),
         target_description="the box",
     )
     return tuple(pick_request(look, k) for k in look.context.report.graspable_ids)
@@ -48,12 +46,11 @@ def requests() -> tuple[PickRequest, ...]:
 
 def check_motion_planner(make: Callable[..., MotionPlanner]) -> None:
     """Plans all requests with fresh planners. Raises NonConformanceError with everything that was broken."""
-    broken = [f"object {r.object_id}: {text}" for r in requests() for text in violations(make, r)]
+    broken = [f"object {r.object_id}: {text}" for r in requests() for text in _violations(make, r)]
     require("motion planner", broken)
 
 
-def violations(make: Callable[..., MotionPlanner], request: PickRequest) -> list[str]:
-    """The rules that a motion planner breaks for one request; empty if none."""
+def _violations(make: Callable[..., MotionPlanner], request: PickRequest) -> list[str]:
     offered = {"robot": _system().robot, "workspace": _system().workspace}
     plans, found = called_twice(
         lambda: made(make, **offered).plan_pick(request, np.random.default_rng(0)), request, "the request"

@@ -1,7 +1,4 @@
-"""What every perception must do, as checks that the author of one runs on it: `check_perception(MyPerception)`.
-
-It raises NonConformanceError, which lists what was broken. How well it finds objects is not judged here.
-"""
+"""What every perception must do: `check_perception(MyPerception)`. How well it finds objects is not judged."""
 
 from collections.abc import Callable
 
@@ -14,23 +11,21 @@ from torc.testing.conformance import called_twice, require
 from torc.testing.contexts import box
 from torc.testing.synthetic import Shape, synthetic_observation
 
-WANTED = Wanted("the blue tuna can")
-CASES: dict[str, tuple[Shape, ...]] = {
+_CASES: dict[str, tuple[Shape, ...]] = {
     "a single box": (box(1, 0.62, -0.10, (0.05, 0.06, 0.10)),),
     "one behind another": (box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12))),
     "one on another": (box(0, 0.65, -0.1, (0.12, 0.12, 0.06)), box(1, 0.65, -0.1, (0.05, 0.05, 0.06), 0.06)),
     "nothing in sight": (),
 }
-"""What stands on the table, by name."""
 
 
 def check_perception(make: Callable[[], Perception]) -> None:
     """Runs all cases with fresh perceptions. Raises NonConformanceError with everything that was broken."""
-    broken = [f"{name}: {text}" for name, shapes in CASES.items() for text in violations(make, shapes)]
+    broken = [f"{name}: {text}" for name, shapes in _CASES.items() for text in _violations(make, shapes)]
     require("perception", broken)
 
 
-def violations(make: Callable[[], Perception], shapes: tuple[Shape, ...]) -> list[str]:
+def _violations(make: Callable[[], Perception], shapes: tuple[Shape, ...]) -> list[str]:
     """The rules that a perception breaks in an episode of two looks, the second without the first object."""
     perception = make()
     first, found = _look(perception, shapes, None)
@@ -46,7 +41,9 @@ def _look(
     """The scene, None if it is of no use, and the rules that were broken."""
     observation = synthetic_observation(shapes)
     scenes, found = called_twice(
-        lambda: perception.perceive(observation, WANTED, before), observation, "the observation"
+        lambda: perception.perceive(observation, Wanted("the blue tuna can"), before),
+        observation,
+        "the observation",
     )
     faults = [fault for scene in scenes for fault in scene_faults(scene, observation)]
     if faults or not scenes:

@@ -1,15 +1,5 @@
-"""What every task planner must do, as checks that the author of a planner runs on it.
-
-In a test of your own package:
-
-    import pytest
-    from torc.testing.planner_conformance import CASES, check_case
-
-    @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-    def test_my_planner_conforms(case):
-        check_case(MyPlanner, case)
-
-or all at once: `check_planner(MyPlanner)`. Both raise NonConformanceError, which lists what was broken.
+"""What every task planner must do: `check_case(MyPlanner, case)` for each of CASES, or all at once with
+`check_planner(MyPlanner)`. Both raise NonConformanceError, which lists what was broken.
 """
 
 import json
@@ -22,8 +12,6 @@ from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
 from torc.task_planning.random_choice import graspable_ids
 from torc.testing import contexts
 from torc.testing.conformance import Case, called_twice, require
-
-PlannerFactory = Callable[[], TaskPlanner]
 
 CASES: tuple[Case, ...] = (
     Case("target in the open", contexts.open_context),
@@ -39,19 +27,21 @@ CASES: tuple[Case, ...] = (
 
 
 def check_planner(
-    make: PlannerFactory, cases: tuple[Case, ...] = CASES, seeds: tuple[int, ...] = (0, 1)
+    make: Callable[[], TaskPlanner], cases: tuple[Case, ...] = CASES, seeds: tuple[int, ...] = (0, 1)
 ) -> None:
     """Runs all cases with fresh planners. Raises NonConformanceError with everything that was broken."""
-    require("planner", [text for case in cases for seed in seeds for text in violations(make, case, seed)])
+    require(
+        "planner",
+        [f"{c.name}: {text}" for c in cases for seed in seeds for text in _violations(make, c, seed)],
+    )
 
 
-def check_case(make: PlannerFactory, case: Case, seed: int = 0) -> None:
+def check_case(make: Callable[[], TaskPlanner], case: Case, seed: int = 0) -> None:
     """Runs one case. Raises NonConformanceError with everything that was broken."""
     check_planner(make, (case,), (seed,))
 
 
-def violations(make: PlannerFactory, case: Case, seed: int = 0) -> list[str]:
-    """The rules that a planner breaks in one case; empty if none."""
+def _violations(make: Callable[[], TaskPlanner], case: Case, seed: int) -> list[str]:
     name = getattr(make(), "name", None)
     if not isinstance(name, str) or not name:
         return ["it has no name (a non-empty string attribute `name`)"]
@@ -63,7 +53,7 @@ def violations(make: PlannerFactory, case: Case, seed: int = 0) -> list[str]:
         found += _decision_faults(decisions[0], context)
     if not found and _essence(decisions[0]) != _essence(decisions[1]):
         found.append(f"the same rng gave two decisions: {_essence(decisions[0])}, {_essence(decisions[1])}")
-    return [f"{case.name}: {text}" for text in found]
+    return found
 
 
 def _decision_faults(decision: Decision, context: PlanningContext) -> list[str]:

@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float, Float32, Int16, UInt8
 from torc.errors import InputError
 from torc.geometry.transforms import make_pose, rotation_from_wxyz
 from torc.records import BACKGROUND, Observation
+from torc.sim.raycasting import cast, pixel_directions
 from torc.workspace.description import CameraMount
 from torc.workspace.files import load_workspace
 
@@ -53,12 +54,8 @@ Shape = SyntheticBox | SyntheticCylinder | SyntheticSphere
 
 @dataclass(frozen=True)
 class Raycast:
-    """Exact image of a scene. Where a ray meets nothing, depth and normal are 0.
-
-    Attributes:
-        depth_m: along the optical axis.
-        label_image: id of the shape; BACKGROUND for table, floor and nothing.
-        normals: outward unit normals, world frame.
+    """Exact image of a scene: depth along the optical axis, ids of the shapes (BACKGROUND for table, floor, nothing),
+    outward normals in the world frame. Depth and normal are 0 where a ray meets nothing.
     """
 
     depth_m: Float32[np.ndarray, "h w"]
@@ -97,11 +94,8 @@ def inside(shape: Shape, points: Float[np.ndarray, "*n 3"], margin_m: float = 0.
 def raycast(
     shapes: Sequence[Shape], mount: CameraMount | None = None, support_z_m: float | None = None
 ) -> Raycast:
-    """Image of the shapes on the workspace's table, its top at `support_z_m` if given, in a room.
-
-    The room's floor is z = 0; its far wall, at x = 6 m, gives every pixel a reading.
-
-    Raises InputError for a shape without volume.
+    """Image of the shapes on the workspace's table, its top at `support_z_m` if given, in a room with its floor at
+    z = 0 and a far wall at x = 6 m, so that every pixel has a reading. Raises InputError for a shape without volume.
     """
     workspace = load_workspace()
     mount = mount or workspace.camera
@@ -110,33 +104,20 @@ def raycast(
     floor = SyntheticBox(BACKGROUND, (0, 0, -0.5), (40, 40, 1))
     wall = SyntheticBox(BACKGROUND, (6.5, 0, 0), (1, 40, 40))
     scene = [SyntheticBox(BACKGROUND, (x, y, z), size), floor, wall, *shapes]
-    for shape in shapes:
-        if min(half_sizes(shape)) <= 0:
-            raise InputError(f"{shape} has no volume; give it positive sizes.")
+    if flat := [s for s in shapes if min(half_sizes(s)) <= 0]:
+        raise InputError(f"{flat[0]} has no volume; give it positive sizes.")
     world = mujoco.MjSpec()
-    for shape in scene:
-        _add_geom(world, shape)
+    for part in scene:
+        _add_geom(world, part)
     model = world.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    rows, cols = np.indices((mount.height, mount.width))
-    # In the camera's frame each ray is one metre long along the optical axis, so that lengths are depths.
-    sight = [
-        (cols - mount.K[0, 2]) / mount.K[0, 0],
-        (rows - mount.K[1, 2]) / mount.K[1, 1],
-        np.ones(rows.shape),
-    ]
-    T = mount.T_world_camera
-    rays = np.stack(sight, axis=-1).reshape(-1, 3) @ T[:3, :3].T
-    hit, depth_m, normals = np.empty(len(rays), np.int32), np.empty(len(rays)), np.empty(rays.size)
-    mujoco.mj_multiRay(
-        model, data, T[:3, 3], rays.ravel(), None, True, -1, hit, depth_m, normals, len(rays), mujoco.mjMAXVAL
-    )
+    directions = pixel_directions(mount.K, mount.width, mount.height)
+    depth_m, hit, normals = cast(model, data, mount.T_world_camera, directions, mujoco.mjMAXVAL)
     ids = np.array([*(s.id for s in scene), BACKGROUND], dtype=np.int16)
+    shape = (mount.height, mount.width)
     return Raycast(
-        np.where(hit < 0, 0.0, depth_m).astype(np.float32).reshape(rows.shape),
-        ids[hit].reshape(rows.shape),
-        normals.astype(np.float32).reshape(*rows.shape, 3),
+        depth_m.reshape(shape), ids[hit].reshape(shape), normals.astype(np.float32).reshape(*shape, 3)
     )
 
 

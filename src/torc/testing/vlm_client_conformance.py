@@ -1,15 +1,7 @@
-"""What every VLM client must do, whatever it asks and however, as checks that the author of one runs on it.
+"""What every VLM client must do, whatever it asks and however: `check_case(MyClient, case)` for each of CASES,
+or all at once with `check_client(MyClient)`. Both raise NonConformanceError, which lists what was broken.
 
-    import pytest
-    from torc.testing.vlm_client_conformance import CASES, check_case
-
-    @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-    def test_my_client_conforms(case):
-        check_case(MyClient, case)
-
-or all at once: `check_client(MyClient)`. Both raise NonConformanceError, which lists what was broken. The questions are
-those that the shipped planners ask, so a client of a live model needs that model, or a stand-in for it: servers that
-speak the vendors' protocols are in `torc.testing.vlm_server`.
+The questions are those that the shipped planners ask, so a client of a live model needs that model, or a stand-in.
 """
 
 from collections.abc import Callable
@@ -19,13 +11,11 @@ import numpy as np
 
 from torc.testing.conformance import Case, called_twice, require
 from torc.vlm.answers import PLAN_SCHEMA, RELATIONS_SCHEMA
+from torc.vlm.asking import fill_prompt
 from torc.vlm.failures import VlmError
-from torc.vlm.json_text import find_json
-from torc.vlm.prompt_files import fill_prompt
 from torc.vlm.protocol import Question, Reply, VlmClient
-from torc.vlm.replies import reply_faults
+from torc.vlm.replies import find_json, reply_faults
 
-ClientFactory = Callable[[], VlmClient]
 _FACTS = "Object 1 is graspable.\nObject 3 is blocked by object 1."
 _RELATIONS = '[\n  {"source": 3, "relation": "behind", "target": 1}\n]'
 _HIDDEN = "It is not in sight: nothing in the picture carries the number 0."
@@ -51,30 +41,26 @@ CASES: tuple[Case, ...] = (
 )
 
 
-def check_client(make: ClientFactory, cases: tuple[Case, ...] = CASES) -> None:
+def check_client(make: Callable[[], VlmClient], cases: tuple[Case, ...] = CASES) -> None:
     """Runs all cases with fresh clients. Raises NonConformanceError with everything that was broken."""
-    require("client", [text for case in cases for text in violations(make, case)])
+    require("client", [f"{c.name}: {text}" for c in cases for text in _violations(make, c)])
 
 
-def check_case(make: ClientFactory, case: Case) -> None:
+def check_case(make: Callable[[], VlmClient], case: Case) -> None:
     """Runs one case. Raises NonConformanceError with everything that was broken."""
     check_client(make, (case,))
 
 
-def violations(make: ClientFactory, case: Case) -> list[str]:
-    """The rules that a client breaks in one case; empty if none.
-
-    A model that cannot be asked is no violation, if the client says so with a VlmError.
-    """
+def _violations(make: Callable[[], VlmClient], case: Case) -> list[str]:
     question: Question = case.build()
     client = make()
     if not isinstance(client, VlmClient):
-        return [f"{case.name}: it has no method `ask(question)`"]
+        return ["it has no method `ask(question)`"]
 
     def ask() -> Reply | None:
         try:
             return client.ask(question)
-        except VlmError:
+        except VlmError:  # no fault of the client's
             return None
 
     # Twice: a client is asked many times, and one that was closed by its first answer is of no use.
@@ -82,7 +68,7 @@ def violations(make: ClientFactory, case: Case) -> list[str]:
     if not replies:
         found.append("a model that gives no reply is a torc.vlm.failures.VlmError")
     found += [fault for reply in replies if reply is not None for fault in _faults(reply)]
-    return [f"{case.name}: {text}" for text in found]
+    return found
 
 
 def _faults(reply: Reply) -> list[str]:

@@ -3,7 +3,6 @@
 Whatever a reply holds (a misled model, a line of text on an object in the picture), nothing else passes here.
 """
 
-import math
 import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
@@ -45,12 +44,8 @@ class Useless:
 
 @dataclass(frozen=True)
 class Corrected:
-    """Candidate relations after a model's corrections.
-
-    Attributes:
-        relations: what is left, in the candidates' order.
-        changes: the corrections that were made, in words.
-        refused: the entries that the rules do not allow, with the reason.
+    """Candidate relations after a model's corrections, in the candidates' order; the corrections that were made, in
+    words; and the entries that the rules do not allow, with the reason.
     """
 
     relations: tuple[DependencyEdge, ...]
@@ -60,9 +55,7 @@ class Corrected:
 
 def read_first_pick(reply: Reply, offered: Collection[int]) -> int | Useless:
     """The object that the first action of a planned sequence names (paper: Approach 1), if it is among those offered.
-
-    The sequence is an array of {"action": "remove" or "pick", "input": id}, alone or under "plan"; ids may be
-    written as text ("7", "object 7").
+    The sequence is an array of {"action": "remove" or "pick", "input": id}, alone or under "plan".
     """
     items = _items(reply, "plan")
     if isinstance(items, Useless):
@@ -89,10 +82,9 @@ def read_corrections(
 ) -> Corrected | Useless:
     """Candidate 'behind' pairs with a model's corrections, as far as the rules allow them (paper: Approach 3).
 
-    It may leave a pair out, or turn "behind" into "below", in either direction. It may add no pair, and turn none
-    round that stays "behind". An entry that does not keep to this is refused, and the pair it speaks of, if no
-    other entry does, stays as it was. The first of several entries on a pair counts. `called` names an object by its id
-    in what is said of the changes.
+    It may leave a pair out, or turn "behind" into "below", in either direction; it may add no pair, and turn none round
+    that stays "behind". A pair with a refused entry alone stays as it was; the first of several entries on a pair
+    counts. `called` names an object by its id in what is said of the changes.
     """
 
     def words(relation: DependencyEdge) -> str:
@@ -146,9 +138,8 @@ def read_id(value: Any) -> int | None:
     if isinstance(value, str):
         match = _NUMERAL.fullmatch(value)
         return int(match.group(1)) if match else None
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return None
-    return int(value) if math.isfinite(value) and value == int(value) else None
+    whole = type(value) is int or (type(value) is float and value.is_integer())
+    return int(value) if whole else None
 
 
 def _items(reply: Reply, key: str) -> list[Any] | Useless:

@@ -2,42 +2,25 @@
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from importlib.resources import files
+from string import Template
+from typing import Any, TypeVar
 
 import numpy as np
 
 from torc.errors import InputError
 from torc.perception.marking import mark_image
-from torc.records import TARGET_ID, Exchange, PlanningContext
+from torc.records import TARGET_ID, Decision, Exchange, PlanningContext
 from torc.records.files import png_bytes
 from torc.records.serialization import to_plain
 from torc.task_planning.protocol import MAX_ATTEMPTS
 from torc.vlm.answers import Useless
-from torc.vlm.prompt_files import fill_prompt
 from torc.vlm.protocol import Question, Reply, VlmClient
 from torc.vlm.replies import ask_client
 
 Answer = TypeVar("Answer")
 _SEEDS = 2**31
 _MAX_NAME = 60
-
-
-@dataclass(frozen=True)
-class Consultation(Generic[Answer]):
-    """All that was asked and answered for one pick.
-
-    Attributes:
-        answer: the first answer of use, or why the last one was of none.
-        model: who gave it.
-        exchanges: every prompt and reply.
-        evidence: plain data on the prompt, the picture and each try.
-    """
-
-    answer: Answer | Useless
-    model: str
-    exchanges: tuple[Exchange, ...]
-    evidence: Mapping[str, Any]
 
 
 def checked_client(client: VlmClient | None, planner: str) -> VlmClient:
@@ -58,11 +41,11 @@ def consult(
     schema: Mapping[str, Any],
     read: Callable[[Reply], Answer | Useless],
     rng: np.random.Generator,
-) -> Consultation[Answer]:
-    """Ask about the marked image of a scene; ask the same again while `read` finds the reply useless.
+) -> tuple[Answer | Useless, str, Decision]:
+    """Ask about the marked image of a scene; ask the same again while `read` finds the reply useless. Each asking draws
+    its repetition from rng, so that another seed or pick asks anew. Raises VlmError if the server gives no reply.
 
-    Each asking draws its repetition from rng, so that another seed or pick asks anew, and the same one gets what a
-    cache holds of it. Raises VlmError if the server gives no reply.
+    Returns the answer, the model that gave it, and a decision for nothing with all that was asked and answered.
     """
     prompt = filled_prompt(prompt_name, context.scene.target_id is not None, **values)
     image = png_bytes(mark_image(context.scene))
@@ -72,25 +55,19 @@ def consult(
     model = ""
     for _ in range(MAX_ATTEMPTS):
         reply = ask_client(client, Question(prompt, (image,), schema, int(rng.integers(_SEEDS))))
-        answer, model = read(reply), _shown(reply.model_version)
+        answer = read(reply)
+        # As its server tells it, short and harmless in a sentence.
+        model = "".join(c for c in reply.model_version if c.isprintable())[:_MAX_NAME]
         exchanges.append(Exchange(prompt, reply.text))
         tries.append(_try_facts(reply, answer))
         if not isinstance(answer, Useless):
             break
     digest = hashlib.sha256(image).hexdigest()
     evidence = {"vlm": {"prompt": prompt_name, "image_sha256": digest, "tries": tries}}
-    return Consultation(answer, model, tuple(exchanges), evidence)
-
-
-def useless_reason(consultation: Consultation[Any], last: Useless) -> str:
-    """Why a pick is lost."""
-    tries = len(consultation.exchanges)
-    return f"The VLM {consultation.model} gave no answer of use in {tries} tries. {last.reason}"
-
-
-def _shown(model_version: str) -> str:
-    """A model's name as its server tells it, short and harmless in a sentence."""
-    return "".join(c for c in model_version if c.isprintable())[:_MAX_NAME]
+    last = answer.reason if isinstance(answer, Useless) else ""
+    reason = f"The VLM {model} gave no answer of use in {len(tries)} tries. {last}"
+    nothing = Decision(None, reason, len(tries), exchanges=tuple(exchanges), evidence=evidence)
+    return answer, model, nothing
 
 
 def filled_prompt(name: str, target_visible: bool, **values: object) -> str:
@@ -111,3 +88,11 @@ def _try_facts(reply: Reply, answer: object) -> dict[str, Any]:
         "tokens": to_plain(reply.tokens),
         "seconds": round(reply.latency_s, 4),
     }
+
+
+def fill_prompt(name: str, **values: object) -> str:
+    """The prompt file of that name with its $placeholders filled. Raises KeyError for one that is left open. A changed
+    prompt is a new file with the next number; results name theirs.
+    """
+    text = (files("torc.vlm") / "prompts" / f"{name}.txt").read_text(encoding="utf-8")
+    return Template(text).substitute(values).strip()

@@ -1,8 +1,7 @@
-"""Replies on disk: an experiment's are recorded once, and replay it without a key, a network or a vendor's library.
+"""Replies on disk: recorded once, replayed without a key or a network.
 
-A cache is a directory with one JSON file per question asked: the question without its images (their digests stand for
-them), and the reply. Errors of a server are never recorded; refused, cut-off and senseless replies are, since they
-are part of what was measured: the question that follows one has a repetition of its own.
+A cache is a directory with one JSON file per question: the question, with digests of its images, and the reply. Errors
+of a server are never recorded; refused, cut-off and useless replies are, since they are part of what was measured.
 """
 
 import hashlib
@@ -34,21 +33,15 @@ class CacheMode(StrEnum):
 
 @dataclass(frozen=True)
 class CacheConfig:
-    """In which directory replies are kept, and how they are used."""
+    """Where replies are kept, and how they are used."""
 
     directory: Path
     mode: CacheMode = CacheMode.RECORD
 
 
 class CachedClient:
-    """A VlmClient that asks another one only for what its cache does not hold.
-
-    Args:
-        config: the model and how it is asked; all of it that can change a reply is part of a key.
-        directory: of the cache; made where needed.
-        client: asked for replies that are missing; None only replays.
-
-    Raises InputError if there is no cache to replay from.
+    """A VlmClient that asks another one only for what its cache does not hold; without another one it only replays, and
+    raises InputError if there is no such directory. All of the config that can change a reply is part of a key.
     """
 
     def __init__(self, config: VlmConfig, directory: Path, client: VlmClient | None = None) -> None:
@@ -57,10 +50,8 @@ class CachedClient:
             raise InputError(f"There is no VLM cache at '{directory}' to replay from.")
 
     def ask(self, question: Question) -> Reply:
-        """The recorded reply, else a new one, which is recorded.
-
-        Raises VlmError as the other client does, and InputError for a reply that is missing where there is no other
-        client, for a damaged file, and for a directory that cannot be written.
+        """The recorded reply, else a new one, which is recorded. Raises VlmError as the other client does, InputError
+        for a missing reply without another client, a damaged file, and a directory that cannot be written.
         """
         request = request_facts(self.config, question)
         key = cache_key(request)
@@ -69,13 +60,16 @@ class CachedClient:
             return _read(path, request)
         if self._client is None:
             raise InputError(
-                f"The VLM cache '{self.directory}' holds no reply to this question ({path.name}). It was recorded with "
-                "another model, prompt, problem, seed or version; use record mode to ask the model."
+                f"The VLM cache '{self.directory}' holds no reply to this question ({path.name}): it was recorded with "
+                "something else. Use record mode to ask the model."
             )
         reply = ask_client(self._client, question)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_json(path, {"format": FORMAT, "request": request, "reply": _reply_facts(reply)})
+            # Without the answer, which is read from the text again.
+            facts = to_plain(replace(reply, answer=None, latency_s=round(reply.latency_s, 4)))
+            del facts["answer"]
+            write_json(path, {"format": FORMAT, "request": request, "reply": facts})
         except OSError as error:
             raise InputError(
                 f"Cannot write to the VLM cache '{self.directory}': {error.strerror}."
@@ -106,15 +100,8 @@ def cache_key(request: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(facts, ensure_ascii=True).encode()).hexdigest()
 
 
-def _reply_facts(reply: Reply) -> dict[str, Any]:
-    """A reply without its answer, which is read from the text again: a better reader profits old recordings."""
-    facts: dict[str, Any] = to_plain(replace(reply, answer=None, latency_s=round(reply.latency_s, 4)))
-    del facts["answer"]
-    return facts
-
-
 def _read(path: Path, request: Mapping[str, Any]) -> Reply:
-    """A recorded reply; caches may come from strangers, so that nothing in a file is taken for granted."""
+    """A recorded reply; caches may come from strangers, so nothing in a file is taken for granted."""
     try:
         if path.stat().st_size > _MAX_FILE_BYTES:
             raise ValueError("it is too large")
@@ -128,7 +115,6 @@ def _read(path: Path, request: Mapping[str, Any]) -> Reply:
             raise ValueError(fault)
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(
-            f"'{path}' in the VLM cache is damaged ({type(error).__name__}: {error}). Delete it to have it recorded "
-            "again, or get the cache anew."
+            f"'{path}' in the VLM cache is damaged ({type(error).__name__}: {error}). Delete it or get it anew."
         ) from error
     return reply

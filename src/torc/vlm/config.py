@@ -39,21 +39,18 @@ _NEAR = 0.82
 
 @dataclass(frozen=True)
 class VlmConfig:
-    """A model and how it is asked. Holds no key: keys come from the environment alone (`torc.vlm.keys`).
+    """A model and how it is asked. Holds no key: keys come from the environment alone (`torc.vlm.keys`). None leaves a
+    choice to the model.
 
     Attributes:
         provider: "gemini", "openai" (OpenAI and every server that speaks its protocol) or "anthropic"; "simulated";
             or a third party's client: a name that its package registered, or "module:Class".
-        model: the model's name at that provider; the profile of the simulated VLM; a third party's client may do
-            without one.
+        model: the model's name there; the profile of the simulated VLM; empty where a third party's client needs none.
         base_url: address of the server; None for the provider's own.
-        temperature: None for the model's own.
-        thinking: "off", "minimal", "low", "medium", "high" or a whole number of tokens; None for the model's own.
-            Not every model knows every value; its server says so.
-        max_output_tokens: bound on a reply, thinking included; None for the model's own (Anthropic: 16384).
+        thinking: one of LEVELS or a whole number of tokens. Not every model knows every value; its server says so.
+        max_output_tokens: bound on a reply, thinking included (Anthropic's own default here: 16384).
         seeded: send the number of the repetition as the sampling seed (not to Anthropic, which has none).
         structured: have the server hold the model to the answer's JSON schema; else the prompt alone asks for JSON.
-        timeout_s: a request is given up after this time.
         retries: further requests after one that brought no reply.
         retry_wait_s: wait before the first retry, doubled for each further one; what the server asks for comes first.
     """
@@ -83,18 +80,20 @@ class VlmConfig:
         if self.base_url is not None:
             _check_url(self.base_url)
         _check_thinking(self.provider, self.thinking)
-        if self.temperature is not None and not 0 <= self.temperature <= 2:
-            raise InputError(f"The temperature is {self.temperature}; it must be 0 to 2.")
-        if self.max_output_tokens is not None and self.max_output_tokens < 1:
-            raise InputError(f"max_output_tokens is {self.max_output_tokens}; it must be at least 1.")
-        if not (math.isfinite(self.timeout_s) and self.timeout_s > 0):
-            raise InputError(f"The VLM's time-out is {self.timeout_s} s; it must be above 0.")
-        if not 0 <= self.retries <= 100 or not 0 <= self.retry_wait_s <= 3600:
-            raise InputError("VLM retries must be 0 to 100, and the wait before one 0 to 3600 s.")
+        bounds = {
+            "temperature": (self.temperature, 0, 2),
+            "max_output_tokens": (self.max_output_tokens, 1, math.inf),
+            "time-out": (self.timeout_s, 1e-3, 1e9),
+            "number of retries": (self.retries, 0, 100),
+            "wait before a retry": (self.retry_wait_s, 0, 3600),
+        }
+        for what, (value, low, high) in bounds.items():
+            if value is not None and not low <= value <= high:
+                raise InputError(f"The VLM's {what} is {value}; it must be {low:g} to {high:g}.")
 
     @property
     def simulated(self) -> bool:
-        """Whether no model is asked, but the simulator's truth."""
+        """Whether the simulator's truth is asked instead of a model."""
         return self.provider == SIMULATED
 
     @property
@@ -122,11 +121,8 @@ class VlmConfig:
 
 
 def parse_vlm(text: str) -> tuple[str, str, str | None]:
-    """Provider, model and base URL of "provider:MODEL" or "provider:MODEL@URL".
-
-    "simulated" alone stands for its default profile. What is no provider's name is taken as "module:Class", with a
-    model and a URL behind it as behind any provider's name. Raises InputError, also for a vendor's model
-    with an "@" that no URL follows.
+    """Provider, model and base URL of "provider:MODEL" or "provider:MODEL@URL"; what is no provider's name is taken as
+    "module:Class". Raises InputError, also for a vendor's model with an "@" that no URL follows.
     """
     # Model names may hold "@" (a version), so the URL is what follows an "@" before a scheme.
     name, *address = re.split(r"@(?=https?://)", text, maxsplit=1)

@@ -33,8 +33,7 @@ REMEDIES = {
     FailureKind.BAD_RESPONSE: "Check the URL (OpenAI-compatible servers mostly end in /v1) and the kind of server.",
 }
 _KINDS = {
-    401: FailureKind.AUTH,
-    403: FailureKind.AUTH,
+    **dict.fromkeys((401, 403), FailureKind.AUTH),
     404: FailureKind.NOT_FOUND,
     408: FailureKind.TIMEOUT,
     429: FailureKind.RATE_LIMIT,
@@ -42,11 +41,7 @@ _KINDS = {
 
 
 class VlmError(TorcError):
-    """A model could not be asked. A trial in which this happens is errored.
-
-    Attributes:
-        kind: why.
-    """
+    """A model could not be asked, and why (`kind`). A trial in which this happens is errored."""
 
     def __init__(self, model: str, kind: FailureKind, detail: str, tries: int) -> None:
         asked = "once" if tries == 1 else f"{tries} times"

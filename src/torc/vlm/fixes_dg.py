@@ -12,18 +12,13 @@ from torc.task_planning.graph import DependencyEdge
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import behind_candidates, find_adjacencies
-from torc.vlm.answers import RELATIONS_SCHEMA, Corrected, read_corrections
-from torc.vlm.asking import Consultation, checked_client, consult, useless_reason
+from torc.vlm.answers import RELATIONS_SCHEMA, Useless, read_corrections
+from torc.vlm.asking import checked_client, consult
 from torc.vlm.protocol import VlmClient
 
 
 class VlmFixesDgPlanner:
-    """Gives the model the 'behind' pairs that depth suggests; decides as DG-SELECT by the pairs that it corrects.
-
-    Args:
-        client: asks the model.
-        config: as DG-SELECT's.
-    """
+    """Gives the model the 'behind' pairs that depth suggests; decides as DG-SELECT by the pairs that it corrects."""
 
     name = "vlm-fixes-dg"
     prompt = "vlm-fixes-dg-1"
@@ -33,15 +28,13 @@ class VlmFixesDgPlanner:
         self.config = DgSelectConfig() if config is None else config
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object to pick; None after three useless answers, or if nothing is graspable.
-
-        The model is not asked where nothing is graspable or no two objects meet. Raises VlmError if its server gives no
-        reply: the trial is errored.
+        """The next object to pick; None after three useless answers, or if nothing is graspable. The model is not asked
+        where nothing is graspable or no two objects meet. Raises VlmError if its server gives no reply.
         """
         candidates = behind_candidates(find_adjacencies(context.scene, self.config.relations))
         if not candidates or not graspable_ids(context):
             return self._by_graph(context, candidates)
-        asked: Consultation[Corrected] = consult(
+        answer, model, nothing = consult(
             self._client,
             context,
             self.prompt,
@@ -50,18 +43,18 @@ class VlmFixesDgPlanner:
             lambda reply: read_corrections(reply, candidates, context.called),
             rng,
         )
-        tries, answer = len(asked.exchanges), asked.answer
-        if not isinstance(answer, Corrected):
-            reason = useless_reason(asked, answer)
-            return Decision(None, reason, tries, exchanges=asked.exchanges, evidence=asked.evidence)
+        if isinstance(answer, Useless):
+            return nothing
         decision = self._by_graph(context, answer.relations)
         corrections = {"changes": list(answer.changes), "refused": list(answer.refused)}
+        refused = f", {len(answer.refused)} of its corrections refused" if answer.refused else ""
+        changed = f"The VLM {model} changed {len(answer.changes)} of {len(candidates)} relations{refused}."
         return replace(
             decision,
-            reason=f"{decision.reason} {_in_words(asked.model, answer, len(candidates))}",
-            attempts=tries,
-            exchanges=asked.exchanges,
-            evidence={**decision.evidence, **asked.evidence, "corrections": corrections},
+            reason=f"{decision.reason} {changed}",
+            attempts=nothing.attempts,
+            exchanges=nothing.exchanges,
+            evidence={**decision.evidence, **nothing.evidence, "corrections": corrections},
         )
 
     def warm_up(self, context: PlanningContext) -> None:
@@ -74,12 +67,7 @@ class VlmFixesDgPlanner:
 
 
 def _as_json(relations: Sequence[DependencyEdge]) -> str:
-    lines = [
+    lines = (
         json.dumps({"source": r.source, "relation": r.kind.value, "target": r.target}) for r in relations
-    ]
+    )
     return "[\n  " + ",\n  ".join(lines) + "\n]"
-
-
-def _in_words(model: str, corrected: Corrected, asked: int) -> str:
-    refused = f", {len(corrected.refused)} of its corrections refused" if corrected.refused else ""
-    return f"The VLM {model} changed {len(corrected.changes)} of {asked} relations{refused}."

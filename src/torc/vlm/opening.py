@@ -18,13 +18,8 @@ Truth = Callable[[], Situation]
 def planner_options(
     name: str, maker: Any, config: VlmConfig | None, cache: CacheConfig | None, truth: Truth | None = None
 ) -> dict[str, VlmClient]:
-    """The options of a planner that asks this model; none without a model.
-
-    Args:
-        name, maker: the planner's name, and what makes it.
-        config, cache, truth: as for `open_client`.
-
-    Raises InputError for a planner that asks no model, and as `open_client`.
+    """The options of a planner (its name, and what makes it) that asks this model; none without a model. Raises
+    InputError for a planner that asks no model, and as `open_client`.
     """
     if config is None:
         return {}
@@ -34,17 +29,11 @@ def planner_options(
 
 
 def open_client(config: VlmConfig, cache: CacheConfig | None = None, truth: Truth | None = None) -> VlmClient:
-    """A client of the model, with its cache if there is one.
-
-    Replaying needs neither key nor library nor somebody else's client.
-
-    Args:
-        config: which model, and how it is asked.
-        cache: where replies are kept.
-        truth: for the simulated VLM, and for nobody else.
+    """A client of the model, with its cache if there is one; `truth` is for the simulated VLM and for nobody else.
+    Replaying needs neither key nor somebody else's client.
 
     Raises InputError without a key or a cache to replay, for the simulated VLM without a truth to tell, and for a
-    client that cannot be made; MissingDependencyError without the vendor's library.
+    client that cannot be made.
     """
     if config.simulated and truth is None:
         raise InputError(

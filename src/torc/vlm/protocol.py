@@ -35,12 +35,8 @@ class Finish(StrEnum):
 
 @dataclass(frozen=True)
 class Tokens:
-    """What a reply took, as the server counts; None where it does not tell.
-
-    Attributes:
-        prompt: of the question, images included.
-        reply: of the answer; vendors differ in whether thinking is in it.
-        thinking: of the model's thinking.
+    """What a reply took, as the server counts; None where it does not tell. Vendors differ in whether thinking is in
+    `reply`.
     """
 
     prompt: int | None = None
@@ -55,9 +51,7 @@ class Reply:
     Attributes:
         text: what it wrote, without its hidden thinking.
         answer: the JSON object or array in the text that is taken as the answer; None if there is none.
-        finish: how it ended.
         model_version: the model that answered, as the server names it.
-        tokens: what it took.
         latency_s: from the request to the reply, of the last try; waiting between tries is not in it.
     """
 

@@ -1,16 +1,22 @@
-"""Replies: making one of a text, and what a client, which may be anybody's, has to return."""
+"""Replies: the JSON in a text, and what a client, which may be anybody's, has to return."""
 
 import json
 import math
+import re
 from collections.abc import Iterator
 from typing import Any
 
 from torc.errors import VlmClientError
 from torc.plugins import blamed, kind_of_value
-from torc.vlm.json_text import find_json
 from torc.vlm.protocol import Finish, Question, Reply, Tokens, VlmClient
 
 _HELP = "torc.testing.vlm_client_conformance checks a client against all rules (docs/vlm.md)."
+
+MAX_CHARACTERS = 50_000
+"""Of a reply, only its last characters are read: an answer stands at the end."""
+_MAX_TRIES = 500
+_OPENING = re.compile(r"[\[{]")
+_DECODER = json.JSONDecoder()
 
 
 def reply_of(
@@ -25,11 +31,8 @@ def reply_of(
 
 
 def ask_client(client: VlmClient, question: Question) -> Reply:
-    """The client's reply.
-
-    Raises:
-        VlmClientError: the client crashed, or what it returned is no reply that could be read and logged.
-        TorcError: what the client raises of its own accord, e.g. VlmError.
+    """The client's reply. Raises VlmClientError if it crashed or returned no reply that can be read and logged, and
+    what the client raises of its own accord, e.g. VlmError.
     """
     what = f"VLM client {type(client).__name__}"
     with blamed(what, VlmClientError, _HELP):
@@ -49,13 +52,42 @@ def reply_faults(reply: Any) -> Iterator[str]:
         if not isinstance(value, wanted):
             yield f"{name} is {kind_of_value(value)}; it must be a {wanted.__name__}"
     seconds = reply.latency_s
-    number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
-    if not number or not math.isfinite(seconds) or seconds < 0:
+    if type(seconds) not in (int, float) or not 0 <= seconds < math.inf:
         yield f"latency_s is {seconds!r}; it must be a number of seconds"
     counts = [getattr(reply.tokens, name, None) for name in ("prompt", "reply", "thinking")]
-    if not all(n is None or (isinstance(n, int) and not isinstance(n, bool) and n >= 0) for n in counts):
+    if not all(n is None or (type(n) is int and n >= 0) for n in counts):
         yield f"tokens are {counts}; each must be a whole number or None"
     try:
         json.dumps(reply.answer)
     except (TypeError, ValueError, RecursionError) as error:
         yield f"answer is not data of JSON ({error}); torc.vlm.replies.reply_of finds it in the text"
+
+
+def find_json(text: str) -> Any:
+    """The JSON object or array in a text that is most likely its answer, or None. Raises nothing.
+
+    What stands in ``` fences comes before what does not; what holds an object, before bare lists such as "[1]"; of
+    those, the last, for models repeat the question's form first.
+    """
+    text = text[-MAX_CHARACTERS:]
+    fenced = [value for part in text.split("```")[1::2] for value in _values(part)]
+    values = fenced or _values(text)
+    return next((v for v in reversed(values) if _holds_object(v)), values[-1] if values else None)
+
+
+def _values(text: str) -> list[Any]:
+    """The outermost objects and arrays, in order; of very many brackets only the last are looked at."""
+    found, end = [], 0
+    for start in [opening.start() for opening in _OPENING.finditer(text)][-_MAX_TRIES:]:
+        if start < end:
+            continue
+        try:
+            value, end = _DECODER.raw_decode(text, start)
+            found.append(value)
+        except (ValueError, RecursionError):  # not JSON, or nested without end
+            continue
+    return found
+
+
+def _holds_object(value: Any) -> bool:
+    return isinstance(value, dict) or any(isinstance(item, dict) for item in value)

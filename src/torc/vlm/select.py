@@ -1,22 +1,19 @@
 """VLM-SELECT and VLM+GRASPS: the model plans the picks, the first one is made (paper: Approaches 1 and 4)."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from torc.records import Decision, PlanningContext
 from torc.task_planning.random_choice import graspable_ids
 from torc.vlm.answers import PLAN_SCHEMA, Useless, read_first_pick
-from torc.vlm.asking import checked_client, consult, useless_reason
+from torc.vlm.asking import checked_client, consult
 from torc.vlm.protocol import Reply, VlmClient
 
 
 class VlmSelectPlanner:
-    """Shows the model the marked image; it is not told what is graspable, and asked again if its choice is not.
-
-    Args:
-        client: asks the model.
-    """
+    """Shows the model the marked image; it is not told what is graspable, and asked again if its choice is not."""
 
     name = "vlm-select"
     prompt = "vlm-select-1"
@@ -25,9 +22,8 @@ class VlmSelectPlanner:
         self._client = checked_client(client, self.name)
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object to pick; None after three useless answers, or, unasked, if nothing is graspable.
-
-        Raises VlmError if the model's server gives no reply: the trial is errored.
+        """The next object to pick; None after three useless answers, or, unasked, if nothing is graspable. Raises
+        VlmError if the model's server gives no reply.
         """
         graspable = graspable_ids(context)
         if not graspable:
@@ -39,17 +35,13 @@ class VlmSelectPlanner:
                 return Useless(f"It names object {context.called(chosen)}, which has no valid grasp.")
             return chosen
 
-        asked = consult(self._client, context, self.prompt, self.facts(context), PLAN_SCHEMA, read, rng)
-        tries = len(asked.exchanges)
-        if isinstance(asked.answer, Useless):
-            chosen, reason = None, useless_reason(asked, asked.answer)
-        else:
-            chosen = asked.answer
-            number = f"answer {tries} of at most 3"
-            reason = (
-                f"Pick {context.called(chosen)}: the plan of the VLM {asked.model} begins with it ({number})."
-            )
-        return Decision(chosen, reason, tries, exchanges=asked.exchanges, evidence=asked.evidence)
+        answer, model, nothing = consult(
+            self._client, context, self.prompt, self.facts(context), PLAN_SCHEMA, read, rng
+        )
+        if isinstance(answer, Useless):
+            return nothing
+        plan = f"the plan of the VLM {model} begins with it (answer {nothing.attempts} of at most 3)"
+        return replace(nothing, object_id=answer, reason=f"Pick {context.called(answer)}: {plan}.")
 
     def facts(self, context: PlanningContext) -> Mapping[str, str]:
         """What the prompt says beyond the target."""

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torc.episode.recorded import VIDEO, RecordedTrial
+from torc.episode.recorded import VIDEO, RecordedTrial, read_result, read_spec
 from torc.episode.trial import Trial
-from torc.episode.trial_files import read_result, read_spec
 from torc.episode.viewer_links import PARTIAL, trial_key
 from torc.errors import InputError
 from torc.pipeline.building import sources

@@ -4,8 +4,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from torc.episode.recorded import LOG, RecordedTrial, check_directory, find_trials, read_trial
-from torc.episode.trial_files import read_result, read_spec
+from torc.episode.recorded import (
+    LOG,
+    RecordedTrial,
+    check_directory,
+    find_trials,
+    read_result,
+    read_spec,
+    read_trial,
+)
 from torc.episode.viewer_links import PARTIAL, trial_key
 from torc.errors import InputError
 

@@ -24,13 +24,8 @@ class Box:
 
 @dataclass(frozen=True)
 class Bin:
-    """An open bin beside the table.
-
-    Attributes:
-        center: centre of its floor's upper side, metres.
-        inner_size: inner length along x, along y, and height of the walls above the floor.
-        wall_m: thickness of walls and floor.
-    """
+    """An open bin beside the table, metres: centre of its floor's upper side; inner length along x, along y, and height
+    of the walls above the floor; thickness of walls and floor."""
 
     center: tuple[float, float, float]
     inner_size: tuple[float, float, float]
@@ -51,13 +46,7 @@ class Bin:
 
 @dataclass(frozen=True)
 class CameraMount:
-    """The camera: an ideal pinhole.
-
-    Attributes:
-        T_world_camera: pose, OpenCV frame.
-        width, height: image size, pixels.
-        vertical_fov_rad: vertical field of view.
-    """
+    """The camera: an ideal pinhole; pose in the OpenCV frame, image size in pixels."""
 
     T_world_camera: Pose
     width: int

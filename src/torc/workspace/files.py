@@ -33,12 +33,7 @@ def workspace_names() -> tuple[str, ...]:
 
 
 def load_workspace(name_or_path: str | Path = "paper") -> Workspace:
-    """A shipped workspace by name, or any by the path of its YAML.
-
-    Raises:
-        UnknownNameError: neither a shipped name nor an existing file.
-        InputError: the file contradicts the format.
-    """
+    """A shipped workspace by name, or any by the path of its YAML. Raises InputError."""
     path = Path(name_or_path)
     if path.suffix in {".yaml", ".yml"} and path.is_file():
         return _read(path)

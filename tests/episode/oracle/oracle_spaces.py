@@ -2,10 +2,9 @@
 
 import itertools
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from torc.episode.oracle.found import Cost
-from torc.episode.oracle.space import Arrival, Choice, Fate, Options
+from torc.episode.oracle.tree import Arrival, Choice, Cost, Fate, Options
 
 TARGET = 0
 State = tuple[Choice, ...]
@@ -26,21 +25,17 @@ class ToySpace:
     dropping: int = 15
     losing: int = 8
     lying: int = 0
-    asked: dict[str, int] = field(default_factory=lambda: {"look": 0, "pick": 0, "peek": 0})
 
     def look(self, state: State) -> Options:
-        self.asked["look"] += 1
         return self._options(self.gone(state), state)
 
     def peek(self, state: State, removed: frozenset[int]) -> Options:
-        self.asked["peek"] += 1
         if self._dice("lie", state, tuple(sorted(removed))) < self.lying:
             some = [k for k in range(self.count) if self._dice("some", k, state, tuple(sorted(removed))) < 50]
             return Options(tuple(some), TARGET if TARGET in some else None)
         return self._options(self.gone(state) | removed, state)
 
     def pick(self, state: State, choice: Choice) -> Arrival[State]:
-        self.asked["pick"] += 1
         after = (*state, choice)
         if choice is None:
             return Arrival(after)

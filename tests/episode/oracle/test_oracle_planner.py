@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 
 from torc.episode.events import Decided, Executed
-from torc.episode.oracle.found import LOOK_COST, Cost, Found, Path, Spent
 from torc.episode.oracle.planner import OraclePlanner
+from torc.episode.oracle.search import Found
 from torc.episode.oracle.solve import solve_problem
+from torc.episode.oracle.tree import Cost, Path, Spent
 from torc.episode.privileged import SimulatedState
-from torc.episode.state import EpisodeState
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.building import build_system
+from torc.pipeline.state import EpisodeState
 from torc.problems.problem import load_problem
 from torc.records import PickOutcome, PickResult
 from torc.sim.actuation import GripState
@@ -68,22 +69,10 @@ def test_a_trial_goes_as_the_oracle_foresees(name, seed, picks, tmp_path):
     assert sum("trying out" in text for text in said) == 1
 
 
-def test_too_small_a_budget_gives_a_beginning_and_says_so():
-    answer = solve_problem(PROBLEM, build_system(Conditions()), budget=LOOK_COST)
-    assert (answer.solved, answer.proved, answer.foreseen, answer.looks) == (False, False, (), 1)
-    assert answer.lower_bound == 2
-    assert "A larger budget may find one" in answer.verdict()
-
-
 @pytest.mark.parametrize("budget", [0, -1, float("nan"), float("inf")])
 def test_a_budget_that_is_none_is_refused(budget):
     with pytest.raises(InputError, match="number of simulated picks"):
         OraclePlanner(budget)
-
-
-def test_without_a_simulation_it_says_where_it_works():
-    with pytest.raises(InputError, match="simulated trials only"):
-        OraclePlanner().decide(contexts.open_context(), np.random.default_rng(0))
 
 
 def moment(world: float, *outcomes: PickOutcome) -> SimulatedState:
@@ -171,12 +160,3 @@ def test_a_trial_has_the_mark_of_the_answer_that_it_followed(monkeypatch, facts,
     stage = Staged(monkeypatch, found(3, 0, states=(start, middle, end), **facts))
     marks = [stage.decide_at(now).evidence["bound"] for now in (start, middle)]
     assert [*marks, stage.planner.bound] == [mark] * 3
-
-
-def test_a_trial_that_searched_again_is_only_found(monkeypatch):
-    start, middle, end = moment(1), moment(2, REMOVED), moment(3, REMOVED, RETRIEVED)
-    beginning, rest = found(3, states=(start, middle), solved=False), found(0, states=(middle, end), bound=1)
-    stage = Staged(monkeypatch, beginning, rest)
-    assert [stage.decide_at(now).evidence["bound"] for now in (start, middle)] == ["found", "found"]
-    stage.planner.attach(stage)
-    assert stage.planner.bound == "found"

@@ -1,8 +1,6 @@
 """Importing many scenes: what is asked for is made, and whatever is not made has a reason."""
 
-import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -11,7 +9,6 @@ from torc.errors import InputError
 from torc.generation.graspclutter6d import making
 from torc.generation.graspclutter6d.making import ImportRequest, run_import
 from torc.generation.graspclutter6d.placing import ImportConfig
-from torc.problems.made_for import robot_wanted
 from torc.problems.problem import load_problem
 from torc.robots.loading import load_robot
 from torc.sim.stillness import StillnessConfig
@@ -40,7 +37,7 @@ class _Inspector:
 
 @pytest.fixture
 def root(tmp_path):
-    write_tree(tmp_path / "gc6d", {249: SPREAD, 110: CANS, 401: SPREAD, 404: SPREAD}, images=15)
+    write_tree(tmp_path / "gc6d", {249: SPREAD, 110: CANS}, images=15)
     return tmp_path / "gc6d"
 
 
@@ -59,33 +56,6 @@ def test_the_papers_problems_of_a_scene_have_its_targets_and_one_layout(root, tm
     assert all(a.in_sight == 0.5 for a in attempts)
 
 
-def test_a_missing_mesh_is_told_before_any_mesh_is_converted(root, tmp_path):
-    shutil.rmtree(root / "models_obj_m" / "obj_000044", ignore_errors=True)
-    for mesh in (root / "models_obj_m").glob("obj_000044.*"):
-        mesh.unlink()
-    said = []
-    request = ImportRequest(root, config=QUICK, paper=True, scenes=(249, 110))
-    attempts = run_import(request, _Inspector(), tmp_path / "out", say=said.append)
-    assert said[0].startswith("scene 110 will be left out: ")
-    assert "has no mesh of obj_000044" in said[0]
-    assert sum("will be left out" in text for text in said) == 1
-    assert {a.scene for a in attempts if a.file} == {249}
-
-
-def test_a_scene_that_is_there_twice_is_imported_once(root, tmp_path, monkeypatch):
-    twins = {"scenes": (401, 404), "target": "17_0"}
-    first = _run(root, tmp_path / "out", **twins)
-    assert [a.file is not None for a in first] == [True, False]
-    assert "the same as scene 401" in first[1].reason
-    settled = _count_settling(monkeypatch)
-    again = _run(root, tmp_path / "out", **twins)
-    assert [(a.scene, a.file, a.reason) for a in again] == [(a.scene, a.file, a.reason) for a in first]
-    assert settled == []
-    shutil.rmtree(root / "scenes" / "000401")  # what is kept cannot be compared with any more
-    kept, made = _run(root, tmp_path / "out", **twins)
-    assert (kept.there, made.there, made.reason) == (True, False, "")
-
-
 def test_files_are_replaced_only_on_request(root, tmp_path):
     request = ImportRequest(root, scenes=(249,), target="17", config=QUICK)
     elsewhere = replace(QUICK, placement="paper")
@@ -96,9 +66,6 @@ def test_files_are_replaced_only_on_request(root, tmp_path):
         (refused,) = run_import(other, _Inspector(), tmp_path / "out")
         assert refused.file is None
         assert "imported otherwise; --overwrite" in refused.reason
-    first.file.write_text("spoiled")
-    (spoiled,) = run_import(request, _Inspector(), tmp_path / "out")
-    assert "--overwrite" in spoiled.reason
     (again,) = run_import(request, _Inspector(), tmp_path / "out", overwrite=True)
     assert (again.there, again.file, again.problem) == (False, first.file, first.problem)
 
@@ -121,36 +88,6 @@ def _count_settling(monkeypatch):
     return settled
 
 
-def test_a_single_problem_that_is_there_is_not_settled_again(root, tmp_path, monkeypatch):
-    (made,) = _run(root, tmp_path / "named", scenes=(249,), target="17_0")
-    assert made.problem.origin["target_by"] == "the user"
-    monkeypatch.setattr(making, "choose_target", lambda scene, *_: scene.problem.objects[0].name)
-    (chosen,) = _run(root, tmp_path / "chosen", scenes=(249,))
-    assert chosen.problem.origin["target_by"] == "torc"
-    settled = _count_settling(monkeypatch)
-    (again,) = _run(root, tmp_path / "named", scenes=(249,), target="obj_000017_0")
-    assert again.there
-    (again,) = _run(root, tmp_path / "chosen", scenes=(249,))
-    assert (again.there, again.file) == (True, chosen.file)
-    assert settled == []
-    _run(root, tmp_path / "named", scenes=(249,))  # that one was not chosen
-    assert settled == [249]
-
-
-def test_problems_made_for_another_robot_say_so_and_are_not_taken_for_others(root, tmp_path):
-    (made,) = _run(root, tmp_path / "out", scenes=(249,), target="17_0")
-    other = _Inspector()
-    other.robot = replace(load_robot(), name="mine", source="0123")
-    request = ImportRequest(root, scenes=(249,), target="17_0", config=QUICK)
-    (refused,) = run_import(request, other, tmp_path / "out")
-    assert "imported otherwise" in refused.reason
-    (its,) = run_import(request, other, tmp_path / "out", overwrite=True)
-    assert robot_wanted(its.problem) == "mine"
-    assert robot_wanted(made.problem) == ""
-    (refused,) = run_import(request, _Inspector(), tmp_path / "out")
-    assert "imported otherwise" in refused.reason
-
-
 @pytest.mark.parametrize(
     ("request_", "told"),
     [
@@ -164,14 +101,3 @@ def test_requests_that_make_no_sense_are_refused_before_any_work(root, tmp_path,
     with pytest.raises(InputError, match=told):
         _run(root, tmp_path / "out", **request_)
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("config", [ImportConfig(annotation=13), ImportConfig(camera="kinect")])
-def test_so_are_settings_that_do_not_exist(root, tmp_path, config):
-    with pytest.raises(InputError):
-        run_import(ImportRequest(root, scenes=(249,), config=config), _Inspector(), tmp_path / "out")
-
-
-def test_a_place_that_cannot_be_written_is_told(root):
-    with pytest.raises(InputError, match="Choose another --out"):
-        _run(root, Path("/proc/nowhere"), scenes=(249,), target="17")

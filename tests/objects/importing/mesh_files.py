@@ -40,25 +40,6 @@ def write_obj(path: Path, vertices: np.ndarray, polygons: list[list[int]]) -> Pa
     return path
 
 
-def write_ply(path: Path, vertices: np.ndarray, polygons: list[list[int]], binary: bool = False) -> Path:
-    """Polygons of any number of corners."""
-    head = [
-        "ply",
-        f"format {'binary_little_endian' if binary else 'ascii'} 1.0",
-        f"element vertex {len(vertices)}",
-    ]
-    head += [*(f"property double {axis}" for axis in "xyz"), f"element face {len(polygons)}"]
-    text = "\n".join([*head, "property list uchar int vertex_indices", "end_header\n"])
-    if binary:
-        rows = b"".join(struct.pack(f"<B{len(p)}i", len(p), *p) for p in polygons)
-        path.write_bytes(text.encode() + np.asarray(vertices, "<f8").tobytes() + rows)
-        return path
-    rows = [" ".join(map(repr, row)) for row in np.asarray(vertices).tolist()]
-    rows += [" ".join(map(str, (len(p), *p))) for p in polygons]
-    path.write_text(text + "\n".join(rows) + "\n")
-    return path
-
-
 def two_tone(size: int = 64) -> Image.Image:
     """Red above, blue below."""
     pixels = np.zeros((size, size, 3), np.uint8)
@@ -87,4 +68,14 @@ def edit_glb(path: Path, change: Any) -> Path:
     text += b" " * (-len(text) % 4)
     body = struct.pack("<I4s", len(text), b"JSON") + text + data[end:]
     path.write_bytes(b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body)
+    return path
+
+
+def write_ply(path: Path, vertices: np.ndarray, polygons: list[list[int]]) -> Path:
+    """Polygons of any number of corners, in text."""
+    head = ["ply", "format ascii 1.0", f"element vertex {len(vertices)}"]
+    head += [*(f"property double {axis}" for axis in "xyz"), f"element face {len(polygons)}"]
+    rows = [" ".join(map(repr, row)) for row in np.asarray(vertices).tolist()]
+    rows += [" ".join(map(str, (len(p), *p))) for p in polygons]
+    path.write_text("\n".join([*head, "property list uchar int vertex_indices", "end_header", *rows]) + "\n")
     return path

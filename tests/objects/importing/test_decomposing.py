@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import trimesh
 from mesh_files import MUG, SIZE, box, revolved
 from scipy.spatial import ConvexHull
 
@@ -18,18 +17,6 @@ def test_a_box_is_itself() -> None:
     (hull,) = convex_pieces(box(SIZE), 0.05, 24)
     corners = box(SIZE).vertices
     np.testing.assert_array_equal(hull[np.lexsort(hull.T)], corners[np.lexsort(corners.T)])
-
-
-def test_separate_convex_parts_are_exact() -> None:
-    both = trimesh.util.concatenate([box(SIZE), box(np.array(SIZE) / 2).apply_translation((0.2, 0, 0))])
-    hulls = convex_pieces(both, 0.05, 24)
-    assert sorted(ConvexHull(h).volume for h in hulls) == pytest.approx([np.prod(SIZE) / 8, np.prod(SIZE)])
-
-
-def test_a_cavity_inside_is_no_piece() -> None:
-    inside = box(np.array(SIZE) / 2)
-    inside.invert()
-    assert len(convex_pieces(trimesh.util.concatenate([box(SIZE), inside]), 0.05, 24)) == 1
 
 
 def test_a_mug_stays_hollow() -> None:

@@ -11,18 +11,14 @@ from mesh_files import L_OUTLINE, MUG, SIZE, box, prism, revolved, textured_box,
 from torc.errors import InputError, MissingDependencyError
 from torc.objects.files import load_object_directory, save_object
 from torc.objects.importing import MeshOptions, read_mesh
+from torc.objects.importing.child import answer
 from torc.objects.models import pieces_bounds
 
 
 @pytest.fixture
 def here(monkeypatch: pytest.MonkeyPatch) -> None:
     """The child's work is done in this process: no time is lost with starting it."""
-
-    def run(task, request, directory, limit_s, memory_bytes):
-        module, function = task.split(":")
-        return getattr(importlib.import_module(module), function)(request, directory)
-
-    monkeypatch.setattr("torc.objects.importing.mesh.run_child", run)
+    monkeypatch.setattr("torc.objects.importing.mesh.run_child", answer)
 
 
 def test_a_textured_glb_becomes_an_object(tmp_path: Path) -> None:
@@ -63,11 +59,12 @@ def test_the_source_tells_where_the_meshs_frame_lies(tmp_path: Path, here) -> No
     np.testing.assert_allclose(as_is.source.T_object_mesh[:3, :3], np.eye(3))
 
 
-def test_large_coloured_meshes_are_simplified(tmp_path: Path, here) -> None:
+def test_large_coloured_meshes_are_simplified(tmp_path: Path, here, monkeypatch) -> None:
     ball = trimesh.creation.icosphere(4, 0.04)
     ball.visual.vertex_colors = np.where(ball.vertices[:, 2:] > 0, (200, 30, 30, 255), (30, 30, 200, 255))
     ball.export(tmp_path / "ball.ply")
-    found = read_mesh(tmp_path / "ball.ply", MeshOptions(max_faces=1500))
+    monkeypatch.setattr("torc.objects.importing.making.MAX_FACES", 1500)
+    found = read_mesh(tmp_path / "ball.ply")
     (visual,) = found.model.visuals
     assert len(visual.faces) <= 1500
     assert visual.texture is not None
@@ -128,14 +125,31 @@ def test_absurd_sizes_are_refused_with_a_hint(size, options, message: str, tmp_p
         read_mesh(tmp_path / "box.stl", options)
 
 
-def test_what_takes_too_much_time_or_memory_is_given_up(tmp_path: Path) -> None:
-    box(SIZE).export(tmp_path / "a.stl")
-    with pytest.raises(InputError, match=r"could not be read: it took longer than"):
-        read_mesh(tmp_path / "a.stl", MeshOptions(limit_s=0.05))
+def test_what_crashes_the_decomposition_gets_its_convex_hull(tmp_path: Path, monkeypatch) -> None:
+    def run(request, folder):
+        return (
+            answer(request, folder)
+            if request["undecomposed"]
+            else {"ended": "the process ended with code -11"}
+        )
+
+    monkeypatch.setattr("torc.objects.importing.mesh.run_child", run)
+    revolved(MUG, 12).export(tmp_path / "mug.stl")
+    found = read_mesh(tmp_path / "mug.stl")
+    assert len(found.model.pieces) == 1
+    assert any("convex hull: the decomposition failed (the process ended" in note for note in found.notes)
+
+
+def test_what_takes_too_much_time_or_memory_is_given_up(tmp_path: Path, monkeypatch) -> None:
     head = "ply\nformat binary_little_endian 1.0\nelement vertex 3000000000\nproperty float x\nend_header\n"
     (tmp_path / "a.ply").write_text(head)
+    monkeypatch.setattr("torc.objects.importing.mesh.MEMORY_BYTES", 2**31)
     with pytest.raises(InputError, match=r"a\.ply"):
-        read_mesh(tmp_path / "a.ply", MeshOptions(memory_bytes=2**31))
+        read_mesh(tmp_path / "a.ply")
+    box(SIZE).export(tmp_path / "a.stl")
+    monkeypatch.setattr("torc.objects.importing.mesh.LIMIT_S", 0.05)
+    with pytest.raises(InputError, match=r"could not be read: it took longer than"):
+        read_mesh(tmp_path / "a.stl")
 
 
 def test_files_that_are_no_meshes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,22 +173,18 @@ def test_files_that_are_no_meshes_are_refused(tmp_path: Path, monkeypatch: pytes
         read_mesh(tmp_path / "tea.stl")
 
 
-def test_senseless_options_are_refused() -> None:
-    numbers = (
-        "scale",
-        "mass_kg",
-        "density_kg_m3",
-        "friction",
-        "max_faces",
-        "texture_px",
-        "max_pieces",
-        "concavity",
-    )
-    for option, value in [(name, value) for name in numbers for value in (0.0, -1.0, 1e9, float("nan"))] + [
-        ("up", "x"),
-        ("name", "../a"),
-        ("kind", ""),
-        ("description", " "),
-    ]:
-        with pytest.raises(InputError):
-            MeshOptions(**{option: value})
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("scale", 0.0), ("mass_kg", -1.0), ("density_kg_m3", float("nan")), ("name", "../a")],
+)
+def test_senseless_options_are_refused(option: str, value: object) -> None:
+    with pytest.raises(InputError):
+        MeshOptions(**{option: value})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("stem", "name"),
+    [("My Box", "my_box"), ("_.cup-", "cup"), ("x" * 64, "x" * 64), ("a" + "-" * 62 + "mug", "mug")],
+)
+def test_names_are_made_of_file_names(stem: str, name: str) -> None:
+    assert MeshOptions().name_for(Path(f"{stem}.obj")) == name

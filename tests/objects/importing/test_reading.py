@@ -1,6 +1,5 @@
 """Mesh files are read as they are meant; what trimesh would read wrongly is refused."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -125,8 +124,6 @@ def test_pictures_are_read_from_the_imported_directory_and_below(tmp_path: Path)
 def test_what_is_not_there_or_no_picture_is_told(tmp_path: Path) -> None:
     path = textured(tmp_path / "a", "paper.png")
     assert read(path)[1] == ["'paper.png' is not there: its colours are missing."]
-    (path.parent / "paper.png").write_text("no picture")
-    assert read(path)[1] == ["The reader says: failed to load image."]
     (path.parent / "a.mtl").unlink()
     assert read(path)[1] == ["'a.mtl' is not there: its colours are missing."]
     whole = path.parent / "paper.png"
@@ -161,77 +158,18 @@ def test_polygons_are_read_where_triangles_from_their_first_corner_make_them(wri
     read(write(path, np.concatenate([vertices, dart]), [*polygons, [9, 10, 11, 8]]))  # too small to be seen
 
 
-def test_what_is_cut_off_is_refused(tmp_path: Path) -> None:
-    path = write_ply(tmp_path / "a.ply", *prism(SQUARE, 0.1))
-    path.write_text(path.read_text()[:-14])
-    with pytest.raises(InputError, match="It is cut off: 5 of 6 rows of 'face'"):
-        read(path)
-    for name in ("b.stl", "b.glb", "b.ply"):
-        box(SIZE).export(tmp_path / name)
-        (tmp_path / name).write_bytes((tmp_path / name).read_bytes()[:-10])
-        with pytest.raises((InputError, ValueError, KeyError)):
-            read(tmp_path / name)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda text: text.replace("f 1", "f 0", 1), "faces without corners"),
-        (lambda text: text + "f 1 2\n", "faces without corners"),
-        (lambda text: text + "f -3 -2 -1\nv 1 1 1\n", "counts corners backwards"),
-        (lambda text: "mtllib a.mtl\nmtllib b.mtl\n" + text, "several material libraries.*--no-textures"),
-    ],
-)
-def test_odd_obj_files_are_refused(change, message: str, tmp_path: Path) -> None:
-    path = write_obj(tmp_path / "a.obj", *prism(SQUARE, 0.1))
-    path.write_text(change(path.read_text()))
-    with pytest.raises(InputError, match=message):
-        read(path)
-
-
-def _set(*where, value):
-    def change(header: dict) -> None:
-        for key in where[:-1]:
-            header = header[key]
-        header[where[-1]] = value
-
-    return change
-
-
-PRIMITIVE = ("meshes", 0, "primitives", 0)
-BASE = ("materials", 0, "pbrMetallicRoughness", "baseColorTexture")
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         (
-            _set("extensionsRequired", value=["KHR_draco_mesh_compression"]),
+            lambda h: h.update(extensionsRequired=["KHR_draco_mesh_compression"]),
             "needs KHR_draco_mesh_compression",
         ),
-        (_set("accessors", 0, "sparse", value={"count": 1}), "sparse or compressed"),
-        (_set("nodes", 0, "skin", value=0), "skeleton"),
-        (_set("meshes", 0, "weights", value=[0.5]), "shape key"),
-        (_set(*PRIMITIVE, "mode", value=6), "fans of triangles"),
-        (_set(*BASE, "texCoord", value=1), "coordinates of its own.*--no-textures"),
-        (
-            _set(*BASE, "extensions", value={"KHR_texture_transform": {"scale": [2, 2]}}),
-            "coordinates of its own",
-        ),
+        (lambda h: h["accessors"][0].update(sparse={"count": 1}), "sparse or compressed"),
+        (lambda h: h["nodes"][0].update(skin=0), "skeleton"),
     ],
 )
 def test_what_trimesh_misreads_of_glb_is_refused(change, message: str, tmp_path: Path) -> None:
-    textured_box(SIZE, 2, two_tone(), True).export(tmp_path / "a.glb")
+    box(SIZE).export(tmp_path / "a.glb")
     with pytest.raises(InputError, match=message):
         read(edit_glb(tmp_path / "a.glb", change))
-
-
-def test_what_is_no_finite_triangle_is_left_out() -> None:
-    from torc.objects.importing.surfaces import sound, with_area
-
-    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [np.nan, 0, 0], [2.0, 0, 0]])
-    surface = Surface(vertices, np.array([[0, 1, 2], [0, 1, 3], [0, 1, 9], [0, 1, -1], [0, 1, 4]]))
-    surface = replace(surface, colors=np.arange(15, dtype=np.uint8).reshape(5, 3))
-    assert sound(surface).faces.tolist() == [[0, 1, 2], [0, 1, 3]]
-    (face,) = with_area(sound(surface)).faces
-    np.testing.assert_array_equal(with_area(sound(surface)).vertices[face], vertices[:3])

@@ -44,9 +44,3 @@ def test_the_weight_decides() -> None:
 def test_round_things_are_round(points: np.ndarray, round_: bool) -> None:
     for R in (np.eye(3), rotation_about((0.0, 0.6, 0.8), 0.4)):
         assert is_round([points @ R.T]) == round_
-
-
-def test_a_hexagon_and_a_triangle_do_not_count_as_round() -> None:
-    for corners in (3, 5, 6):
-        prism = revolved([(0.0, 0.0), (0.03, 0.0), (0.03, 0.1), (0.0, 0.1)], corners).vertices
-        assert not is_round([prism])

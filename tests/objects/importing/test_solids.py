@@ -8,24 +8,11 @@ import trimesh
 from mesh_files import MUG, SIZE, box, revolved, two_tone
 
 from torc.objects.importing.baking import baked
-from torc.objects.importing.surfaces import Surface, shaded, simplified, solid, welded
+from torc.objects.importing.surfaces import Surface, shaded, simplified, solid
 
 
 def without(mesh: trimesh.Trimesh, *faces: int) -> trimesh.Trimesh:
     return trimesh.Trimesh(mesh.vertices, np.delete(mesh.faces, faces, axis=0), process=False)
-
-
-def test_corners_that_coincide_are_one_and_flat_faces_keep_it_closed() -> None:
-    mesh = box(SIZE)
-    a, b, c = mesh.faces[0]
-    middle = mesh.vertices[[a, b]].mean(axis=0)
-    vertices = np.concatenate([mesh.vertices, [middle]])
-    faces = np.concatenate([mesh.faces[1:], [(a, 8, c), (8, b, c), (a, b, 8), (a, b, 8), (a, a, b)]])
-    loose = vertices[faces].reshape(-1, 3)
-    net = welded(loose + 1e-8, np.arange(len(loose)).reshape(-1, 3))
-    assert len(net.vertices) == 9
-    assert len(net.faces) == 14
-    assert net.is_volume
 
 
 def test_what_faces_inwards_is_turned_as_a_whole() -> None:

@@ -12,7 +12,6 @@ from torc.objects.files import load_source
 from torc.objects.importing import MeshImport
 from torc.objects.importing.storing import (
     add_object,
-    check_library,
     check_name,
     find_meshes,
     kept_names,
@@ -32,17 +31,6 @@ def test_an_object_is_stored_and_usable(object_store: Path) -> None:
     assert stored.model.description == "the own die"
     assert load_object("thing").name == "thing"
     assert load_source(object_store / "thing") == ObjectSource(file="die.stl", note="CC0", scale=0.001)
-
-
-def test_a_place_is_tried_out_and_left_as_it_was(tmp_path: Path) -> None:
-    check_library(tmp_path / "new" / "library")
-    assert list(tmp_path.iterdir()) == []
-    (tmp_path / "file").write_text("")
-    for place in ("file", "file/library"):
-        with pytest.raises(
-            InputError, match=r"cannot be kept in .*: Not a directory\. Give another --library"
-        ):
-            check_library(tmp_path / place)
 
 
 def test_descriptions_are_made_unique() -> None:
@@ -96,8 +84,6 @@ def test_meshes_are_found_once_with_distinct_names(tmp_path: Path) -> None:
         box(SIZE).export(root / folder / "textured.stl")
     box(SIZE).export(root / "Mug.STL")
     (root / "readme.txt").write_text("")
-    (tmp_path / "outside.stl").write_bytes(b"")
-    (root / "link.stl").symlink_to(tmp_path / "outside.stl")
     found, left_out = find_meshes(root)
     assert sorted(name for _, name in found) == [
         "003_cracker_box_google_16k_textured",
@@ -106,6 +92,5 @@ def test_meshes_are_found_once_with_distinct_names(tmp_path: Path) -> None:
     ]
     assert {p.suffix for p, _ in found} == {".obj", ".STL"}
     assert sorted(why for _, why in left_out) == [
-        "it is a link that leads out of the directory",
         *2 * ("textured.obj is taken: of files of one name only one is, GLB before OBJ, PLY and STL",),
     ]

@@ -1,6 +1,5 @@
-"""Saved frames: round trips, and files that cannot be read or written."""
+"""Frames: round trips, labels from anywhere, and files that cannot be read or written."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +7,8 @@ import pytest
 from frame_makers import directory, npz, observe
 
 from torc.errors import InputError
-from torc.perception.privileged import LabelPerception
 from torc.pipeline.frames import Frame, load_frame, save_frame
-from torc.records import ROBOT
+from torc.records import BACKGROUND, ROBOT
 
 
 def same(a: Frame, b: Frame, depth_tolerance_m: float = 0.0) -> None:
@@ -51,19 +49,6 @@ def test_both_forms_tell_the_same(tmp_path: Path) -> None:
     assert dict(b.labels) == {0: 1, 2: 2, 3: 3}
 
 
-def test_perception_accepts_what_is_loaded(tmp_path: Path) -> None:
-    scene = LabelPerception().perceive(load_frame(npz(tmp_path)).observation)
-    assert scene.ids == (0, 1, 2)
-    assert scene.target_id == 0
-
-
-def test_missing_readings_may_be_nan_or_infinite(tmp_path: Path) -> None:
-    depth = observe().depth_m.copy()
-    depth[:20], depth[20:40] = np.nan, np.inf
-    frame = load_frame(npz(tmp_path, depth_m=depth))
-    assert not frame.observation.depth_m[:40].any()
-
-
 def test_other_arrays_in_the_file_do_no_harm(tmp_path: Path) -> None:
     extra = {
         "normals": np.zeros((240, 320, 3)),
@@ -99,10 +84,35 @@ def test_arrays_that_would_fill_the_memory_are_refused_unread(
         load_frame(npz(tmp_path))
 
 
-def test_what_cannot_be_saved_says_so(tmp_path: Path) -> None:
-    frame = load_frame(npz(tmp_path))
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="Cannot write"):
-        save_frame(tmp_path / "file" / "frame", frame)
-    with pytest.raises(InputError, match="label image"):
-        save_frame(tmp_path / "x", replace(frame, observation=replace(frame.observation, label_image=None)))
+def test_labels_from_anywhere_become_ids(tmp_path: Path) -> None:
+    o = observe()
+    numbers = {BACKGROUND: 0, 0: 40_000, 1: 7, 2: 512}
+    labels = np.vectorize(numbers.__getitem__)(o.label_image).astype(np.uint16)
+    frame = load_frame(npz(tmp_path, labels=labels, target=512))
+    assert dict(frame.labels) == {7: 7, 1: 40_000, 0: 512}
+    for object_id, label in frame.labels.items():
+        np.testing.assert_array_equal(frame.observation.label_image == object_id, labels == label)
+    assert frame.target_id == 0
+
+
+def test_target_is_hidden_when_said_so(tmp_path: Path) -> None:
+    frame = load_frame(npz(tmp_path, target="hidden"))
+    assert frame.target_id is None
+    assert 0 not in frame.labels
+    assert frame.labels[3] == 0  # label 0 is an object here, but not the target
+
+
+def test_a_forgotten_target_is_not_taken_for_a_hidden_one(tmp_path: Path) -> None:
+    labels = observe().label_image + 1  # 0 is the background now
+    with pytest.raises(InputError, match=r"one of \[1, 2, 3\].* or 'hidden'"):
+        load_frame(npz(tmp_path, labels=labels))
+
+
+def test_target_by_name(tmp_path: Path) -> None:
+    folder = directory(tmp_path, target="box")
+    assert load_frame(folder).labels[0] == 2
+    (folder / "frame.json").write_text(
+        (folder / "frame.json").read_text().replace('"target": "box"', '"target": "bxo"')
+    )
+    with pytest.raises(InputError, match="'bxo' is no label"):
+        load_frame(folder)

@@ -10,9 +10,6 @@ from frame_makers import SHAPES, npz, observe
 from torc.errors import InputError
 from torc.pipeline.frames import load_frame
 from torc.pipeline.frames.support_plane import estimate_support_z_m, grid_around
-from torc.records import BACKGROUND
-from torc.testing.contexts import small_mount
-from torc.testing.synthetic import SyntheticBox, random_clutter, synthetic_observation
 from torc.workspace.files import load_workspace
 
 
@@ -24,18 +21,6 @@ def test_support_height_is_found_above_the_floor(
     o = observe(support_z_m, load_workspace().camera)
     depth = o.depth_m + rng.normal(0, noise_m, o.depth_m.shape).astype(np.float32) * (o.depth_m > 0)
     assert estimate_support_z_m(replace(o, depth_m=depth)) == pytest.approx(support_z_m, abs=0.004)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_support_height_is_found_under_clutter(seed: int) -> None:
-    o = synthetic_observation(random_clutter(np.random.default_rng(seed), 18), small_mount())
-    assert estimate_support_z_m(o) == pytest.approx(load_workspace().support_z_m, abs=0.004)
-
-
-def test_a_platform_beside_the_objects_is_not_their_support() -> None:
-    platform = SyntheticBox(BACKGROUND, (0.70, 0.45, 1.10), (0.6, 0.7, 0.1))
-    o = synthetic_observation((*SHAPES, platform), small_mount())
-    assert estimate_support_z_m(o) == pytest.approx(1.05, abs=0.004)
 
 
 def test_grid_covers_the_objects_and_stands_on_the_support(tmp_path: Path) -> None:

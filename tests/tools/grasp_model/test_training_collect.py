@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from tools.grasp_model.collect import CollectConfig, collect, evaluate
-from tools.grasp_model.dataset import Policy, column_names, concatenate, load_shard, shard_ranges
-from tools.grasp_model.export import export
+from tools.grasp_model.collect import CollectConfig, collect
+from tools.grasp_model.dataset import column_names, concatenate, load_shard, shard_ranges
 from tools.grasp_model.refresh import refresh
 from tools.grasp_model.sampling import SamplingConfig
 from tools.grasp_model.scenes import SceneConfig
-from tools.grasp_model.train import TrainConfig, fit
 
 SMALL = CollectConfig(
     scenes=SceneConfig(min_objects=3, max_objects=4, structured_share=1.0),
@@ -40,18 +38,6 @@ def test_interrupted_collection_ends_like_a_whole_one(collected, tmp_path):
         assert np.array_equal(getattr(whole, name), getattr(resumed, name)), name
 
 
-def test_rows_say_what_was_tried(collected):
-    trials = table(collected)
-    assert set(trials.stage) == {0, 1}
-    assert trials.structured.all()
-    assert not trials.held_out.any()
-    assert trials.delivered.any()
-    assert np.array_equal(trials.delivered, trials.cause == 0)
-    assert np.isfinite(trials.features).all()
-    assert (trials.p_hand >= 0).all()
-    assert (trials.p_hand <= 1).all()
-
-
 def test_refreshed_trials_are_the_same_while_features_are(collected, tmp_path):
     refresh(collected, tmp_path)
     old, new = table(collected), table(tmp_path)
@@ -61,20 +47,3 @@ def test_refreshed_trials_are_the_same_while_features_are(collected, tmp_path):
     assert np.array_equal(old.delivered[index], new.delivered)
     assert np.allclose(old.features[index], new.features, rtol=1e-4, atol=1e-5)
     assert np.array_equal(old.valid[index], new.valid)
-
-
-def test_evaluation_tries_each_object_by_each_rule(collected, tmp_path):
-    trials = table(collected)
-    model = tmp_path / "model.npz"
-    export(fit(trials, TrainConfig(trees=3, leaves=3, folds=2)), trials, model)
-    evaluate(tmp_path / "held_out", 3, 8, model, SMALL)
-    tried = table(tmp_path / "held_out")
-    first = tried[tried.stage == 0]
-    for key in np.unique(first.object_key):
-        assert sorted(first.policy[first.object_key == key]) == [
-            Policy.TOP_HAND,
-            Policy.RANDOM,
-            Policy.TOP_MODEL,
-        ]
-    assert set(tried.scene[tried.held_out]) <= {2}
-    assert tried.held_out.any()

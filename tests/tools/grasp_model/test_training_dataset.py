@@ -5,11 +5,9 @@ import pytest
 from training_trials import make_trials
 
 from tools.grasp_model.dataset import (
-    Cause,
     column_names,
     concatenate,
     load_shard,
-    load_trials,
     save_shard,
 )
 from torc.errors import InputError
@@ -25,22 +23,8 @@ def test_shard_round_trip(tmp_path):
         assert a.dtype == b.dtype or a.dtype.kind == "U", name
 
 
-def test_broken_physics_is_not_trained_on(tmp_path):
-    trials = make_trials(40, seed=3)
-    trials.cause[:7] = Cause.BROKEN
-    save_shard(tmp_path, trials, 0, 19)
-    assert len(load_trials([tmp_path])) == 33
-
-
 def test_mixed_features_are_refused():
     a, b = make_trials(5, seed=1), make_trials(5, seed=2)
     object.__setattr__(b, "feature_names", ("extent", "contacts", "noise_a", "noise_b", "other"))
     with pytest.raises(InputError, match="other"):
         concatenate([a, b])
-
-
-def test_keys_separate_scenes_stages_and_objects():
-    trials = make_trials(400, seed=4)
-    assert np.array_equal(np.unique(trials.object_key // 4096), np.unique(trials.scene_key))
-    pairs = {(int(s), int(o)) for s, o in zip(trials.scene, trials.object_id)}
-    assert len(np.unique(trials.object_key)) == len(pairs)

@@ -1,13 +1,11 @@
 """What the gripper gets hold of: told apart by trying, always the same, and never measured twice."""
 
-from pathlib import Path
-
 import pytest
 
-from tools.grasp_model import feasibility
-from tools.grasp_model.feasibility import FeasibilityConfig, measure, measure_all
+from tools.grasp_model.facts import model_digest
+from tools.grasp_model.feasibility import FeasibilityConfig, measure
 from torc.grasping.planner import GeometricGraspPlanner
-from torc.objects.grasp_facts import GraspFact, all_grasp_facts, model_digest, read_facts
+from torc.objects.grasp_facts import GraspFact, all_grasp_facts
 from torc.objects.library import load_object
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
@@ -34,23 +32,3 @@ def test_a_die_is_held_and_a_flat_plate_is_not(bench: Bench) -> None:
 @pytest.mark.parametrize("name", ["teacup_blue", "book_blue", "toy_plane_red"])
 def test_the_shipped_facts_are_what_is_measured(name: str, bench: Bench) -> None:
     assert measure(name, *bench) == all_grasp_facts()[name]
-
-
-def test_only_what_is_new_is_measured(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    asked: list[str] = []
-
-    def fake(name: str, *_: object) -> GraspFact:
-        asked.append(name)
-        return GraspFact(0.5, 0.25, model_digest(load_object(name)))
-
-    monkeypatch.setattr(feasibility, "measure", fake)
-    path = tmp_path / "facts.json"
-    measure_all(("mug_white", "die_red"), path=path)
-    measure_all(("mug_white", "die_white"), path=path)
-    assert asked == ["mug_white", "die_red", "die_white"]
-    assert list(read_facts(path)) == ["mug_white", "die_white", "die_red"]  # in the catalogue's order
-    measure_all(("die_red",), again=True, path=path)
-    assert asked[-1] == "die_red"
-    assert "3 known" in capsys.readouterr().out

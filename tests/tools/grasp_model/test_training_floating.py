@@ -53,19 +53,6 @@ def test_perfect_grasps_hold(lone):
         assert outcome.others_moved == outcome.others_dropped == ()
 
 
-def test_beside_the_object_misses(lone):
-    outcome = lone.trial(0, pose((X, Y - 0.18, TABLE + 0.065), DOWN, (1, 0, 0)), 0.05)
-    assert outcome.cause == Cause.MISSED
-    assert not outcome.delivered
-
-
-def test_finger_on_the_object_stops(lone):
-    outcome = lone.trial(0, pose((X + 0.035, Y, TABLE + 0.05), DOWN, (1, 0, 0)), 0.05)
-    assert outcome.cause == Cause.STOPPED
-    assert 0.03 < outcome.stopped_short_m < 0.06
-    assert 40 < outcome.max_force_n < 60
-
-
 def test_trials_are_independent_and_repeat_bit_for_bit():
     floating = build_floating(
         problem((X, Y), (X, Y - 0.1), (X + 0.1, Y)),

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from tools.grasp_model.recalibration import Promise, fit_promise, read_tries, recalibrated
+from tools.grasp_model.recalibration import Promise, fit_promise, recalibrated
 from torc.grasping.features import FEATURE_NAMES
 from torc.grasping.scoring import MODEL_PATH
 from torc.grasping.trees import load_trees
-
-HEADER = "planner,problem,seed,pick,result,object_id,p\n"
 
 
 @pytest.mark.parametrize("made", [Promise(0.0, 1.0, 1.0), Promise(-0.6, 0.8, 1.8), Promise(0.4, 1.5, 0.7)])
@@ -23,23 +21,6 @@ def test_the_numbers_that_made_the_outcomes_are_found(made):
     for low, high in ((0.3, 0.6), (0.6, 0.9), (0.9, 1.0)):
         some = (p >= low) & (p < high)
         assert found.kept(p[some]).mean() == pytest.approx(delivered[some].mean(), abs=0.03)
-
-
-def test_only_first_tries_with_an_object_count(tmp_path):
-    path = tmp_path / "picks.csv"
-    path.write_text(
-        HEADER
-        + "random,a,0,0,missed,3,0.9\n"
-        + "random,a,0,1,removed,3,0.7\n"  # after a failure
-        + "random,a,0,2,removed,4,0.8\n"
-        + "random,a,1,0,removed,3,0.6\n"  # another trial
-        + "random,a,1,1,not reached,5,0.5\n"  # not tried
-        + "random,a,1,2,slipped,5,0.4\n"
-        + "random,a,1,3,no motion plan,6,\n"
-    )
-    tries = read_tries([path])
-    assert tries.p.tolist() == [0.9, 0.8, 0.6, 0.4]
-    assert tries.delivered.tolist() == [False, True, True, False]
 
 
 def test_the_model_ranks_as_before_and_promises_what_is_kept():

@@ -75,18 +75,6 @@ def test_facts_are_right_as_often_as_stated(rng):
         assert abs(np.mean(found) - stated[kind]) < 4 * spread, kind
 
 
-def test_knowing_nothing_is_believing_the_same_whatever_is_so(rng):
-    truth = random_situation(rng)
-    other = replace(truth, graspable=frozenset(truth.in_sight) - truth.graspable)
-    nothing = profile_of_accuracy(0.5, "none")
-    k = max(truth.in_sight)
-    shares = [
-        np.mean([k in confused(t, nothing, draw_luck(rng)).graspable for _ in range(400)])
-        for t in (truth, other)
-    ]
-    assert abs(shares[0] - shares[1]) < 4 * np.sqrt(0.5 / 400)
-
-
 def test_a_model_that_heeds_what_it_is_told_goes_by_it(rng):
     told = ToldFacts(frozenset({2, 3}), frozenset({(2, 5)}))
     for _ in range(50):
@@ -99,12 +87,3 @@ def test_a_model_that_heeds_what_it_is_told_goes_by_it(rng):
             truth, replace(profile, heeds_facts=0.0), draw_luck(np.random.default_rng(1)), told=told
         )
         assert deaf == confused(truth, profile, draw_luck(np.random.default_rng(1)))
-
-
-def test_pairs_that_a_prompt_asks_about_can_be_mistaken_too(rng):
-    truth = replace(
-        random_situation(rng), in_sight={0: 9, 6: 9, 7: 9}, near=frozenset(), hides={}, lies_on=frozenset()
-    )
-    wrong = profile_of_accuracy(0.0, "wrong")
-    assert (6, 7) not in confused(truth, wrong, draw_luck(rng)).hides
-    assert {(6, 7), (7, 6)} <= confused(truth, wrong, draw_luck(rng), asked=[(6, 7)]).hides.keys()

@@ -1,7 +1,6 @@
 """The simulated VLM passes through the prompts and parsers of the real ones, and says what it is."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from torc.errors import InputError, UnknownNameError
 from torc.task_planning.graph import DependencyEdge, EdgeKind
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.testing import contexts
-from torc.testing.planner_conformance import CASES, check_case
 from torc.testing.vlm_client_conformance import check_client
 from torc.vlm.answers import (
     PLAN_SCHEMA,
@@ -22,15 +20,13 @@ from torc.vlm.answers import (
     read_corrections,
     read_first_pick,
 )
-from torc.vlm.cache import CacheConfig, CacheMode
+from torc.vlm.asking import fill_prompt
 from torc.vlm.config import VlmConfig
 from torc.vlm.fixes_dg import VlmFixesDgPlanner
 from torc.vlm.opening import open_client
-from torc.vlm.prompt_files import fill_prompt
 from torc.vlm.protocol import Finish, Question
 from torc.vlm.select import VlmGraspsPlanner, VlmSelectPlanner, grasp_facts
-from torc.vlm.simulated.answers import candidate_pairs, told_facts
-from torc.vlm.simulated.client import SimulatedVlm
+from torc.vlm.simulated.client import SimulatedVlm, candidate_pairs, told_facts
 from torc.vlm.simulated.profiles import PROFILES, find_profile, profile_of_accuracy
 
 PAIRS = ((0, 1), (3, 4), (1, 2), (3, 1))
@@ -86,14 +82,6 @@ def test_a_question_decides_its_answer_and_another_repetition_asks_anew(question
     assert len(others) > 8
 
 
-def test_replies_and_their_author_say_that_they_are_simulated():
-    for profile in PROFILES:
-        for r in range(20):
-            reply = simulated(profile).ask(plan_question(r))
-            assert reply.model_version == f"simulated:{profile}"
-            assert reply.finish is Finish.EMPTY or "Simulated VLM" in reply.text
-
-
 def test_malformed_replies_are_of_no_use_and_come_in_all_forms():
     spoiling = replace(PROFILES["perfect"], malformed=1.0)
     replies = [simulated(spoiling).ask(plan_question(r)) for r in range(60)]
@@ -116,21 +104,6 @@ def test_made_up_ids_are_not_in_sight_and_pass_nowhere():
         assert len(corrected.refused) == 1
 
 
-def test_a_better_one_names_the_right_object_more_often(rng):
-    situations = [s for s in (random_situation(rng) for _ in range(60)) if s.removal_order()]
-
-    def right(accuracy):
-        profile = profile_of_accuracy(accuracy, "some")
-        picks = [
-            read_first_pick(simulated(profile, s).ask(plan_question(r)), s.in_sight) == s.removal_order()[0]
-            for r, s in enumerate(situations)
-        ]
-        return np.mean(picks)
-
-    shares = [right(a) for a in (0.5, 0.75, 1.0)]
-    assert shares[0] < shares[1] < shares[2]
-
-
 def test_it_reads_in_a_prompt_what_the_planners_write_there():
     context = contexts.cluttered_context(10, seed=5)
     vlm = ScriptedVlm(["?"])
@@ -151,14 +124,6 @@ def test_it_does_what_every_client_must():
     check_client(lambda: simulated("paper"))
 
 
-@pytest.mark.parametrize("name", ["vlm-select", "vlm-grasps", "vlm-fixes-dg"])
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_planners_that_ask_it_conform(name, case):
-    from torc.task_planning.registry import make_planner
-
-    check_case(lambda: make_planner(name, client=simulated("poor")), case)
-
-
 def test_a_prompt_of_somebody_elses_is_refused():
     with pytest.raises(InputError, match="prompts of vlm-select"):
         simulated("perfect").ask(Question("How many cans?", (), None))
@@ -174,15 +139,6 @@ def test_profiles_are_named_or_an_accuracy():
             find_profile(text)
 
 
-def test_the_profiles_get_better_one_after_the_other():
-    ranked = [PROFILES[name] for name in ("hopeless", "poor", "good", "perfect")]
-    for worse, better in pairwise(ranked):
-        for name in ("sees_target", "front", "below", "free", "blocked", "heeds_facts"):
-            assert getattr(worse, name) < getattr(better, name)
-        assert better.made_up < worse.made_up
-        assert better.malformed < worse.malformed
-
-
 def test_it_takes_a_profile_alone_and_needs_a_truth():
     truth = lambda: HIDDEN  # noqa: E731
     assert open_client(VlmConfig("simulated", "good"), truth=truth).profile.name == "good"
@@ -191,13 +147,3 @@ def test_it_takes_a_profile_alone_and_needs_a_truth():
             open_client(VlmConfig("simulated", "good", **options), truth=truth)
     with pytest.raises(InputError, match="torc run"):
         open_client(VlmConfig("simulated", "good"))
-
-
-def test_its_replies_are_cached_as_any_others(tmp_path):
-    def asked(mode, situation):
-        client = open_client(VlmConfig("simulated", "poor"), CacheConfig(tmp_path, mode), lambda: situation)
-        reply = client.ask(plan_question(3))
-        return reply.text, reply.answer, reply.model_version
-
-    first = asked(CacheMode.RECORD, HIDDEN)
-    assert asked(CacheMode.REPLAY, None) == first

@@ -23,12 +23,6 @@ def test_a_free_target_is_picked_at_once():
     assert covered.removal_order() == (4, 0)
 
 
-def test_without_any_way_the_most_hiding_free_object_is_picked():
-    nobody = replace(HIDDEN, hides={(2, 1): 5, (4, 3): 60}, blocks=frozenset(), lies_on=frozenset())
-    assert nobody.removal_order() == (4, 0)
-    assert replace(nobody, in_sight={}, graspable=frozenset()).removal_order() == ()
-
-
 def test_orders_of_any_facts_keep_to_them(rng):
     """Whatever the facts: what is first can be picked, and each other object waits for the one before it."""
     ways = 0

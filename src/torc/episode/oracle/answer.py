@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from torc.episode.bound import Bound
-from torc.episode.oracle.found import Found
+from torc.episode.oracle.search import Found
 from torc.episode.privileged import SimulatedState
 from torc.problems.problem import Problem
 from torc.records import PickOutcome
@@ -30,18 +30,12 @@ class OracleAnswer:
     """The best order of picks that was found. All numbers hold for the problem with this seed.
 
     Attributes:
-        solved: the order ends with the target in the bin.
         foreseen: the picks in order; where not solved, those that looked most promising.
         drops: objects other than the target that fall off the table.
-        proved: no order of picks of graspable objects needs fewer picks, or as many with fewer drops; where not
-            solved, none (of at most `limit` picks) leads to the target.
-        lower_bound: picks that every order needs; None if none that counts leads to the target. It does not reckon
-            with a pick of something else that brings the target along by luck.
-        rough_bound: picks that would be needed at least if a pick did nothing but take its object away, as far as
-            that was found out.
-        likely: every order that would take less if a pick did nothing but take its object away was tried, and took not
-            less.
-        limit: picks that an order may have, where not solved and longer ones were not tried for that reason.
+        proved: no order needs fewer picks, or as many with fewer drops; where not solved, none (of at most `limit`
+            picks) leads to the target.
+        lower_bound: picks that every order needs; None if none that counts leads to the target.
+        rough_bound, likely: the same where a pick does nothing but take its object away, as far as that was tried.
     """
 
     problem: str
@@ -119,7 +113,6 @@ def answer_from(found: Found[SimulatedState], problem: Problem, seed: int, budge
         ForeseenPick(choice, PASS_NAME if choice is None else names[choice], state.episode.outcomes[-1], note)
         for choice, state, note in zip(path.choices, path.states[1:], path.notes[1:], strict=True)
     )
-    lower_bound = None if found.bound is None else found.bound.picks
     return OracleAnswer(
         problem=problem.name,
         seed=seed,
@@ -128,7 +121,7 @@ def answer_from(found: Found[SimulatedState], problem: Problem, seed: int, budge
         foreseen=foreseen,
         drops=path.cost.drops,
         proved=found.proved,
-        lower_bound=lower_bound,
+        lower_bound=None if found.bound is None else found.bound.picks,
         rough_bound=found.rough_bound,
         picks_tried=found.spent.picks,
         looks=found.spent.looks,

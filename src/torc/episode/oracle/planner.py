@@ -7,8 +7,8 @@ import numpy as np
 
 from torc.episode.bound import Bound
 from torc.episode.oracle.answer import OracleAnswer, answer_from
-from torc.episode.oracle.found import DEFAULT_BUDGET, Path, check_budget
 from torc.episode.oracle.solve import best_order
+from torc.episode.oracle.tree import DEFAULT_BUDGET, Path, check_budget
 from torc.episode.privileged import SimulatedState, Simulation
 from torc.errors import InputError
 from torc.records import Decision, PlanningContext

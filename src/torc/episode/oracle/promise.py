@@ -6,27 +6,16 @@ sequences, and no pick has to be tried to look at one.
 
 import heapq
 import itertools
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic
 
-from torc.episode.oracle.found import LOOK_COST, Cost
-from torc.episode.oracle.space import Choice, Options, State
-from torc.episode.oracle.tree import Tree, Trial
+from torc.episode.oracle.tree import LOOK_COST, Choice, Cost, Options, State, Tree, Trial
 
-
-@dataclass(frozen=True)
-class RoughPlan:
-    """One step of the search for plans.
-
-    Attributes:
-        picks: no plan that has not been given yet is shorter.
-        plan: the objects to pick in order, the target last; None: nothing found in this step.
-    """
-
-    picks: int
-    plan: tuple[int, ...] | None = None
+RoughPlan = tuple[int, tuple[int, ...] | None]
+"""One step of the search for plans: no plan that has not been given yet has fewer picks; the objects to pick in order,
+the target last, or None: nothing found in this step."""
 
 
 def rough_plans(peek: Callable[[frozenset[int]], Options], now: Options) -> Iterator[RoughPlan]:
@@ -35,7 +24,7 @@ def rough_plans(peek: Callable[[frozenset[int]], Options], now: Options) -> Iter
     object the target looked nearest.
     """
     if now.target is not None:
-        yield RoughPlan(1, (now.target,))
+        yield 1, (now.target,)
     numbers = itertools.count()
     waiting: list[tuple[int, float, int, int, tuple[int, ...]]] = []
     known: set[frozenset[int]] = set()
@@ -54,9 +43,9 @@ def rough_plans(peek: Callable[[frozenset[int]], Options], now: Options) -> Iter
         size, _, detour, _, taken = heapq.heappop(waiting)
         options = peek(frozenset(taken))
         if options.target is not None:
-            yield RoughPlan(size + 1, (*taken, options.target))
+            yield size + 1, (*taken, options.target)
         else:
-            yield RoughPlan(size + 1)
+            yield size + 1, None
             extend(taken, detour, options)
 
 
@@ -73,24 +62,21 @@ class Promise(Generic[State]):
     """Sets of objects that free the target once they are gone, and what they promise for each open choice.
 
     The sets come from rough plans, from looks at real states, and from sequences that led to the target, less what
-    need not have been picked.
-
-    Attributes:
-        rough_bound: no rough plan that is not known yet has fewer picks; None: all are known.
+    need not have been picked. No rough plan that is not known yet has fewer picks than `rough_bound`; None: all are.
     """
 
     def __init__(self, tree: Tree[State], share: float) -> None:
         """share: of the budget, for peeks."""
         self.rough_bound: int | None = 1
-        self.lessons = 0
         self.spent = 0.0
         self._tree, self._most = tree, share * tree.budget
         self._freeing: Counter[frozenset[int]] = Counter()
         """In how many states each set freed the target, less those in which it did not; peeks count once."""
-        self._orders: tuple[int, list[frozenset[int]]] | None = None
-        self._offered: dict[int, set[frozenset[int]]] = {}
+        self._reachable: list[frozenset[int]] | None = None
+        """The sets that count, each with what has to go before its objects can be picked; None: not worked out yet."""
+        self._offered: dict[int, set[frozenset[int]]] = defaultdict(set)
         self._plans: Iterator[RoughPlan] | None = None
-        self._tries: dict[Choice, list[tuple[frozenset[int], bool]]] = {}
+        self._tries: dict[Choice, list[tuple[frozenset[int], bool]]] = defaultdict(list)
 
     @property
     def affords_peek(self) -> bool:
@@ -99,21 +85,20 @@ class Promise(Generic[State]):
 
     def extend(self) -> None:
         """One step of the search for rough plans, the shortest first."""
-        self.lessons += 1
+        self._reachable = None
         if self._plans is None:
             self._plans = rough_plans(self._peek, self._tree.root.options)
-        step = next(self._plans, None)
-        self.rough_bound = None if step is None else step.picks
-        if step is not None and step.plan is not None:
-            self._freeing.setdefault(frozenset(step.plan[:-1]), 1)
+        self.rough_bound, plan = next(self._plans, (None, None))
+        if plan is not None:
+            self._freeing.setdefault(frozenset(plan[:-1]), 1)
 
     def learn(self, trial: Trial[State]) -> None:
         """Take in what came of a trial."""
         child = trial.child
         if child is None:
             return
-        self.lessons += 1
-        self._tries.setdefault(trial.choice, []).append((trial.node.gone, trial.choice in child.gone))
+        self._reachable = None
+        self._tries[trial.choice].append((trial.node.gone, trial.choice in child.gone))
         self._note(child.gone, child.options)
         if child.options.target is not None:
             self._freeing[child.gone] += 1
@@ -126,28 +111,33 @@ class Promise(Generic[State]):
         for k in gone:
             if self.affords_peek and self._peek(needed - {k}).target is not None:
                 needed -= {k}
-                self.lessons += 1
+                self._reachable = None
                 self._freeing.setdefault(needed, 1)
 
     def of(self, trial: Trial[State]) -> Prospect | None:
         """What a trial promises; None where nothing is known."""
-        gone, cost, before = trial.gone, trial.node.cost, trial.node.gone
-        risk = self._risk(trial.choice, before)
+        gone, before, drops = trial.gone, trial.node.gone, trial.node.cost.drops
+        picks, risk = trial.node.cost.picks + 1, self._risk(trial.choice, before)
         if trial.is_target:
-            return Prospect(cost.picks + 1 + risk, Cost(cost.picks + 1, cost.drops))
-        # Where all of a set are gone and the target is not free yet, the set has kept no promise.
-        useful = [s for s in self._reachable() if not s <= before]
-        return min((self._by(s, gone, cost, risk) for s in useful), default=None)
-
-    def _by(self, freeing: frozenset[int], gone: frozenset[int], cost: Cost, risk: float) -> Prospect:
-        missing = freeing - gone
-        picks = cost.picks + len(missing) + 2
-        risk += sum(self._risk(k, (gone | freeing) - {k}) for k in missing)
-        return Prospect(picks + risk, Cost(picks, cost.drops))
+            return Prospect(picks + risk, Cost(picks, drops))
+        if self._reachable is None:
+            self._note(frozenset(), self._tree.root.options)
+            # A set that has broken its promise more often than it kept it counts no longer.
+            closed = {closure(s, self._offered) for s, kept in self._freeing.items() if kept >= 0}
+            self._reachable = [s for s in closed if s is not None]
+        prospects = []
+        for freeing in self._reachable:
+            # Where all of a set are gone and the target is not free yet, the set has kept no promise.
+            if not freeing <= before:
+                missing = freeing - gone
+                total = picks + len(missing) + 1
+                risks = risk + sum(self._risk(k, (gone | freeing) - {k}) for k in missing)
+                prospects.append(Prospect(total + risks, Cost(total, drops)))
+        return min(prospects, default=None)
 
     def _risk(self, choice: Choice, gone: frozenset[int]) -> float:
         """Failures to be expected in picking an object where these are gone, by those that were seen."""
-        tries = self._tries.get(choice, ())
+        tries = self._tries[choice]
         if any(worked and before <= gone for before, worked in tries):
             return 0.0
         return sum(not worked for _, worked in tries) / (len(tries) + 1)
@@ -155,18 +145,7 @@ class Promise(Generic[State]):
     def _note(self, gone: frozenset[int], options: Options) -> None:
         for k in options.choices:
             if k is not None:
-                self._offered.setdefault(k, set()).add(gone)
-
-    def _reachable(self) -> list[frozenset[int]]:
-        """The sets that free the target, each with what has to go before its objects can be picked.
-
-        A set that has broken its promise more often than it kept it counts no longer.
-        """
-        if self._orders is None or self._orders[0] != self.lessons:
-            self._note(frozenset(), self._tree.root.options)
-            closed = {closure(s, self._offered) for s, kept in self._freeing.items() if kept >= 0}
-            self._orders = self.lessons, [s for s in closed if s is not None]
-        return self._orders[1]
+                self._offered[k].add(gone)
 
     def _peek(self, removed: frozenset[int]) -> Options:
         before = self._tree.spent.total

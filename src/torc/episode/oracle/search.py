@@ -13,19 +13,44 @@ All this decides only what is tried; what is proved rests on bounds alone.
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Generic
 
 import numpy as np
 
-from torc.episode.oracle.found import Cost, Found, Spent
 from torc.episode.oracle.promise import Promise
-from torc.episode.oracle.space import Space, State
-from torc.episode.oracle.tree import Node, Tree, Trial
+from torc.episode.oracle.tree import Cost, Node, Path, Space, Spent, State, Tree, Trial
 
 _FIRST_SHARE = 0.5
 """Share of the budget after which first choices are no longer followed."""
 _PEEK_SHARE = 0.3
 """Share of the budget that peeks may take."""
+
+
+@dataclass(frozen=True)
+class Found(Generic[State]):
+    """The answer so far.
+
+    Attributes:
+        bound: no sequence costs less; None if it is proved that none that counts ends with the target.
+        rough_bound: picks that are needed at least if picks moved nothing else, as far as known; no proof.
+        outlook: the most promising sequence that does not end with the target.
+        limit: picks that a sequence may have, where there is no best and longer ones were not tried for that reason.
+        likely: every sequence that would be better than the best if picks moved nothing else was tried.
+    """
+
+    best: Path[State] | None
+    bound: Cost | None
+    rough_bound: int
+    outlook: Path[State]
+    spent: Spent
+    limit: int | None = None
+    likely: bool = False
+
+    @property
+    def proved(self) -> bool:
+        """`best` is the best there is, or there is none."""
+        return self.bound is None or (self.best is not None and self.best.cost <= self.bound)
 
 
 def search(
@@ -57,7 +82,6 @@ class _Search(Generic[State]):
         self.reached: dict[frozenset[int], int] = {}
         """Sets of objects that were gone in a state, and after how few picks."""
         self.spent_on_promises = 0.0
-        self._promising: tuple[tuple[Spent, int], Trial[State] | None] | None = None
 
     def run(self, likely_suffices: bool) -> None:
         tree = self.tree
@@ -74,12 +98,9 @@ class _Search(Generic[State]):
         """The answer so far."""
         tree = self.tree
         best = None if tree.best is None else tree.best.path()
-        costs = [] if best is None else [best.cost]
-        if not tree.looked:
-            costs.append(Cost(1, 0))
-        elif (trial := tree.next()) is not None:
-            costs.append(trial.bound)
-        bound = min(costs, default=None)
+        trial = tree.next()
+        untried = [trial.bound] if trial is not None else [] if tree.looked else [Cost(1, 0)]
+        bound = min([*untried, *([] if best is None else [best.cost])], default=None)
         rough = self.rough_bound() if bound is None else max(bound.picks, self.rough_bound())
         limit = tree.max_picks if best is None and tree.cut else None
         return Found(best, bound, rough, tree.leader.path(), tree.spent, limit, self.likely)
@@ -99,8 +120,7 @@ class _Search(Generic[State]):
         unknown = self.unknown_plans()
         # Neither the search for promises nor trying them should take much more of the budget than the other.
         unknown_first = unknown is not None and (
-            prospect is None
-            or (unknown.picks < prospect.expected and self.promise.spent <= self.spent_on_promises)
+            prospect is None or (unknown < prospect.expected and self.promise.spent <= self.spent_on_promises)
         )
         if unknown_first and self.promise.affords_peek:
             self.promise.extend()
@@ -118,12 +138,6 @@ class _Search(Generic[State]):
 
         Choices that lead to a set of objects that was reached with as few picks come last.
         """
-        now = self.tree.spent, self.promise.lessons
-        if self._promising is None or self._promising[0] != now:
-            self._promising = now, self._most_promising()
-        return self._promising[1]
-
-    def _most_promising(self) -> Trial[State] | None:
         hopeful = []
         for trial in self.tree.open():
             prospect = self.promise.of(trial)
@@ -132,12 +146,10 @@ class _Search(Generic[State]):
                 hopeful.append((again, prospect, -trial.node.cost.picks, trial.detour, trial.number, trial))
         return min(hopeful)[-1] if hopeful else None
 
-    def unknown_plans(self) -> Cost | None:
-        """What rough plans that are not known yet cost at least; None where that is too much, or there are none."""
-        if self.promise.rough_bound is None:
-            return None
-        cost = Cost(self.promise.rough_bound, 0)
-        return cost if self.tree.hopeful(cost) else None
+    def unknown_plans(self) -> int | None:
+        """Picks of rough plans that are not known yet, at least; None where they are too many, or there are none."""
+        picks = self.promise.rough_bound
+        return picks if picks is not None and self.tree.hopeful(Cost(picks, 0)) else None
 
     @property
     def likely(self) -> bool:
@@ -145,8 +157,9 @@ class _Search(Generic[State]):
         return self.tree.best is not None and self.unknown_plans() is None and self.most_promising() is None
 
     def rough_bound(self) -> int:
-        picks = [self.promise.rough_bound, None if self.tree.best is None else self.tree.best.cost.picks]
-        return min([n for n in picks if n is not None], default=self.tree.max_picks)
+        best = self.tree.best
+        rough = self.promise.rough_bound or self.tree.max_picks
+        return min(rough, best.cost.picks) if best is not None else rough
 
     def proof_in_reach(self) -> bool:
         """Whether each open choice needs one more pick to be settled, and the budget allows for all of them."""

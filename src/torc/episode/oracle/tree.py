@@ -1,14 +1,110 @@
-"""What has been tried: a tree of states, what is open in it, and what follows for the answer."""
+"""What is searched, and what has been tried of it: a tree of states, what is open in it, and what follows from that."""
 
 import heapq
 import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Generic
+from enum import Enum
+from typing import Generic, Protocol, TypeVar
 
-from torc.episode.oracle.found import Cost, Path, Spent
-from torc.episode.oracle.space import Choice, Fate, Options, Space, State
+from torc.errors import InputError
+
+State = TypeVar("State")
+Choice = int | None
+"""An object to pick, or None: to let a pick pass."""
+LOOK_COST = 0.5
+"""What a look, real or rough, takes of a budget that is counted in picks: about its share of the computing."""
+DEFAULT_BUDGET = 80.0
+"""In simulated picks, not seconds, so that the answer is the same on a busy machine. At most some 40 seconds of one
+2 GHz core; proves most answers of up to three picks."""
+
+
+def check_budget(budget: float) -> None:
+    """Raises InputError for a budget that is no number or does not allow for a single look."""
+    if not LOOK_COST <= budget < float("inf"):
+        raise InputError(
+            f"The budget is {budget:g}; it must be a number of simulated picks, e.g. {DEFAULT_BUDGET:g}."
+        )
+
+
+class Fate(Enum):
+    """Whether the picks go on."""
+
+    OPEN = "open"
+    SOLVED = "solved"
+    LOST = "lost"
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a look at a state tells: what can be picked, most promising first, and which of it is the target; how near
+    the retrieval looks, to compare states where nothing better is known; the situation in words.
+
+    At least one more pick is needed if the target can be picked now, else at least two: all bounds follow from this.
+    (They do not reckon with a pick of something else that brings the target along by luck.)
+    """
+
+    choices: tuple[Choice, ...]
+    target: int | None = None
+    outlook: float = 0.0
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Arrival(Generic[State]):
+    """Where a pick leads: the state after it, how many objects it dropped, and the objects that left the table."""
+
+    state: State
+    dropped: int = 0
+    fate: Fate = Fate.OPEN
+    gone: frozenset[int] = frozenset()
+
+
+class Space(Protocol[State]):
+    """A space to search. Every method answers the same for the same arguments."""
+
+    def look(self, state: State) -> Options:
+        """What can be done in a state."""
+
+    def pick(self, state: State, choice: Choice) -> Arrival[State]:
+        """What comes of it."""
+
+    def peek(self, state: State, removed: frozenset[int]) -> Options:
+        """What a look would tell if these objects were gone from a state: a guess that costs no picks."""
+
+
+@dataclass(frozen=True, order=True)
+class Cost:
+    """Of a sequence, or a lower bound of it: picks first, then drops."""
+
+    picks: int
+    drops: int
+
+
+@dataclass(frozen=True)
+class Spent:
+    """Picks tried, and looks, rough ones included."""
+
+    picks: int = 0
+    looks: int = 0
+
+    @property
+    def total(self) -> float:
+        """In picks."""
+        return self.picks + LOOK_COST * self.looks
+
+
+@dataclass(frozen=True)
+class Path(Generic[State]):
+    """A sequence of picks from the start: its states and notes are those before each pick, and at the end; a note is
+    "" where nobody looked.
+    """
+
+    choices: tuple[Choice, ...]
+    states: tuple[State, ...]
+    notes: tuple[str, ...]
+    cost: Cost
 
 
 @dataclass
@@ -29,12 +125,10 @@ class Node(Generic[State]):
     def path(self) -> Path[State]:
         """How it was reached from the start."""
         nodes = [self]
-        while (parent := nodes[-1].parent) is not None:
-            nodes.append(parent)
-        nodes.reverse()
-        choices = tuple(n.choice for n in nodes[1:])
+        while (parent := nodes[0].parent) is not None:
+            nodes.insert(0, parent)
         notes = tuple(n.options.note for n in nodes)
-        return Path(choices, tuple(n.state for n in nodes), notes, self.cost)
+        return Path(tuple(n.choice for n in nodes[1:]), tuple(n.state for n in nodes), notes, self.cost)
 
 
 @dataclass(order=True)
@@ -63,10 +157,8 @@ class Trial(Generic[State]):
 class Tree(Generic[State]):
     """All that was tried from a start, within a budget. It says what can still be tried, not what should be.
 
-    Attributes:
-        best: the end of the best sequence.
-        leader: the most promising state that was looked at.
-        cut: something was left untried because it needs too many picks.
+    `best` is the end of the best sequence, `leader` the most promising state that was looked at, `cut` whether
+    something was left untried because it needs too many picks.
     """
 
     def __init__(
@@ -74,12 +166,11 @@ class Tree(Generic[State]):
     ) -> None:
         """tell: called after every pick and peek."""
         self.space, self.max_picks, self.budget, self.tell = space, max_picks, budget, tell
-        self.root = Node(start)
+        self.root = self.leader = Node(start)
         self.best: Node[State] | None = None
-        self.leader, self._leader_outlook = self.root, -math.inf
         self.spent = Spent()
-        self.cut = False
-        self.looked = False
+        self.cut = self.looked = False
+        self._leader_outlook = -math.inf
         self._open: list[Trial[State]] = []
         self._numbers = itertools.count()
         self._peeked: dict[frozenset[int], Options] = {}

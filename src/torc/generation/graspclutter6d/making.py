@@ -1,48 +1,136 @@
 """The problems of imported scenes: which are asked for, one attempt at each, and what came of it."""
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from pathlib import Path
 
 from torc.errors import InputError
-from torc.generation.graspclutter6d.objects import check_meshes
-from torc.generation.graspclutter6d.placing import ImportConfig, Say, settle_scene
-from torc.generation.graspclutter6d.published import paper_problems, parse_object_name
+from torc.generation.graspclutter6d.placing import LICENCE, ImportConfig, Say, SettledScene, settle_scene
 from torc.generation.graspclutter6d.reading import (
-    AnnotatedScene,
     check_root,
     image_id,
     object_stem,
+    paper_problems,
+    parse_object_name,
+    published_category,
     read_scene,
 )
-from torc.generation.graspclutter6d.targets import (
-    BY_USER,
-    choose_target,
-    find_target,
-    how_imported,
-    make_problem,
-    problem_name,
-)
-from torc.generation.inspection import Inspector, robot_facts
+from torc.generation.inspection import Inspector, SceneView, robot_facts
+from torc.objects.library import object_description
 from torc.problems.made_for import ROBOT_KEYS
 from torc.problems.problem import Problem, load_problem, save_problem
-from torc.problems.schema import Category
+from torc.problems.schema import Category, Scalar
+
+BY_USER = "the user"
+
+
+def problem_name(scene: int, target: str) -> str:
+    """Name of the problem of retrieving one object of a scene: gc6d-249-obj_000017_0."""
+    return f"gc6d-{scene}-{target}"
+
+
+def how_imported(scene: int, config: ImportConfig) -> dict[str, Scalar]:
+    """Entries of a problem's `origin`: which scene it is, and how it was taken over."""
+    return {
+        "source": "GraspClutter6D",
+        "scene": scene,
+        "annotation": config.annotation,
+        "camera": config.camera,
+        "placement": config.placement,
+    }
+
+
+def make_problem(
+    scene: SettledScene,
+    target: str,
+    in_sight: float,
+    config: ImportConfig,
+    category: Category | None = None,
+    facts: dict[str, Scalar] | None = None,
+) -> Problem:
+    """The problem of retrieving one object of a settled scene, of which the robot sees a share at first (0..1).
+
+    `category` replaces the label, `facts` are further entries of its `origin`.
+    """
+    label, by = category or published_category(scene.number), BY_USER if category else "the authors' label"
+    model = next(o.model for o in scene.problem.objects if o.name == target)
+    alike = sum(o.model == model for o in scene.problem.objects)
+    notes = [f"{round(100 * in_sight)}% of the target is in sight at first."]
+    if alike > 1:
+        notes.append(f"There are {alike} objects like the target.")
+    notes += [f"{note[0].upper()}{note[1:]}." for note in scene.notes]
+    origin = how_imported(scene.number, config) | {"category_by": by, "licence": LICENCE} | (facts or {})
+    return replace(
+        scene.problem,
+        name=problem_name(scene.number, target),
+        category=label,
+        description=object_description(model),
+        target=target,
+        notes=" ".join(notes)[:2000],
+        origin=origin,
+    )
+
+
+def find_target(scene: SettledScene, wanted: str) -> str:
+    """The name of the object that a user means by "44_1", "obj_000044_1" or "44".
+
+    Raises:
+        InputError: it is not in the scene, several are meant, or it fell off the table.
+    """
+    object_id, instance = parse_object_name(wanted)
+    names = [
+        name
+        for name in scene.annotated
+        if parse_object_name(name) == (object_id, instance)
+        or (instance is None and parse_object_name(name)[0] == object_id)
+    ]
+    if not names:
+        raise InputError(
+            f"Scene {scene.number} has no object {wanted}. It has: {', '.join(scene.annotated)}."
+        )
+    if len(names) > 1:
+        raise InputError(
+            f"Scene {scene.number} has object {wanted} {len(names)} times: say which: {', '.join(names)}."
+        )
+    if names[0] in scene.fell:
+        raise InputError("the target fell off the table while settling")
+    return names[0]
+
+
+def choose_target(scene: SettledScene, view: SceneView, inspector: Inspector) -> str:
+    """The least visible object that makes a problem by the paper's rules; ties go by file order.
+
+    It and all objects around it (in front, within 15 cm beside, taller) can be grasped when they stand alone, or it
+    could never be retrieved; and it cannot be grasped at once, or there would be nothing to solve.
+
+    Raises:
+        InputError: there is none.
+    """
+    can_grasp = cache(partial(inspector.graspable_at_all, scene.problem))
+    outcomes: Counter[str] = Counter()
+    for name in sorted((o.name for o in scene.problem.objects), key=view.fraction):
+        if not all(can_grasp(other) for other in (name, *inspector.around(scene.problem, name).all)):
+            outcomes["cannot be retrieved"] += 1
+        elif inspector.graspable_at_first(view, name):
+            outcomes["can be picked at once"] += 1
+        else:
+            return name
+    told = ", ".join(f"{count} {what}" for what, count in outcomes.items())
+    raise InputError(f"no object makes a problem: {told}; name one with --target to have it all the same")
+
 
 _BY_RULE, _BY_PAPER = "torc", "the paper"
 
 
 @dataclass(frozen=True)
 class ImportRequest:
-    """What to import.
+    """What to import from a data set: scenes by number, or the paper's 40 problems (those in `scenes`, if any are
+    named).
 
-    Attributes:
-        root: of the data set.
-        scenes: numbers; with `paper`, only the paper's problems in these.
-        paper: the paper's 40 problems.
-        target: the object to retrieve, as `find_target` takes it; None to have one chosen.
-        category: replaces the label.
-        config: how scenes are taken over.
+    `target` is the object to retrieve, as `find_target` takes it; None to have one chosen. `category` replaces the
+    label.
     """
 
     root: Path
@@ -53,19 +141,13 @@ class ImportRequest:
     config: ImportConfig = field(default_factory=ImportConfig)
 
     def wanted(self) -> dict[int, list[str | None]]:
-        """The targets in each scene; None for one that has to be chosen.
-
-        Raises:
-            InputError: the request makes no sense.
-        """
+        """The targets in each scene; None for one that has to be chosen. Raises InputError for a senseless request."""
         image_id(self.config.annotation, self.config.camera)
         if self.target is not None:
             parse_object_name(self.target)
+        if not self.paper and not self.scenes:
+            raise InputError("Say what to import: --paper for the paper's 40 problems, or --scene NUMBER.")
         if not self.paper:
-            if not self.scenes:
-                raise InputError(
-                    "Say what to import: --paper for the paper's 40 problems, or --scene NUMBER."
-                )
             return {scene: [self.target] for scene in self.scenes}
         if self.target is not None:
             raise InputError("--paper has its own targets; leave --target out, or --paper.")
@@ -80,25 +162,13 @@ class ImportRequest:
             )
         return {scene: targets for scene, targets in wanted.items() if scene in (self.scenes or wanted)}
 
-    def read(self, scene: int) -> AnnotatedScene:
-        """A scene of the data set. Raises InputError."""
-        return read_scene(self.root, scene, self.config.annotation, self.config.camera)
-
 
 @dataclass(frozen=True)
 class Attempt:
-    """What came of one problem that was asked for.
+    """What came of one problem that was asked for: the problem and its file, or the reason why there is none.
 
-    Attributes:
-        scene: number of the scene.
-        target: name of the wanted object; None if it was not known yet when it failed.
-        problem: None if there is none ...
-        reason: ... and why, unless it was there.
-        file: where the problem is.
-        there: it was there already, from an earlier call.
-        in_sight: visible share of the target at first.
-        fell: objects that fell off the table and are not in the problem.
-        notes: what was odd.
+    `there` says that an earlier call made it, `in_sight` how much of the target is visible at first, `fell` which
+    objects fell off the table.
     """
 
     scene: int
@@ -121,68 +191,40 @@ def run_import(
 ) -> list[Attempt]:
     """Makes the problems that are asked for and saves them, one file each, named like the problem.
 
-    A scene that cannot be read or settled does not stop the others. Of scenes that are the same, one is imported: the
-    first that gives a problem, in this call or before it.
-
-    Args:
-        request: what to import.
-        inspector: the robot that is to solve them: it tells what is in sight and what could be retrieved.
-        out: directory of the problem files.
-        overwrite: replace files that are there.
-        say: told what takes long.
-
-    Raises:
-        InputError: the request makes no sense, the root is no GraspClutter6D, or `out` cannot be written.
+    A scene that cannot be read or settled does not stop the others. What an earlier call made is kept, unless
+    `overwrite`. `say` is told what takes long. Raises InputError if the request makes no sense, the root is no
+    GraspClutter6D, or `out` cannot be written.
     """
     wanted = request.wanted()
     check_root(request.root)
+    attempts: list[Attempt] = []
     try:
         out.mkdir(parents=True, exist_ok=True)
+        for scene, targets in wanted.items():
+            # Known before the work of settling, so that a run that was interrupted is soon where it was.
+            there = (
+                {}
+                if overwrite
+                else {t: a for t in targets if (a := _kept(request, inspector, scene, t, out))}
+            )
+            attempts += there.values()
+            for attempt in _attempts(request, scene, [t for t in targets if t not in there], inspector, say):
+                if attempt.problem is not None:
+                    attempt = _saved(attempt, attempt.problem, out, overwrite)
+                attempts.append(attempt)
     except OSError as error:
-        raise InputError(f"Cannot make {out}: {error.strerror}. Choose another --out.") from None
-    _tell_missing_meshes(request, wanted, say)
-    attempts: list[Attempt] = []
-    imported: list[AnnotatedScene] = []
-    folder = _Folder(out, request, inspector)
-    for scene, targets in wanted.items():
-        # Known before the work of settling, so that a run that was interrupted is soon where it was.
-        there = {} if overwrite else {t: kept for t in targets if (kept := folder.kept(scene, t))}
-        done, left = list(there.values()), [t for t in targets if t not in there]
-        if left:
-            made = _attempts(request, scene, left, imported, inspector, say)
-            done += [folder.save(attempt, overwrite) for attempt in made]
-        if any(attempt.file for attempt in done):
-            with suppress(InputError):  # kept, and gone from the data set: nothing can be compared with it
-                imported.append(request.read(scene))
-        attempts += done
+        raise InputError(f"Cannot write {out}: {error.strerror}. Choose another --out.") from None
     return attempts
 
 
-def _tell_missing_meshes(request: ImportRequest, scenes: Iterable[int], say: Say) -> None:
-    """Says which scenes lack meshes before any mesh is converted, which takes up to a minute each."""
-    for scene in scenes:
-        with suppress(InputError):  # a scene that cannot be read is told when its turn comes
-            annotated = request.read(scene)
-            try:
-                check_meshes(request.root, dict.fromkeys(o.object_id for o in annotated.objects))
-            except InputError as error:
-                say(f"scene {scene} will be left out: {error}")
-
-
 def _attempts(
-    request: ImportRequest,
-    scene: int,
-    targets: list[str | None],
-    imported: Sequence[AnnotatedScene],
-    inspector: Inspector,
-    say: Say,
+    request: ImportRequest, scene: int, targets: list[str | None], inspector: Inspector, say: Say
 ) -> list[Attempt]:
-    """One attempt at each problem of a scene, unless it is the same as one of those `imported` before it."""
+    """One attempt at each problem of a scene."""
+    if not targets:
+        return []
     try:
-        annotated = request.read(scene)
-        for other in imported:
-            if other.is_same(annotated):
-                raise InputError(f"it is the same as scene {other.number}, which is imported already")
+        annotated = read_scene(request.root, scene, request.config.annotation, request.config.camera)
         settled = settle_scene(request.root, annotated, request.config, say)
     except InputError as error:
         return [Attempt(scene, target, reason=str(error)) for target in targets]
@@ -194,71 +236,42 @@ def _attempts(
         by = _BY_PAPER if request.paper else BY_USER if wanted else _BY_RULE
         try:
             target = find_target(settled, wanted) if wanted else choose_target(settled, view, inspector)
+            in_sight, facts = view.fraction(target), {"target_by": by, **robot_facts(inspector.robot)}
+            problem = make_problem(settled, target, in_sight, request.config, request.category, facts)
+            attempts.append(replace(attempt, target=target, problem=problem, in_sight=in_sight))
         except InputError as error:
             attempts.append(replace(attempt, reason=str(error)))
-            continue
-        in_sight, facts = view.fraction(target), {"target_by": by, **robot_facts(inspector.robot)}
-        problem = make_problem(settled, target, in_sight, request.config, request.category, facts)
-        attempts.append(replace(attempt, target=target, problem=problem, in_sight=in_sight))
     return attempts
 
 
-@dataclass(frozen=True)
-class _Folder:
-    """Problem files, and which of them are what a request asks for."""
-
-    path: Path
-    request: ImportRequest
-    inspector: Inspector
-
-    def save(self, attempt: Attempt, overwrite: bool) -> Attempt:
-        """Writes the problem of an attempt, if it has one, unless the file is there."""
-        if attempt.problem is None:
-            return attempt
-        file = self._file(attempt.scene, attempt.problem.target)
-        if file.exists() and not overwrite:
-            return self._loaded(attempt.scene, attempt.problem.target)
-        try:
-            save_problem(attempt.problem, file)
-        except OSError as error:
-            raise InputError(f"Cannot write {file}: {error.strerror}. Choose another --out.") from None
-        return replace(attempt, file=file)
-
-    def kept(self, scene: int, target: str | None) -> Attempt | None:
-        """What is there of a wanted problem; None if nothing, or if which object is meant is not known yet."""
-        if target is None:
-            name = self._chosen_before(scene)
-        else:
-            object_id, instance = parse_object_name(target)
-            name = None if instance is None else f"{object_stem(object_id)}_{instance}"
-        return self._loaded(scene, name) if name and self._file(scene, name).exists() else None
-
-    def _chosen_before(self, scene: int) -> str | None:
-        for file in sorted(self.path.glob(f"{problem_name(scene, '')}*.yaml")):
-            with suppress(InputError):
-                problem = load_problem(str(file))
-                if problem.origin.get("target_by") == _BY_RULE and self._is_asked(problem, scene):
-                    return problem.target
-        return None
-
-    def _loaded(self, scene: int, target: str) -> Attempt:
-        """A file that is there: what was asked for, or a failure if it was imported otherwise."""
-        file = self._file(scene, target)
-        try:
-            problem = load_problem(str(file))
-        except InputError as error:
-            return Attempt(scene, target, reason=f"{error} --overwrite replaces it.")
-        if self._is_asked(problem, scene):
-            return Attempt(scene, target, problem, file=file, there=True)
+def _saved(attempt: Attempt, problem: Problem, out: Path, overwrite: bool) -> Attempt:
+    """The attempt with its problem's file, which is written unless the same problem is there."""
+    file = out / f"{problem.name}.yaml"
+    if file.exists() and not overwrite:
+        with suppress(InputError):
+            old = load_problem(file)
+            if (old.objects, old.origin) == (problem.objects, problem.origin):
+                return replace(attempt, problem=old, file=file, there=True)
         reason = f"{file} is there already, imported otherwise; --overwrite replaces it"
-        return Attempt(scene, target, reason=reason)
+        return replace(attempt, problem=None, reason=reason)
+    save_problem(problem, file)
+    return replace(attempt, file=file)
 
-    def _is_asked(self, problem: Problem, scene: int) -> bool:
-        asked = how_imported(scene, self.request.config) | robot_facts(self.inspector.robot)
-        stated = {name: problem.origin[name] for name in (*asked, *ROBOT_KEYS) if name in problem.origin}
-        if self.request.category is None:
-            return stated == asked and problem.origin.get("category_by") != BY_USER
-        return stated == asked and problem.category == self.request.category
 
-    def _file(self, scene: int, target: str) -> Path:
-        return self.path / f"{problem_name(scene, target)}.yaml"
+def _kept(
+    request: ImportRequest, inspector: Inspector, scene: int, wanted: str | None, out: Path
+) -> Attempt | None:
+    """What an earlier call made of a wanted problem; None if nothing, or if which object is meant is not known yet."""
+    asked = how_imported(scene, request.config) | robot_facts(inspector.robot)
+    pattern = "*"
+    if wanted is not None:
+        object_id, instance = parse_object_name(wanted)
+        pattern = f"{object_stem(object_id)}_{instance}"
+    for file in sorted(out.glob(f"{problem_name(scene, pattern)}.yaml")):
+        with suppress(InputError):
+            problem = load_problem(file)
+            same = all(problem.origin.get(key) == asked.get(key) for key in (*asked, *ROBOT_KEYS))
+            chosen = wanted is not None or problem.origin.get("target_by") == _BY_RULE
+            if same and chosen and request.category in (None, problem.category):
+                return Attempt(scene, problem.target, problem, file=file, there=True)
+    return None

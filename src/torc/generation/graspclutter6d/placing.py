@@ -1,21 +1,131 @@
 """An annotated scene, put on our table and brought to rest; or why it does not come to rest."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
 from torc.errors import InputError, PhysicsError, UnknownNameError
-from torc.generation.graspclutter6d.objects import ConvertedObject, check_meshes, convert_object
-from torc.generation.graspclutter6d.published import object_words
-from torc.generation.graspclutter6d.reading import ANNOTATION, CAMERA, AnnotatedScene
-from torc.geometry.transforms import invert, transform_points, wxyz_from_rotation
+from torc.generation.graspclutter6d.reading import (
+    ANNOTATION,
+    CAMERA,
+    AnnotatedScene,
+    object_stem,
+    object_words,
+)
+from torc.geometry.transforms import Pose, invert, transform_points, wxyz_from_rotation
+from torc.objects.files import load_source
+from torc.objects.importing.mesh import MeshImport, read_mesh
+from torc.objects.importing.options import MeshOptions
+from torc.objects.importing.storing import add_object
+from torc.objects.models import ObjectModel
+from torc.objects.store import find_stored, load_stored, store_directories
 from torc.problems.problem import ObjectPlacement, Problem
-from torc.sim.settling import EaseConfig, EaseReport, SettleConfig, ease_apart, settle, with_poses_of
+from torc.sim.settling import EaseConfig, SettleConfig, ease_apart, settle, with_poses_of
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import Presence, World, build_world
 from torc.workspace.files import load_workspace
+
+LICENCE = "GraspClutter6D, CC-BY-SA-4.0"
+_FOLDERS = {
+    "models_obj_m": ("obj", 1.0),
+    "models_m": ("ply", 1.0),
+    "models_obj": ("obj", 1e-3),
+    "models": ("ply", 1e-3),
+    "models_obj_eval": ("obj", 1e-3),
+    "models_eval": ("ply", 1e-3),
+}
+"""Folders of meshes, the best first: ending and unit in metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class ConvertedObject:
+    """An object of the data set as one of ours.
+
+    Attributes:
+        model: the object, by its name in the store.
+        T_object_mesh: pose of the mesh frame (in metres) in the model frame.
+        notes: what was done to the mesh or odd about it, if it was converted just now.
+    """
+
+    model: ObjectModel
+    T_object_mesh: Pose
+    notes: tuple[str, ...]
+
+    @property
+    def visible_points(self) -> Float[np.ndarray, "n 3"]:
+        """Vertices of its surfaces, model frame."""
+        return np.concatenate([visual.vertices for visual in self.model.visuals])
+
+
+def find_mesh(root: Path, object_id: int) -> tuple[Path, float]:
+    """The best mesh of an object and its unit in metres: the full ones first, textured before coloured, metres before
+    millimetres. Raises InputError if there is none."""
+    name = object_stem(object_id)
+    for folder, (ending, unit_m) in _FOLDERS.items():
+        # obj2mjcf moves each mesh into a folder of its own.
+        for path in (root / folder / f"{name}.{ending}", root / folder / name / f"{name}.{ending}"):
+            if path.is_file():
+                return path, unit_m
+    raise InputError(
+        f"{root} has no mesh of {name}. Unpack one of {', '.join(f'{f}.7z' for f in _FOLDERS)} there; models_obj_m is "
+        "the best."
+    )
+
+
+def model_name(object_id: int) -> str:
+    """Name of an object in the store: gc6d_000017."""
+    return f"gc6d_{object_id:06d}"
+
+
+def check_meshes(root: Path, object_ids: Iterable[int]) -> None:
+    """Raises InputError for an object that is neither in the store nor has a mesh; converts nothing."""
+    for object_id in object_ids:
+        if find_stored(model_name(object_id)) is None:
+            find_mesh(root, object_id)
+
+
+def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], None]) -> ConvertedObject:
+    """An object of the data set: from the store, or converted now and put there.
+
+    Args:
+        root: of the data set.
+        object_id: 1..200.
+        words: its description; gets a number if another object is described so.
+        say: told if it has to be converted, which takes seconds to a minute.
+
+    Raises:
+        InputError: it has no mesh, the mesh cannot be used, or the store holds something else of that name.
+        MissingDependencyError: the extra `import` is not installed.
+    """
+    name, notes = model_name(object_id), tuple[str, ...]()
+    stored = find_stored(name)
+    if stored is None:
+        say(f"converting {name}: {words}")
+        found = _read(*find_mesh(root, object_id), name, words)
+        add_object(found, note=LICENCE)
+        stored, notes = store_directories()[0] / name, found.notes
+    source = load_source(stored)
+    if source.note != LICENCE:
+        raise InputError(
+            f"{stored} is not from GraspClutter6D, but has the name of one of its objects. Move it away."
+        )
+    return ConvertedObject(load_stored(stored), source.T_object_mesh, notes)
+
+
+def _read(path: Path, unit_m: float, name: str, words: str) -> MeshImport:
+    """The mesh by its folder's unit; by the other one where only that gives a thing of a possible size."""
+    try:
+        return read_mesh(path, MeshOptions(name=name, description=words, scale=unit_m))
+    except InputError as error:
+        with suppress(InputError):
+            other_m = 1.0 if unit_m != 1.0 else 1e-3
+            return read_mesh(path, MeshOptions(name=name, description=words, scale=other_m))
+        raise error from None
+
 
 PLACEMENTS = {
     # Where the arm reaches best; the fall is short, so that what stands keeps standing.
@@ -34,14 +144,10 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class ImportConfig:
-    """How a scene is taken over.
+    """How a scene is taken over: one of PLACEMENTS, and the picture whose annotation is taken, by default the paper's.
 
-    Attributes:
-        placement: one of PLACEMENTS.
-        annotation, camera: the picture whose annotation is taken; the paper's by default.
-        ease: how objects inside each other are pushed apart first.
-        settle: when it counts as settled ...
-        still: ... and as still; a scene that is not gets more time, `patience` times in all.
+    Objects inside each other are pushed apart first (`ease`). A scene that is not still after it has settled gets more
+    time, `patience` times in all.
     """
 
     placement: str = "torc"
@@ -65,7 +171,7 @@ class SettledScene:
         number: of the scene.
         problem: what is still on the table, where it came to rest; its target is only a stand-in.
         annotated: where the annotation had put all objects, by name.
-        fell: names of the objects that fell off the table; they are not in the problem.
+        fell: names of the objects that fell off the table.
         notes: what was odd, for people.
     """
 
@@ -81,14 +187,8 @@ def settle_scene(
 ) -> SettledScene:
     """Puts an annotated scene on our table and lets it come to rest.
 
-    Args:
-        root: of the data set, for the meshes; converted ones are kept in the user's object store.
-        scene: see `read_scene`.
-        config: where and how.
-        say: told what takes long.
-
-    Raises:
-        InputError: meshes cannot be used, the scene does not come to rest, or fewer than two objects are left.
+    Converted meshes of the data set (`root`) are kept in the user's object store. Raises InputError if meshes cannot be
+    used, the scene does not come to rest, or fewer than two objects are left.
     """
     config = config or ImportConfig()
     if len(scene.objects) < 2:
@@ -113,12 +213,14 @@ def settle_scene(
         )
     rest = tuple(o for o in with_poses_of(world).objects if o.name in on_table)
     annotated = {o.name: o for o in placements}
-    notes = (
-        *scene.notes,
-        *(f"{o.model.name}: {note}" for o in objects.values() for note in o.notes),
-        *_settling_notes(eased, fell, annotated, rest),
-    )
-    return SettledScene(scene.number, replace(raw, objects=rest, target=rest[0].name), annotated, fell, notes)
+    notes = [f"{o.model.name}: {note}" for o in objects.values() for note in o.notes]
+    if eased.steps:
+        before, after = 1000 * eased.before_m, 1000 * eased.after_m
+        notes.append(f"objects up to {before:.0f} mm inside each other were eased apart, to {after:.0f} mm")
+    if fell:
+        notes.append(f"fell off the table and left out: {', '.join(fell)}")
+    problem = replace(raw, objects=rest, target=rest[0].name)
+    return SettledScene(scene.number, problem, annotated, fell, tuple(notes))
 
 
 def place_objects(
@@ -153,23 +255,3 @@ def _settle(world: World, config: ImportConfig) -> None:
             return
     crept = f"{1000 * stillness.distance_m:.1f} mm, {np.rad2deg(stillness.angle_rad):.1f} degrees"
     raise InputError(f"never still: an object still crept {crept} in {stillness.watched_s:.1f} s")
-
-
-def _settling_notes(
-    eased: EaseReport,
-    fell: Sequence[str],
-    annotated: dict[str, ObjectPlacement],
-    rest: Sequence[ObjectPlacement],
-) -> list[str]:
-    moved_mm = [
-        1000 * float(np.linalg.norm(np.subtract(o.position, annotated[o.name].position)[:2])) for o in rest
-    ]
-    notes = [
-        f"settling moved objects sideways by {np.median(moved_mm):.0f} mm (median), {max(moved_mm):.0f} mm at most"
-    ]
-    if eased.steps:
-        before, after = 1000 * eased.before_m, 1000 * eased.after_m
-        notes.append(f"objects up to {before:.0f} mm inside each other were eased apart, to {after:.0f} mm")
-    if fell:
-        notes.append(f"fell off the table and left out: {', '.join(fell)}")
-    return notes

@@ -6,19 +6,19 @@ and "camera" (OpenCV's), millimetres on disk, metres here. Sources: the public A
 (https://huggingface.co/datasets/GraspClutter6D/GraspClutter6D).
 
 `cam_R_w2c` and `cam_t_w2c` say "world to camera" and hold the opposite: the public API and the retrieval paper's
-converter multiply them onto the objects' poses in the camera, and the poses that come out of it stand upright on a
-horizontal table (scenes/tabletop_structured in https://github.com/DanManN/graspclutter6d_mujoco_sim). Others read them
-by their name. So the reading is not believed but measured: an object has one pose in the world, whichever picture it is
-computed from, and only one of the two readings makes the pictures of a scene agree.
+converter multiply them onto the objects' poses in the camera, and so does this module.
 """
 
+import csv
+import re
 from collections import Counter
 from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import numpy as np
-from jaxtyping import Float
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -32,7 +32,8 @@ from pydantic import (
 from torc.errors import InputError, UnknownNameError
 from torc.files.reading import read_bytes
 from torc.files.strict_yaml import explain_faults
-from torc.geometry.transforms import Pose, invert, make_pose
+from torc.geometry.transforms import Pose, make_pose
+from torc.problems.schema import Category
 from torc.records.camera import MAX_OBJECTS
 
 CAMERAS = ("realsense-d415", "realsense-d435", "azure-kinect", "zivid")
@@ -45,8 +46,6 @@ _MAX_BYTES = 32_000_000
 _MIN_DISTANCE_M, _MAX_DISTANCE_M = 0.05, 10.0
 _ROUNDING, _NO_ROTATION = 1e-6, 0.02
 """Deviations of R R^T from the identity: beyond the first a rotation is made exact, beyond the second it is none."""
-_MAX_PICTURES = 12
-_CLEARLY, _AGREE_M = 0.2, 0.02
 
 
 def _rotation(numbers: list[float]) -> list[float]:
@@ -60,14 +59,8 @@ def _rotation(numbers: list[float]) -> list[float]:
     return [float(v) for v in R.ravel()]
 
 
-def _translation(numbers: list[float]) -> list[float]:
-    if np.linalg.norm(numbers) > 1000 * _MAX_DISTANCE_M:
-        raise ValueError(f"is {np.linalg.norm(numbers) / 1000:.3g} m long; millimetres are expected.")
-    return numbers
-
-
 _Rotation = Annotated[list[FiniteFloat], Field(min_length=9, max_length=9), AfterValidator(_rotation)]
-_Translation = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3), AfterValidator(_translation)]
+_Translation = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
 
 
 class _CameraEntry(BaseModel):
@@ -91,23 +84,9 @@ class _Picture(BaseModel):
     @classmethod
     def _in_millimetres(cls, objects: list[_ObjectEntry]) -> list[_ObjectEntry]:
         distance_mm = float(np.median([np.linalg.norm(o.cam_t_m2c) for o in objects]))
-        if distance_mm < 1000 * _MIN_DISTANCE_M:
-            raise ValueError(f"the objects are {distance_mm:.3g} mm from the camera; are these metres?")
+        if not 1000 * _MIN_DISTANCE_M < distance_mm < 1000 * _MAX_DISTANCE_M:
+            raise ValueError(f"the objects are {distance_mm:.3g} mm from the camera; are these millimetres?")
         return objects
-
-    @property
-    def object_ids(self) -> list[int]:
-        return [o.obj_id for o in self.scene_gt]
-
-    def T_table_camera(self, inverse: bool) -> Pose:
-        """The camera's pose, if what is in the file is that, or its inverse."""
-        T = _pose(self.scene_camera.cam_R_w2c, self.scene_camera.cam_t_w2c)
-        return invert(T) if inverse else T
-
-    def Ts_table_mesh(self, inverse: bool) -> Float[np.ndarray, "n 4 4"]:
-        """The objects' poses by one of the two readings."""
-        T_table_camera = self.T_table_camera(inverse)
-        return np.array([T_table_camera @ _pose(o.cam_R_m2c, o.cam_t_m2c) for o in self.scene_gt])
 
 
 def _pose(rotation: list[float], translation_mm: list[float]) -> Pose:
@@ -136,17 +115,10 @@ class SceneObject:
 
 @dataclass(frozen=True)
 class AnnotatedScene:
-    """A scene by its annotation; `notes` tell what was odd."""
+    """A scene by its annotation."""
 
     number: int
     objects: tuple[SceneObject, ...]
-    notes: tuple[str, ...] = ()
-
-    def is_same(self, other: "AnnotatedScene") -> bool:
-        """Whether two scenes are one and the same: 401 and 404 of the data set are, and others may be."""
-        return [o.name for o in self.objects] == [o.name for o in other.objects] and all(
-            np.array_equal(a.T_table_mesh, b.T_table_mesh) for a, b in zip(self.objects, other.objects)
-        )
 
 
 def object_stem(object_id: int) -> str:
@@ -173,7 +145,7 @@ def check_root(root: Path) -> None:
 
 
 def read_scene(root: Path, scene: int, annotation: int = ANNOTATION, camera: str = CAMERA) -> AnnotatedScene:
-    """A scene by one of its pictures; the others, as far as they can be read, are for comparison.
+    """A scene by one of its pictures.
 
     Raises:
         InputError: files or entries missing, or not what they should be; or by these poses the camera is below the
@@ -190,31 +162,27 @@ def read_scene(root: Path, scene: int, annotation: int = ANNOTATION, camera: str
             "--annotation and --camera: a picture's number is 4 x annotation + 1, 2, 3 or 4 for d415, d435, azure, "
             "zivid."
         )
-    picture = _picture(directory, image, cameras, truth)
-    others, broken = [], []
-    for other in sorted(set(cameras) & set(truth) - {image}):
-        try:
-            others.append(_picture(directory, other, cameras, truth))
-        except InputError:
-            broken.append(str(other))
-    notes = [f"the annotation of picture {', '.join(broken[:5])} is not readable"] if broken else []
-    inverse = _is_inverse(picture, [p for p in others if p.object_ids == picture.object_ids], notes)
-    Ts_table_mesh = picture.Ts_table_mesh(inverse)
-    height = picture.T_table_camera(inverse)[2, 3] - float(np.median(Ts_table_mesh[:, 2, 3]))
+    try:
+        picture = _Picture(scene_camera=cameras[image], scene_gt=truth[image])
+    except ValidationError as error:
+        raise InputError(f"{directory}, picture {image}:\n{explain_faults(error)}") from None
+    T_table_camera = _pose(picture.scene_camera.cam_R_w2c, picture.scene_camera.cam_t_w2c)
+    seen, objects = Counter[int](), []
+    for o in picture.scene_gt:
+        T_table_mesh = T_table_camera @ _pose(o.cam_R_m2c, o.cam_t_m2c)
+        objects.append(SceneObject(o.obj_id, seen[o.obj_id], T_table_mesh))
+        seen[o.obj_id] += 1
+    height = T_table_camera[2, 3] - float(np.median([o.T_table_mesh[2, 3] for o in objects]))
     if height <= 0:
         raise InputError(
             f"{directory / 'scene_camera.json'}, picture {image}: the camera is {-height:.2f} m below the objects, so "
             "z does not point up from the table. Choose another picture with --annotation."
         )
-    seen, objects = Counter[int](), []
-    for object_id, T in zip(picture.object_ids, Ts_table_mesh):
-        objects.append(SceneObject(object_id, seen[object_id], T))
-        seen[object_id] += 1
-    return AnnotatedScene(scene, tuple(objects), tuple(notes))
+    return AnnotatedScene(scene, tuple(objects))
 
 
 def _pictures(path: Path) -> dict[int, Any]:
-    """What a file says of each picture; negative numbers, spare pictures of the annotation tool, too."""
+    """What a file says of each picture."""
     try:
         return TypeAdapter(dict[int, Any]).validate_json(read_bytes(path, _MAX_BYTES, "a scene's annotation"))
     except ValidationError as error:
@@ -223,37 +191,60 @@ def _pictures(path: Path) -> dict[int, Any]:
         ) from None
 
 
-def _picture(directory: Path, image: int, cameras: dict[int, Any], truth: dict[int, Any]) -> _Picture:
-    try:
-        return _Picture(scene_camera=cameras[image], scene_gt=truth[image])
-    except ValidationError as error:
-        raise InputError(f"{directory}, picture {image}:\n{explain_faults(error)}") from None
+LABELLED_SCENES = 1000
 
 
-def _is_inverse(picture: _Picture, others: list[_Picture], notes: list[str]) -> bool:
-    """Whether the camera poses are world-to-camera: the reading that makes the pictures agree. Notes what is odd."""
-    if not others:
-        notes.append(
-            "no second picture shows the same objects, so the camera poses could not be cross-checked"
+@dataclass(frozen=True)
+class PaperProblem:
+    """One of the 40 problems of the retrieval paper: the authors' label, the scene's number, and the wanted object,
+    e.g. obj_000044_1."""
+
+    category: Category
+    scene: int
+    target: str
+
+
+@cache
+def paper_problems() -> tuple[PaperProblem, ...]:
+    """The 40 problems, structured first, by scene."""
+    rows = csv.DictReader(_lines("paper_problems.csv"))
+    return tuple(PaperProblem(cast(Category, r["category"]), int(r["scene"]), r["target"]) for r in rows)
+
+
+def published_category(scene: int) -> Category:
+    """The authors' label of a scene, made by hand. Raises InputError for one that is not of the data set's 1000."""
+    if not 0 <= scene < LABELLED_SCENES:
+        raise InputError(f"Scene {scene} has no published label. Give --category.")
+    return "structured" if scene in _structured_scenes() else "unstructured"
+
+
+def object_words(object_id: int) -> str:
+    """An object in words: "the can of peaches", or "object 42 of GraspClutter6D"."""
+    name = _object_names().get(object_id)
+    return f"the {name}" if name else f"object {object_id} of GraspClutter6D"
+
+
+def parse_object_name(text: str) -> tuple[int, int | None]:
+    """Object id and instance (None if not given) of "obj_000044_1", "44_1" or "44". Raises InputError."""
+    found = re.fullmatch(r"(?:obj_)?(\d{1,6})(?:_(\d{1,3}))?", text, re.ASCII)
+    if found is None or not 0 < int(found.group(1)) <= MAX_ID:
+        raise InputError(
+            f"'{text[:60]}' is no object of a scene. Write 44_1 or {object_stem(44)}_1 (object, instance)."
         )
-        return False
-    some = others[:: max(1, len(others) // _MAX_PICTURES)]
-    direct_m, inverse_m = (_disagreement_m(picture, some, inverse) for inverse in (False, True))
-    inverse = inverse_m < _CLEARLY * direct_m and inverse_m < _AGREE_M
-    if inverse:
-        notes.append(
-            "the camera poses are world-to-camera here, as their name says and against the public API"
-        )
-    elif direct_m > _AGREE_M:
-        notes.append(
-            f"pictures disagree about where the objects are, by {1000 * direct_m:.0f} mm (median): this scene's "
-            "annotation is doubtful"
-        )
-    return inverse
+    return int(found.group(1)), None if found.group(2) is None else int(found.group(2))
 
 
-def _disagreement_m(picture: _Picture, others: list[_Picture], inverse: bool) -> float:
-    """Median distance between where this picture and others put the same objects."""
-    here = picture.Ts_table_mesh(inverse)[:, :3, 3]
-    there = np.array([other.Ts_table_mesh(inverse)[:, :3, 3] for other in others])
-    return float(np.median(np.linalg.norm(there - here, axis=2)))
+@cache
+def _structured_scenes() -> frozenset[int]:
+    return frozenset(int(word) for line in _lines("structured_scenes.txt") for word in line.split())
+
+
+@cache
+def _object_names() -> dict[int, str]:
+    return {int(row["id"]): row["name"] for row in csv.DictReader(_lines("object_names.csv"))}
+
+
+def _lines(name: str) -> list[str]:
+    """The lines of a data file that are no comments."""
+    text = (files("torc.generation.graspclutter6d") / "data" / name).read_text(encoding="utf-8")
+    return [line for line in text.splitlines() if not line.startswith("#")]

@@ -15,7 +15,7 @@ from torc.geometry.transforms import wxyz_from_rotation
 from torc.objects.files import save_object
 from torc.objects.importing.baking import baked
 from torc.objects.importing.decomposing import convex_pieces, few_corners, solid_enough
-from torc.objects.importing.mesh import MADE_DIRECTORY, READ_FILE
+from torc.objects.importing.mesh import MADE_DIRECTORY
 from torc.objects.importing.options import MeshOptions
 from torc.objects.importing.reading import Y_UP, read_surfaces
 from torc.objects.importing.resting import is_round, resting_rotation
@@ -32,66 +32,49 @@ from torc.objects.importing.surfaces import (
 from torc.objects.models import CollisionPiece, ObjectModel, Vec3, VisualMesh, pieces_bounds
 from torc.objects.schema import MAX_MASS_KG, MAX_SIZE_M, MAX_VISUALS, MIN_MASS_KG, MIN_SIZE_M, ObjectSource
 
+MAX_FACES = 20_000
+"""To look at: meshes with more are simplified, their colours baked into a new texture."""
+_TEXTURE_PX = 1024
+"""Longest side of a texture."""
+_MAX_PIECES = 24
+_CONCAVITY = 0.05
+"""How deep a hollow may be that contact pieces ignore, relative to the object's size (CoACD's threshold)."""
 _MAX_CONTACT_FACES = 4_000
 """Enough for contact; the decomposition's time grows with them."""
-_MAX_READ_FACES = 40_000
-"""Where simplification does not get that far, e.g. thousands of loose triangles."""
-_LIES_MAYBE = (
-    "It stands on z = 0 in the file, not on y = 0: if it lies on its side now, its z points up; give --up z (GLB's "
-    "standard is y)."
-)
 _UNITS = (0.001, 0.01, 0.0254, 0.1, 10.0, 100.0, 1000.0)
 """What a scale may be off by: millimetres, centimetres, inches, or the other way about."""
-_ON_ZERO, _OFF_ZERO = 0.02, 0.1
-"""Share of a length by which a bounding box may miss 0 to stand on it, or must miss it not to."""
 
 
-def make_object(request: Mapping[str, Any], directory: Path) -> dict[str, Any]:
-    """Makes an object of the file request["path"] and leaves it in `directory`.
+def make_object(request: Mapping[str, Any], directory: Path) -> list[str]:
+    """Makes an object of the file request["path"] by the `MeshOptions` request["options"], leaves it in `directory`,
+    and says what was done to the mesh.
 
-    Args:
-        request: "path"; "options": those of `MeshOptions` as plain data; "undecomposed": why to take the convex hull
-            instead of decomposing it, or None.
-        directory: for the object.
-
-    Returns:
-        "notes": what was done to the mesh, for its owner.
-
-    Raises:
-        InputError: not readable, without triangles, of an absurd size or mass, or flat.
+    request["undecomposed"] says why to take the convex hull instead of decomposing it. Raises InputError for a file
+    that is not readable, without triangles, of an absurd size or mass, or flat.
     """
     path, given = Path(request["path"]), dict(request["options"])
     options = MeshOptions(**{**given, "root": None if given["root"] is None else Path(given["root"])})
     y_up = options.up == "y" or (options.up == "auto" and path.suffix.lower() == ".glb")
     root = (options.root or path.parent) if options.textures else None
-    surfaces, notes = read_surfaces(path, options.scale, y_up, root, options.texture_px)
+    surfaces, notes = read_surfaces(path, options.scale, y_up, root, _TEXTURE_PX)
     surfaces = _sound(surfaces, path, notes)
     _check_size(surfaces, path, options.scale)
     whole = welded(*trimesh.util.append_faces([s.vertices for s in surfaces], [s.faces for s in surfaces]))
     contact = solid(simplified(whole, _MAX_CONTACT_FACES))
-    if len(contact.net.faces) > _MAX_READ_FACES:
-        raise InputError(
-            f"{path} cannot be simplified below {_MAX_READ_FACES} triangles: it is torn into pieces."
-        )
     visible = [s for s in map(with_area, surfaces) if len(s.faces)]
     if not visible:
         raise InputError(f"{path} has next to no area: its triangles are points or lines.")
     if len(visible) < len(surfaces):
         notes.append(f"Parts that are but points or lines were left out ({len(surfaces) - len(visible)}).")
-    visuals = _visuals(visible, contact, whole, options, notes)
+    visuals = _visuals(visible, contact, whole, notes)
     notes += ["Its triangles faced inwards; they were turned."] if contact.turned else []
     notes += [f"{contact.closed_holes} holes were closed."] if contact.closed_holes else []
     if not contact.closed:
         notes.append("It is not watertight: open parts are touched as a shell around their surface.")
-    if options.up == "auto" and y_up:
-        _, y, z = (contact.net.vertices @ Y_UP).T  # in the file's own axes
-        if abs(z.min()) < _ON_ZERO * np.ptp(z) and abs(y.min()) > _OFF_ZERO * np.ptp(y):
-            notes.append(_LIES_MAYBE)
-    (directory / READ_FILE).touch()
-    hulls = _hulls(contact.net, options, path, request["undecomposed"], notes)
+    hulls = _hulls(contact.net, path, request["undecomposed"], notes)
     model, source = _assembled(path, options, visuals, few_corners(hulls), y_up, notes)
     save_object(model, directory / MADE_DIRECTORY / model.name, source, overwrite=True)
-    return {"notes": notes}
+    return notes
 
 
 def _sound(surfaces: Sequence[Surface], path: Path, notes: list[str]) -> list[Surface]:
@@ -127,11 +110,11 @@ def _length(metres: float) -> str:
 
 
 def _visuals(
-    surfaces: list[Surface], contact: Solid, whole: trimesh.Trimesh, options: MeshOptions, notes: list[str]
+    surfaces: list[Surface], contact: Solid, whole: trimesh.Trimesh, notes: list[str]
 ) -> tuple[VisualMesh, ...]:
     # Only closed surfaces that face outwards can be drawn from one side.
     two_sided = not contact.closed or contact.closed_holes > 0
-    allowed = options.max_faces // 2 if two_sided else options.max_faces
+    allowed = MAX_FACES // 2 if two_sided else MAX_FACES
     count = sum(len(s.faces) for s in surfaces)
     if contact.turned:
         surfaces = [replace(s, faces=s.faces[:, ::-1]) for s in surfaces]
@@ -148,7 +131,7 @@ def _visuals(
             notes.append(f"To look at, {count} triangles were simplified to {len(fewer.faces)}.")
         if painted:
             notes.append("Its colours were put into one new texture.")
-        visuals = [baked(surfaces, fewer, options.texture_px) if painted else shaded(fewer)]
+        visuals = [baked(surfaces, fewer, _TEXTURE_PX) if painted else shaded(fewer)]
     if two_sided:
         visuals = [side for visual in visuals for side in (visual, _back(visual))]
     return tuple(visuals)
@@ -160,14 +143,12 @@ def _back(visual: VisualMesh) -> VisualMesh:
     return replace(visual, faces=visual.faces[:, ::-1], normals=-visual.normals)
 
 
-def _hulls(
-    net: trimesh.Trimesh, options: MeshOptions, path: Path, undecomposed: str | None, notes: list[str]
-) -> list[np.ndarray]:
+def _hulls(net: trimesh.Trimesh, path: Path, undecomposed: str | None, notes: list[str]) -> list[np.ndarray]:
     """Convex pieces; the convex hull, and a note, for want of better."""
     hulls, why = [], undecomposed
     if why is None:
         try:
-            hulls, why = convex_pieces(net, options.concavity, options.max_pieces), "nothing solid came out"
+            hulls, why = convex_pieces(net, _CONCAVITY, _MAX_PIECES), "nothing solid came out"
         except Exception as error:  # third-party code on odd nets
             why = f"{type(error).__name__}: {str(error)[:200]}"
     hulls = [hull for hull in hulls if solid_enough(hull)]

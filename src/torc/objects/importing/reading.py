@@ -1,8 +1,6 @@
 """Mesh files to surfaces, by trimesh. Runs in a child process: the files are a stranger's."""
 
 import io
-import logging
-import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +20,6 @@ Y_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """y up and the front towards +z (glTF) to z up and the front towards -x."""
 _MAX_NOTES = 20
 _SEE_THROUGH = ("BLEND", "MASK")
-_COMPLAINT = re.compile("unable|unsupported|not loaded|failed to (load|process)|skipping primitive|weird")
 
 
 def read_surfaces(
@@ -41,9 +38,9 @@ def read_surfaces(
         InputError: without triangles, misread by trimesh, or it points to files that it may not read. Of what is no
             mesh file, trimesh raises anything.
     """
-    neighbours, complaints = Neighbours(path, root or path.parent), _Complaints()
+    neighbours = Neighbours(path, root or path.parent)
     try:
-        scene = _load(path, neighbours, complaints, root is not None)
+        scene = _load(path, neighbours, root is not None)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     if neighbours.refused:
@@ -53,7 +50,6 @@ def read_surfaces(
             "(--no-textures)."
         )
     notes = [f"'{name[:120]}' is not there: its colours are missing." for name in neighbours.missing]
-    notes = notes or complaints.texts
     dressed = {}
     for name, mesh in scene.geometry.items():
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
@@ -88,37 +84,15 @@ class Neighbours(FilePathResolver):
         raise FileNotFoundError(name)
 
 
-class _Complaints(logging.Handler):
-    """What trimesh tells its log that it could not read."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.DEBUG)
-        self.texts: list[str] = []
-
-    def __enter__(self) -> None:
-        trimesh.util.log.addHandler(self)
-        trimesh.util.log.setLevel(logging.DEBUG)
-
-    def __exit__(self, *_: object) -> None:
-        trimesh.util.log.removeHandler(self)
-
-    def emit(self, record: logging.LogRecord) -> None:
-        text = record.getMessage()
-        if _COMPLAINT.search(text):
-            self.texts.append(f"The reader says: {text[:200]}.")
-
-
-def _load(path: Path, neighbours: Neighbours, complaints: _Complaints, textures: bool) -> trimesh.Scene:
+def _load(path: Path, neighbours: Neighbours, textures: bool) -> trimesh.Scene:
     """What trimesh makes of a file. Raises InputError for what it would read wrongly."""
     data, kind = path.read_bytes(), path.suffix[1:].lower()
     if kind == "obj":
         data = data.replace(b"\t", b" ").replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
-        check_obj(data, textures)
-        if textures and b"\nusemtl" in data and b"mtllib" not in data:
-            complaints.texts.append("It names materials, but no library of them: their colours are missing.")
+        check_obj(data)
     if kind == "glb":
-        check_glb(data, textures)
-    with warnings.catch_warnings(), complaints:
+        check_glb(data)
+    with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)  # numpy's, of text that it reads but in part
         # "process" would join corners of different colours
         scene = trimesh.load_scene(

@@ -1,8 +1,6 @@
 """Imported objects into the user's store, under names and descriptions that nothing else has."""
 
-import os
-import tempfile
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -36,43 +34,27 @@ def check_name(name: str, library: Path | None = None, overwrite: bool = False) 
 
 
 def kept_names(files: Mapping[Path, str], scale: float, library: Path | None = None) -> dict[Path, str]:
-    """Which mesh files were imported before (this very file, by that scale), and what the objects are called.
-
-    Files are known by their digests: what a file is called depends on the files beside it. An object stands for one
-    file, first of all for that of its name: copies may have other textures.
-
-    Args:
-        files: mesh files, with the names that they would get now.
-        scale: metres per unit of the files.
-        library: where to look; by default in the first directory of the store.
-    """
-    left: dict[str, tuple[str, float]] = {}
+    """Which mesh files (with the names that they would get now) were imported before, by that scale, and what the
+    objects are called; an object stands for one file."""
+    made: dict[str, list[str]] = defaultdict(list)
     for file in sorted((library or store_directories()[0]).glob("*/object.yaml")):
         with suppress(InputError):  # a damaged one stands for no file
             source = load_source(file.parent)
-            left[file.parent.name] = (source.sha256, source.scale)
-    digests: dict[Path, str] = {}
-    for path in files if left else ():
+            if source.scale == scale:
+                made[source.sha256].append(file.parent.name)
+    kept: dict[Path, str] = {}
+    for path, name in files.items() if made else ():
         with suppress(OSError):  # importing it says what is wrong
-            digests[path] = file_fingerprint(path)
-    kept = {path: files[path] for path in digests if left.get(files[path]) == (digests[path], scale)}
-    for name in set(kept.values()):
-        del left[name]
-    for path, digest in digests.items():
-        alike = next((name for name, made_of in left.items() if made_of == (digest, scale)), None)
-        if path not in kept and alike is not None:
-            kept[path] = alike
-            del left[alike]
+            if names := made.get(file_fingerprint(path)):
+                kept[path] = names.pop(names.index(name) if name in names else 0)
     return kept
 
 
 def check_library(library: Path | None = None) -> None:
-    """Makes sure that objects can be kept, and leaves nothing behind. Raises InputError if they cannot."""
+    """Raises InputError if objects cannot be kept there."""
     directory = library or store_directories()[0]
     try:
-        nearest = next(place for place in (directory, *directory.absolute().parents) if place.exists())
-        with tempfile.TemporaryDirectory(prefix=".import-", dir=nearest):
-            pass
+        directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
             f"Objects cannot be kept in {directory}: {error.strerror}. Give another --library."
@@ -82,16 +64,10 @@ def check_library(library: Path | None = None) -> None:
 def add_object(
     imported: MeshImport, library: Path | None = None, overwrite: bool = False, note: str = ""
 ) -> MeshImport:
-    """Stores an imported object, which can be used at once; returns what was stored.
+    """Stores an imported object with a note, e.g. its licence, by default in the first directory of the store; returns
+    what was stored: its description gets a number if another object has the same.
 
-    Args:
-        imported: the object; its description gets a number if another object has the same.
-        library: where; by default the first directory of the store.
-        overwrite: replace an object of the same name there.
-        note: kept with the object, e.g. its licence.
-
-    Raises:
-        InputError: the name is taken, or the directory cannot be written.
+    Raises InputError if the name is taken (and not overwrite), or the directory cannot be written.
     """
     directory = check_name(imported.model.name, library, overwrite)
     model = replace(
@@ -119,33 +95,20 @@ def find_meshes(directory: Path) -> tuple[list[tuple[Path, str]], list[tuple[Pat
     """Mesh files in a directory and below, with a name for each; and those left out, with the reason.
 
     Of files that differ in their ending only, the richest format is taken, whatever is in them. Files of the same name
-    in different directories get these directories' names too.
-
-    Raises:
-        InputError: not a readable directory, or far too many meshes.
+    in different directories get these directories' names too. Raises InputError for far too many meshes.
     """
-    left_out: list[tuple[Path, str]] = []
     by_stem: dict[Path, list[Path]] = defaultdict(list)
-    root = directory.resolve()
     for path in sorted(directory.rglob("*")):
-        if path.suffix[1:].lower() not in FORMATS or path.is_dir():
-            continue
-        if not Path(os.path.realpath(path)).is_relative_to(root):  # unlike resolve, takes loops of links
-            left_out.append((path, "it is a link that leads out of the directory"))
-            continue
-        by_stem[path.with_suffix("")].append(path)
-        if len(by_stem) > MAX_MESHES:
-            raise InputError(f"{directory} holds more than {MAX_MESHES} meshes. Import parts of it.")
-    chosen = []
-    for files in by_stem.values():
-        best = min(files, key=lambda p: _RICHER.index(p.suffix[1:].lower()))
-        chosen.append(best)
+        if path.suffix[1:].lower() in FORMATS and not path.is_dir():
+            by_stem[path.with_suffix("")].append(path)
+    if len(by_stem) > MAX_MESHES:
+        raise InputError(f"{directory} holds more than {MAX_MESHES} meshes. Import parts of it.")
+    alike = Counter(stem.name.lower() for stem in by_stem)
+    named, left_out = [], []
+    for stem, files in by_stem.items():
+        best, *others = sorted(files, key=lambda p: _RICHER.index(p.suffix[1:].lower()))
         why = f"{best.name} is taken: of files of one name only one is, GLB before OBJ, PLY and STL"
-        left_out += [(p, why) for p in files if p != best]
-    stems = [p.stem.lower() for p in chosen]
-    named = []
-    for path in chosen:
-        alone = stems.count(path.stem.lower()) == 1
-        relative = path.relative_to(directory).with_suffix("")
-        named.append((path, path.stem if alone else "_".join(relative.parts)))
+        left_out += [(p, why) for p in others]
+        alone = alike[stem.name.lower()] == 1
+        named.append((best, best.stem if alone else "_".join(stem.relative_to(directory).parts)))
     return named, left_out

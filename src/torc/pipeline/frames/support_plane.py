@@ -1,5 +1,6 @@
 """Where the objects stand, from one frame: height of the support surface and a voxel grid around the objects."""
 
+import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -21,7 +22,8 @@ _MAX_VOXELS = 4_000_000
 def object_points(observation: Observation) -> Float[np.ndarray, "n 3"]:
     """World points of all pixels with a depth that show an object."""
     label, depth = observation.label_image, observation.depth_m
-    rows, cols = np.nonzero((label >= 0) & (depth > 0)) if label is not None else (np.zeros(0, int),) * 2
+    assert label is not None  # every frame has one
+    rows, cols = np.nonzero((label >= 0) & (depth > 0))
     return unproject(rows, cols, depth[rows, cols].astype(float), observation.K, observation.T_world_camera)
 
 
@@ -58,20 +60,15 @@ def _background_normals(observation: Observation) -> tuple[Float[np.ndarray, "n 
     depth, label = observation.depth_m, observation.label_image
     rows, cols = np.mgrid[: depth.shape[0], : depth.shape[1]]
     points = unproject(rows, cols, depth.astype(float), observation.K, observation.T_world_camera)
-    good = (depth > 0) & (label == BACKGROUND)
     s = _STEP_PX
     across = points[s:-s, 2 * s :] - points[s:-s, : -2 * s]
     down = points[2 * s :, s:-s] - points[: -2 * s, s:-s]
     normal = np.cross(across, down)
     length = np.linalg.norm(normal, axis=-1)
-    usable = (
-        good[s:-s, s:-s]
-        & good[s:-s, 2 * s :]
-        & good[s:-s, : -2 * s]
-        & good[2 * s :, s:-s]
-        & good[: -2 * s, s:-s]
-    )
-    usable &= length > 0
+    cross = np.zeros((2 * s + 1, 2 * s + 1), np.uint8)
+    cross[s, ::s] = cross[::s, s] = 1
+    good = ((depth > 0) & (label == BACKGROUND)).astype(np.uint8)
+    usable = (cv2.erode(good, cross)[s:-s, s:-s] > 0) & (length > 0)
     horizontal = np.abs(normal[..., 2]) > _HORIZONTAL_COS * length
     return points[s:-s, s:-s][usable], horizontal[usable]
 

@@ -1,33 +1,39 @@
 """The simulated VLM as a client: reads the prompt as a model does, and the picture from the simulator's truth."""
 
+import json
+import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
 
 from torc.errors import InputError
+from torc.records import MAX_OBJECTS, TARGET_ID
+from torc.task_planning.graph import EdgeKind
 from torc.vlm.config import VlmConfig
 from torc.vlm.protocol import Finish, Question, Reply
 from torc.vlm.replies import reply_of
-from torc.vlm.simulated.answers import (
-    answer_text,
-    candidate_pairs,
-    made_up_id,
-    plan_answer,
-    relations_answer,
-    spoilt_text,
-    told_facts,
-)
-from torc.vlm.simulated.confusion import Luck, confused, draw_luck
+from torc.vlm.simulated.confusion import Luck, ToldFacts, confused, draw_luck
 from torc.vlm.simulated.profiles import Profile, find_profile
-from torc.vlm.simulated.situation import Situation
+from torc.vlm.simulated.situation import Pair, Situation
+
+_GRASPABLE = re.compile(r"^Object (\d+) is graspable\.$", re.MULTILINE)
+_BLOCKED = re.compile(r"^Object (\d+) is blocked by object (\d+)\.$", re.MULTILINE)
+_CANDIDATE = re.compile(r'\{"source": (\d+), "relation": "behind", "target": (\d+)\}')
+_SPOILT = (
+    ("I am sorry, I cannot help with that.", Finish.REFUSED),
+    ("", Finish.EMPTY),
+    ("It is hard to tell. I would begin with the object in front.", Finish.COMPLETE),
+    ('```json\n{"thoughts": "There are several objects, and', Finish.TRUNCATED),
+    ('```json\n{"objects": ["red can", "blue box"]}\n```', Finish.COMPLETE),
+)
+"""What comes instead of an answer."""
 
 
 def open_simulated(config: VlmConfig, truth: Callable[[], Situation]) -> "SimulatedVlm":
-    """The simulated VLM of a configuration, whose model is the profile.
-
-    Raises InputError for a profile that is unknown, and for options of real models.
+    """The simulated VLM of a configuration, whose model is the profile. Raises InputError for a profile that is
+    unknown, and for options of real models.
     """
     profile = find_profile(config.model)
     if config != VlmConfig(config.provider, config.model):
@@ -38,47 +44,92 @@ def open_simulated(config: VlmConfig, truth: Callable[[], Situation]) -> "Simula
 
 
 class SimulatedVlm:
-    """A VlmClient that asks nobody. It knows the truth and errs as often as its profile says.
+    """A VlmClient that asks nobody: it knows the truth and errs as often as its profile says.
 
-    Its replies pass through the same parsers as a model's, so the planners that ask it are as unprivileged as ever.
-    It is no participant in a comparison of planners: it is there to run the pipeline offline, and to tell how good a
-    model must be before it pays. What it draws is decided by the question's repetition.
-
-    Args:
-        profile: how often it errs.
-        truth: tells the situation in which it is asked.
+    Its replies pass through the same parsers as a model's, so the planners that ask it stay unprivileged. It takes no
+    part in comparisons of planners. What it draws is decided by the question's repetition.
     """
 
     def __init__(self, profile: Profile, truth: Callable[[], Situation]) -> None:
         self.profile, self._truth = profile, truth
 
     def ask(self, question: Question) -> Reply:
-        """An answer, or what a failing model would write.
-
-        Raises InputError for a question that no prompt of the shipped planners asks.
-        """
+        """An answer, or what a failing model would write. Raises InputError for a prompt of somebody else's."""
         started = time.perf_counter()
         luck = draw_luck(np.random.default_rng(question.repeat))
-        text, finish = self._reply(question, self._truth(), luck)
-        return reply_of(
-            text, f"simulated:{self.profile.name}", finish, latency_s=time.perf_counter() - started
+        text, finish = (
+            f"```json\n{json.dumps(self._answer(question, self._truth(), luck))}\n```",
+            Finish.COMPLETE,
         )
-
-    def _reply(self, question: Question, truth: Situation, luck: Luck) -> tuple[str, Finish]:
-        signature = f"(Simulated VLM, profile {self.profile.name}: no model was asked.)"
         if luck.malformed < self.profile.malformed:
-            return spoilt_text(luck.form, signature)
-        return answer_text(self._answer(question, truth, luck), signature), Finish.COMPLETE
+            text, finish = _SPOILT[int(luck.form * len(_SPOILT))]
+        if text:
+            text = f"(Simulated VLM, profile {self.profile.name}: no model was asked.)\n\n{text}"
+        version = f"simulated:{self.profile.name}"
+        return reply_of(text, version, finish, latency_s=time.perf_counter() - started)
 
     def _answer(self, question: Question, truth: Situation, luck: Luck) -> dict[str, Any]:
         wanted = (question.schema or {}).get("properties", {})
         candidates = candidate_pairs(question.prompt)
         believed = confused(truth, self.profile, luck, candidates, told_facts(question.prompt))
-        made_up = made_up_id(truth.in_sight, luck.form) if luck.made_up < self.profile.made_up else None
+        made_up = _made_up_id(truth.in_sight, luck.form) if luck.made_up < self.profile.made_up else None
         if "plan" in wanted:
-            return plan_answer(believed, made_up)
+            return _plan_answer(believed, made_up)
         if "relations" in wanted:
-            return relations_answer(believed, candidates, made_up)
+            return _relations_answer(believed, candidates, made_up)
         raise InputError(
             "The simulated VLM answers the prompts of vlm-select, vlm-grasps and vlm-fixes-dg alone."
         )
+
+
+def told_facts(prompt: str) -> ToldFacts | None:
+    """What a prompt says on grasps; None if it says nothing."""
+    graspable = frozenset(map(int, _GRASPABLE.findall(prompt)))
+    blocks = frozenset((int(b), int(a)) for a, b in _BLOCKED.findall(prompt))
+    return ToldFacts(graspable, blocks) if graspable or blocks else None
+
+
+def candidate_pairs(prompt: str) -> tuple[Pair, ...]:
+    """The (source, target) pairs that a prompt asks to correct."""
+    return tuple((int(s), int(t)) for s, t in _CANDIDATE.findall(prompt))
+
+
+def _plan_answer(believed: Situation, made_up: int | None) -> dict[str, Any]:
+    """A sequence of actions. `made_up` takes the place of its first object."""
+    order = list(believed.removal_order())
+    if made_up is not None:
+        order[:1] = [made_up]
+    plan = [{"action": "pick" if k == TARGET_ID else "remove", "input": k} for k in order]
+    return {"thoughts": _thoughts(believed), "plan": plan}
+
+
+def _relations_answer(believed: Situation, candidates: Sequence[Pair], made_up: int | None) -> dict[str, Any]:
+    """The candidate pairs corrected, each of which says that its source is behind its target."""
+    entries = []
+    for source, target in candidates:
+        if (target, source) in believed.lies_on:
+            entries.append(_relation(source, EdgeKind.BELOW, target))
+        elif (source, target) in believed.lies_on:
+            entries.append(_relation(target, EdgeKind.BELOW, source))
+        elif (target, source) in believed.hides or (target, source) in believed.blocks:
+            entries.append(_relation(source, EdgeKind.BEHIND, target))
+    if made_up is not None and candidates:
+        entries.insert(0, _relation(made_up, EdgeKind.BEHIND, candidates[0][1]))
+    return {"thoughts": _thoughts(believed), "relations": entries}
+
+
+def _made_up_id(in_sight: Collection[int], luck: float) -> int | None:
+    """An id that nothing in sight carries, by a number in [0, 1); None if all are taken."""
+    others = [k for k in range(1, MAX_OBJECTS) if k not in in_sight]
+    return others[int(luck * len(others))] if others else None
+
+
+def _relation(source: int, kind: EdgeKind, target: int) -> dict[str, Any]:
+    return {"source": source, "relation": kind.value, "target": target}
+
+
+def _thoughts(believed: Situation) -> str:
+    said = [f"{upper} lies on {lower}." for upper, lower in sorted(believed.lies_on)]
+    said += [f"{front} stands in front of {back}." for front, back in sorted(believed.hides)]
+    where = "in sight" if believed.target_seen else "not in sight"
+    return " ".join([f"I take the target to be {where}.", *said])

@@ -13,15 +13,9 @@ from torc.vlm.simulated.situation import Pair, Situation
 
 @dataclass(frozen=True)
 class Luck:
-    """All that is drawn for one reply, the same draws whatever the scene and the profile: uniform numbers in [0, 1).
-
-    A fact is mistaken where its number is not below the probability to be right on it: so of two accuracies the better
-    is right wherever the worse is.
-
-    Attributes:
-        target, made_up, malformed, form: one number each.
-        grasp, facts: per object.
-        below, direction, front, blocking, extent: per pair of objects.
+    """All that is drawn for one reply, the same draws whatever the scene and the profile: uniform numbers in [0, 1),
+    per object or pair of objects. A fact is mistaken where its number is not below the probability to be right on it:
+    so of two accuracies the better is right wherever the worse is.
     """
 
     target: float
@@ -47,12 +41,7 @@ def draw_luck(rng: np.random.Generator) -> Luck:
 
 @dataclass(frozen=True)
 class ToldFacts:
-    """What a prompt says on grasps.
-
-    Attributes:
-        graspable: objects that it calls so.
-        blocked_by: (blocker, blocked).
-    """
+    """What a prompt says on grasps: graspable objects, and (blocker, blocked)."""
 
     graspable: frozenset[int]
     blocks: frozenset[Pair]
@@ -65,10 +54,8 @@ def confused(
     asked: Collection[Pair] = (),
     told: ToldFacts | None = None,
 ) -> Situation:
-    """The situation as a model of that quality takes it to be.
-
-    `asked` are pairs that the prompt asks about, `told` is what it says on grasps; one can be wrong on such pairs as on
-    those that meet in the image.
+    """The situation as a model of that quality takes it to be; `asked` are pairs that the prompt asks about, on which
+    it can be wrong as on those that meet in the image, `told` is what it says on grasps.
     """
     in_sight = dict(truth.in_sight)
     seen = truth.target_seen == (luck.target < profile.sees_target)
@@ -90,10 +77,7 @@ def confused(
 
 
 def _pairs_in_question(truth: Situation, asked: Collection[Pair]) -> frozenset[Pair]:
-    """Both directions of all pairs on which there is something to be right or wrong about.
-
-    Of what is not in sight one can only know that the target must be somewhere.
-    """
+    """Both directions of all pairs of objects in sight, or the target, on which one can be right or wrong."""
     known = {*truth.in_sight, TARGET_ID}
     pairs = {p for p in (*truth.near, *truth.lies_on, *truth.hides, *truth.blocks, *asked) if known >= {*p}}
     return frozenset({*pairs, *((b, a) for a, b in pairs)})

@@ -1,15 +1,7 @@
 """How good a simulated VLM is: profiles by name, or an accuracy.
 
-`paper` is calibrated to the paper's VLM (Gemini Robotics-ER 1.5) by `benchmarks/vlm_calibration.py`, on 155 situations
-of 24 generated problems, none of them a shipped one. Known of that VLM are the picks that were lost because three
-answers in a row named nothing graspable: 1557 of 3480 with VLM-SELECT (.447), 194 of 2288 with VLM+GRASPS (.085). Two
-numbers follow, if it errs by taking what is blocked for free: `blocked`, with which VLM-SELECT loses .45 of its picks
-in these situations, and `heeds_facts`, with which VLM+GRASPS loses .09. (Were all situations and tries alike, one
-answer would name a graspable object with probability 1 - .447^(1/3) = .24 from the image alone, and .56 when told what
-is graspable. Here they are not: most lost picks are lost again and again in a few situations.) `front` and `below` are
-how often DG-SELECT's geometric rules are right on these relations, since the paper could not tell VLM-FIXES-DG from
-DG-SELECT. The rest is assumed: it sees whether the target is in sight, as the prompt says it; it takes nothing that is
-free for blocked; a fiftieth of its ids is made up, and of its replies malformed.
+`paper` is calibrated to the paper's VLM (Gemini Robotics-ER 1.5) by `benchmarks/vlm_calibration.py`; docs/vlm.md tells
+where each of its numbers comes from.
 """
 
 import math
@@ -22,10 +14,9 @@ from torc.errors import InputError, UnknownNameError
 
 @dataclass(frozen=True)
 class Profile:
-    """Probabilities, 0..1.
+    """Probabilities, 0..1; half right is knowing nothing, for each such fact is a yes or a no.
 
     Attributes:
-        name: how it is asked for.
         sees_target: that it is right on whether the target is in sight.
         front: on whether of two objects that meet in the image one stands in front of the other; and, for a hidden
             target, on whether an object hides it.
@@ -35,8 +26,6 @@ class Profile:
         heeds_facts: that it goes by what the prompt says on an object's grasps, where it says something.
         made_up: that it names an object that is not there.
         malformed: that its reply cannot be read: cut short, refused, empty, not in the form that was asked for.
-
-    Half right is knowing nothing: each such fact is a yes or a no.
     """
 
     name: str

@@ -1,6 +1,5 @@
 """What an episode carries from one pick to the next."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -25,6 +24,7 @@ class EpisodeState:
 
     Attributes:
         volume: the occlusion volume as the latest look left it.
+        outcomes: of the picks so far, as they were; planners are told what the robot felt of them.
         scene: what perception made of the latest snapshot; None before the first.
     """
 
@@ -41,7 +41,7 @@ class EpisodeState:
     @property
     def dropped(self) -> tuple[int, ...]:
         """Ids of the objects other than the target that fell off the table so far."""
-        return dropped_ids(self.outcomes)
+        return tuple(k for outcome in self.outcomes for k in outcome.dropped)
 
     @property
     def end(self) -> EndReason | None:
@@ -56,8 +56,3 @@ class EpisodeState:
 def first_state(grid: VoxelGrid) -> EpisodeState:
     """Before the first look: nothing seen, nothing tried."""
     return EpisodeState(empty_volume(grid))
-
-
-def dropped_ids(outcomes: Iterable[PickOutcome]) -> tuple[int, ...]:
-    """Ids of the objects other than the target that fell off the table in these picks."""
-    return tuple(k for outcome in outcomes for k in outcome.dropped)

@@ -1,7 +1,6 @@
 """Fake VLM servers on the loopback interface: they speak the vendors' wire formats and do what a test tells them.
 
 Written after the public references of Gemini generateContent v1beta, OpenAI chat completions and Anthropic messages.
-They say that they are fakes: in their `Server` header, and in the model version of every reply.
 """
 
 import base64
@@ -10,28 +9,16 @@ import re
 import threading
 import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from enum import Enum
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any
+from typing import Any, NamedTuple
 
 FAKE_MODEL = "fake-of-torc-testing"
 """The model version that all fake replies carry."""
-BASE_PATHS = {"gemini": "", "openai": "/v1", "anthropic": ""}
-"""What a client's base URL ends in."""
-_Json = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Say:
-    """The model replies.
-
-    Attributes:
-        text: what it writes.
-        finish: "complete", "truncated", "refused" or "empty".
-        thoughts: its thinking, where the format has a place for it.
-        late_s: the reply comes after this time.
-    """
+class Say(NamedTuple):
+    """The model replies after `late_s` seconds, maybe with its thinking before it."""
 
     text: str = ""
     finish: str = "complete"
@@ -39,22 +26,20 @@ class Say:
     late_s: float = 0.0
 
 
-@dataclass(frozen=True)
-class Fail:
-    """The server reports an error: HTTP status, its words, the wait that it asks for."""
+class Fail(NamedTuple):
+    """The server reports an error."""
 
     status: int
     message: str = "this fake server was told to fail"
     retry_after_s: float | None = None
 
 
-@dataclass(frozen=True)
-class Raw:
+class Raw(NamedTuple):
     """Any response."""
 
     body: bytes = b""
     status: int = 200
-    headers: Mapping[str, str] = field(default_factory=lambda: {"content-type": "application/json"})
+    headers: Mapping[str, str] = {"content-type": "application/json"}
 
 
 class Broken(Enum):
@@ -67,17 +52,8 @@ class Broken(Enum):
 Behavior = Say | Fail | Raw | Broken
 
 
-@dataclass(frozen=True)
-class Asked:
-    """A request, as the server understands it.
-
-    Attributes:
-        model, prompt: as sent.
-        images: the PNG files.
-        key: the key that came with it.
-        schema: the JSON schema that the answer is to have, or None.
-        options: temperature, thinking and so on, under the vendor's names.
-    """
+class Asked(NamedTuple):
+    """A request, as the server understands it."""
 
     model: str
     prompt: str
@@ -88,32 +64,23 @@ class Asked:
 
 
 class FakeVlmServer:
-    """A fake server of one provider's kind; a context manager.
+    """A fake server of one provider's kind, in a `with`; it goes through the script and repeats its last entry.
 
-    Args:
-        provider: "gemini", "openai" or "anthropic".
-        script: what it does, request by request; the last repeats.
-        key: refuses requests that bring another key; None takes any.
-
-    Attributes:
-        asked: the requests that kept to the format, in order.
-        headers: of all requests.
+    `asked` are the requests that kept to the format, `headers` those of all requests. With a key it refuses others.
     """
 
     def __init__(self, provider: str, script: Iterable[Behavior], key: str | None = None) -> None:
-        self.provider, self.key = provider, key
+        self.provider, self.key, self.script = provider, key, list(script)
         self.asked: list[Asked] = []
         self.headers: list[dict[str, str]] = []
         self.stopping = threading.Event()
-        self._script, self._lock = list(script), threading.Lock()
         self._server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(self))
-        self._server.daemon_threads = True
         self._thread = threading.Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.01})
 
     @property
     def url(self) -> str:
         """Base URL for a client."""
-        return f"http://127.0.0.1:{self._server.server_port}{BASE_PATHS[self.provider]}"
+        return f"http://127.0.0.1:{self._server.server_port}{'/v1' if self.provider == 'openai' else ''}"
 
     def __enter__(self) -> "FakeVlmServer":
         self._thread.start()
@@ -135,15 +102,12 @@ class FakeVlmServer:
         if self.key is not None and asked.key != self.key:
             return Fail(401, f"Incorrect API key provided: {asked.key}")
         self.asked.append(asked)
-        with self._lock:
-            return self._script.pop(0) if len(self._script) > 1 else self._script[0]
+        return self.script.pop(0) if len(self.script) > 1 else self.script[0]
 
 
 def _handler(fake: FakeVlmServer) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
-        server_version = "torc.testing-fake-vlm"
-        sys_version = ""
 
         def do_POST(self) -> None:
             body = self.rfile.read(int(self.headers.get("content-length", 0)))
@@ -189,14 +153,13 @@ def _read_gemini(path: str, headers: Mapping[str, str], body: Any) -> Asked:
         raise LookupError(path)
     parts = [part for content in body["contents"] for part in content["parts"]]
     blobs = [p["inlineData"] for p in parts if "inlineData" in p]
-    # Google's servers take both spellings of a name, and its library sends a mixture.
-    images = tuple(_png(b.get("mimeType") or b["mime_type"], b["data"]) for b in blobs)
+    images = tuple(_png(b["mimeType"], b["data"]) for b in blobs)
     options = dict(body.get("generationConfig", {}))
     schema = options.pop("responseJsonSchema", None)
     if schema is not None and options["responseMimeType"] != "application/json":
         raise ValueError("a schema needs responseMimeType application/json")
     text = "".join(p["text"] for p in parts if "text" in p)
-    return Asked(model.group(1), text, images, headers["x-goog-api-key"], schema, options)
+    return Asked(model.group(1), text, images, headers.get("x-goog-api-key", ""), schema, options)
 
 
 def _read_openai(path: str, headers: Mapping[str, str], body: Any) -> Asked:
@@ -226,41 +189,33 @@ def _read_anthropic(path: str, headers: Mapping[str, str], body: Any) -> Asked:
     return Asked(body["model"], text, images, headers.get("x-api-key") or _bearer(headers), schema, options)
 
 
-def _gemini_reply(say: Say) -> _Json:
+def _gemini_reply(say: Say) -> dict[str, Any]:
     usage = {"promptTokenCount": 300, "candidatesTokenCount": 20, "thoughtsTokenCount": 5}
-    head: _Json = {"usageMetadata": usage, "modelVersion": FAKE_MODEL}
+    head: dict[str, Any] = {"usageMetadata": usage, "modelVersion": FAKE_MODEL}
     if say.finish == "refused":
         return head | {"promptFeedback": {"blockReason": "SAFETY"}}
-    content: _Json = {"role": "model"}
-    if say.finish != "empty":
-        thoughts = [{"text": say.thoughts, "thought": True}] if say.thoughts else []
-        content["parts"] = [*thoughts, {"text": say.text}]
+    thoughts = [{"text": say.thoughts, "thought": True}] if say.thoughts else []
+    content = {} if say.finish == "empty" else {"parts": [*thoughts, {"text": say.text}]}
     reason = "MAX_TOKENS" if say.finish == "truncated" else "STOP"
-    return head | {"candidates": [{"content": content, "finishReason": reason, "index": 0}]}
+    return head | {"candidates": [{"content": content, "finishReason": reason}]}
 
 
-def _openai_reply(say: Say) -> _Json:
-    message: _Json = {"role": "assistant", "content": say.text or None, "refusal": None}
-    if say.thoughts:
-        message["reasoning_content"] = say.thoughts
+def _openai_reply(say: Say) -> dict[str, Any]:
+    message = {"content": say.text or None, "reasoning_content": say.thoughts}
     if say.finish == "refused":
-        message |= {"content": None, "refusal": say.text or "I cannot help with that."}
+        message = {"content": None, "refusal": say.text or "I cannot help with that."}
     details = {"reasoning_tokens": 5}
     usage = {"prompt_tokens": 300, "completion_tokens": 25, "completion_tokens_details": details}
     reason = "length" if say.finish == "truncated" else "stop"
-    choice = {"index": 0, "message": message, "finish_reason": reason, "logprobs": None}
-    head = {"id": "chatcmpl-fake", "object": "chat.completion", "created": 0, "model": FAKE_MODEL}
-    return head | {"choices": [choice], "usage": usage | {"total_tokens": 325}}
+    return {"model": FAKE_MODEL, "choices": [{"message": message, "finish_reason": reason}], "usage": usage}
 
 
-def _anthropic_reply(say: Say) -> _Json:
-    thoughts = {"type": "thinking", "thinking": say.thoughts, "signature": "fake"}
-    text = {"type": "text", "text": say.text}
-    content = [thoughts] * bool(say.thoughts) + [text] * bool(say.text and say.finish != "empty")
+def _anthropic_reply(say: Say) -> dict[str, Any]:
+    text = [{"type": "text", "text": say.text}] if say.text and say.finish != "empty" else []
+    content = [{"type": "thinking", "thinking": say.thoughts}, *text]
     reason = {"truncated": "max_tokens", "refused": "refusal"}.get(say.finish, "end_turn")
     usage = {"input_tokens": 300, "output_tokens": 25, "output_tokens_details": {"thinking_tokens": 5}}
-    head = {"id": "msg_fake", "type": "message", "role": "assistant", "model": FAKE_MODEL}
-    return head | {"content": content, "stop_reason": reason, "stop_sequence": None, "usage": usage}
+    return {"model": FAKE_MODEL, "content": content, "stop_reason": reason, "usage": usage}
 
 
 _READERS = {"gemini": _read_gemini, "openai": _read_openai, "anthropic": _read_anthropic}
@@ -269,24 +224,22 @@ _REPLIES = {"gemini": _gemini_reply, "openai": _openai_reply, "anthropic": _anth
 
 def _error(provider: str, fail: Fail) -> Raw:
     headers = {"content-type": "application/json"}
-    status, error = fail.status, {"message": fail.message, "type": "error"}
-    wait = None if fail.retry_after_s is None else f"{fail.retry_after_s:g}"
-    if provider != "gemini":
-        headers |= {} if wait is None else {"retry-after": wait}
-        return Raw(json.dumps({"type": "error", "error": error}).encode(), status, headers)
-    details = [] if wait is None else [{"@type": "google.rpc.RetryInfo", "retryDelay": f"{wait}s"}]
-    if status == 401:  # Google refuses a wrong key with an ordinary 400
-        status, details = 400, [{"@type": "google.rpc.ErrorInfo", "reason": "API_KEY_INVALID"}]
-    google = {"code": status, "message": fail.message, "status": "FAILED", "details": details}
-    return Raw(json.dumps({"error": google}).encode(), status, headers)
+    status, error, details = fail.status, {"message": fail.message}, []
+    if fail.retry_after_s is not None:
+        headers["retry-after"] = f"{fail.retry_after_s:g}"
+    if provider == "gemini":
+        if wait := headers.pop("retry-after", None):
+            details = [{"@type": "google.rpc.RetryInfo", "retryDelay": f"{wait}s"}]
+        if status == 401:  # Google refuses a wrong key with an ordinary 400
+            status, details = 400, [{"@type": "google.rpc.ErrorInfo", "reason": "API_KEY_INVALID"}]
+    return Raw(json.dumps({"error": {**error, "details": details}}).encode(), status, headers)
 
 
 def _png(kind: str, data: str) -> bytes:
     if kind != "image/png":
         raise ValueError(kind)
-    # Google's library writes the URL-safe alphabet.
-    return base64.b64decode(data.replace("-", "+").replace("_", "/"), validate=True)
+    return base64.b64decode(data, validate=True)
 
 
 def _bearer(headers: Mapping[str, str]) -> str:
-    return headers["authorization"].removeprefix("Bearer ")
+    return headers.get("authorization", "").removeprefix("Bearer ")

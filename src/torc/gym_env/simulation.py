@@ -1,9 +1,8 @@
 """Where the episodes of an environment take place."""
 
 import sys
-from typing import Protocol
 
-from torc.episode.loop import Episode, rehearse_picks
+from torc.episode.loop import Episode, rehearse
 from torc.episode.simulated import needs_color, pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, Steps
 from torc.pipeline.building import build_system
@@ -14,20 +13,8 @@ from torc.sim.robot import RobotState, SimulatedRobot
 from torc.specs.conditions import Conditions
 
 
-class Playground(Protocol):
-    """Begins episodes, one at a time."""
-
-    def begin(self, problem: str, config: EpisodeConfig) -> Episode:
-        """The episode of a problem, before its first look. The one before it is over."""
-        ...
-
-    def close(self) -> None:
-        """Frees what it holds."""
-        ...
-
-
-class SimulatedPlayground(Closing):
-    """The simulation, with the parts that `run_trial` puts together: the same problem, seed and picks go the same way.
+class EpisodeSimulation(Closing):
+    """Episodes with the parts that `run_trial` puts together: the same problem, seed and picks go the same way.
 
     The world of the latest problem is kept: another episode in it need not be built anew.
     """
@@ -40,16 +27,22 @@ class SimulatedPlayground(Closing):
         self._rehearsed = False
 
     def begin(self, problem: str, config: EpisodeConfig) -> Episode:
-        """The first episode compiles kernels where they are not cached, and says so on stderr.
+        """The episode of a problem, before its first look; the one before it is over. The first one compiles kernels
+        where they are not cached, and says so on stderr.
 
         Raises InputError for a problem that cannot be used, and PhysicsError if it breaks before the first pick.
         """
-        simulated = self._as_built(problem)
+        if self._open is None or self._open[0] != problem:
+            self.close()
+            simulated = simulated_robot(self._system, load_problem(problem), color=self._color)
+            self._open = problem, simulated, simulated.save()
+        _, simulated, built = self._open
+        simulated.restore(built)
         simulated.take_over()
         parts = pick_parts(self._system, simulated)
         if not self._rehearsed:
             with announced_compilation(lambda text: print(text, file=sys.stderr)):
-                rehearse_picks(parts)
+                rehearse(parts)
             self._rehearsed = True
         return Episode(Steps(parts, simulated.world.problem.description, config))
 
@@ -58,13 +51,3 @@ class SimulatedPlayground(Closing):
         if self._open is not None:
             self._open[1].close()
             self._open = None
-
-    def _as_built(self, problem: str) -> SimulatedRobot:
-        """The robot in the problem's world, as that was built."""
-        if self._open is None or self._open[0] != problem:
-            self.close()
-            simulated = simulated_robot(self._system, load_problem(problem), color=self._color)
-            self._open = problem, simulated, simulated.save()
-        _, simulated, built = self._open
-        simulated.restore(built)
-        return simulated

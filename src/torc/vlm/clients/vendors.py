@@ -1,0 +1,180 @@
+"""The vendors' protocols: what is posted for a question, and the reply in common terms. All else is `api`'s."""
+
+import base64
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from torc.vlm.config import PROVIDERS, VlmConfig
+from torc.vlm.protocol import Finish, Question, Reply, Tokens
+from torc.vlm.replies import reply_of
+
+_GEMINI_REFUSALS = (
+    *("SAFETY", "RECITATION", "LANGUAGE", "BLOCKLIST", "PROHIBITED_CONTENT", "SPII", "IMAGE_SAFETY"),
+    *("IMAGE_PROHIBITED_CONTENT", "ESCALATION", "MODEL_ARMOR"),
+)
+_FINISHES = {
+    **dict.fromkeys(("MAX_TOKENS", "CONTINUATION"), Finish.TRUNCATED),
+    **dict.fromkeys(_GEMINI_REFUSALS, Finish.REFUSED),
+    **dict.fromkeys(("max_tokens", "model_context_window_exceeded"), Finish.TRUNCATED),
+    "refusal": Finish.REFUSED,
+    "length": Finish.TRUNCATED,
+    "content_filter": Finish.REFUSED,
+}
+"""What the vendors' reasons mean that are not the reply's ordinary end."""
+_ANTHROPIC_MAX_TOKENS = 16_384
+"""The service demands a bound."""
+_THINKING_FIELDS = ("reasoning_content", "reasoning", "thinking")
+
+
+class Post(NamedTuple):
+    """A request: the path after the server's address, the headers, the body as plain data."""
+
+    path: str
+    headers: dict[str, str]
+    body: dict[str, Any]
+
+
+class Vendor(NamedTuple):
+    """A vendor's protocol. `read` raises LookupError, TypeError, ValueError or AttributeError for what is no answer."""
+
+    post: Callable[[VlmConfig, Question, str | None], Post]
+    read: Callable[[Any], Reply]
+
+
+def _post_gemini(c: VlmConfig, question: Question, key: str | None) -> Post:
+    parts: list[Any] = [
+        {"inlineData": {"mimeType": "image/png", "data": _base64(png)}} for png in question.images
+    ]
+    options: dict[str, Any] = {"temperature": c.temperature, "maxOutputTokens": c.max_output_tokens}
+    options["seed"] = question.repeat if c.seeded else None
+    if c.structured and question.schema is not None:
+        options |= {"responseMimeType": "application/json", "responseJsonSchema": dict(question.schema)}
+    if c.thinking is not None:
+        budget = 0 if c.thinking == "off" else c.thinking
+        words = isinstance(budget, str)
+        options["thinkingConfig"] = (
+            {"thinkingLevel": str(budget).upper()} if words else {"thinkingBudget": budget}
+        )
+    contents = [{"role": "user", "parts": [*parts, {"text": question.prompt}]}]
+    # Preview models, Robotics-ER (the paper's) among them, exist in no other version than v1beta.
+    path = f"/v1beta/models/{c.model}:generateContent"
+    body = {"contents": contents, "generationConfig": _given(options)}
+    return Post(path, _given({"x-goog-api-key": key}), body)
+
+
+def _read_gemini(answer: Any) -> Reply:
+    """Blocked prompts, cut-off replies and empty ones all arrive as ordinary responses."""
+    names = ("promptTokenCount", "candidatesTokenCount", "thoughtsTokenCount")
+    tokens = Tokens(*(_count(answer, "usageMetadata", name) for name in names))
+    version, feedback = answer.get("modelVersion") or "", answer.get("promptFeedback")
+    if not answer.get("candidates"):
+        if feedback is None and "usageMetadata" not in answer:
+            raise ValueError("no candidates, no usage")
+        return reply_of("", version, Finish.REFUSED if feedback else Finish.EMPTY, tokens)
+    candidate = answer["candidates"][0]
+    parts = candidate.get("content", {}).get("parts", [])
+    text = "".join(part.get("text", "") for part in parts if not part.get("thought"))
+    return reply_of(text, version, _finish(candidate.get("finishReason")), tokens)
+
+
+def _post_openai(c: VlmConfig, question: Question, key: str | None) -> Post:
+    urls = ["data:image/png;base64," + _base64(png) for png in question.images]
+    content: list[dict[str, Any]] = [{"type": "image_url", "image_url": {"url": url}} for url in urls]
+    content.append({"type": "text", "text": question.prompt})
+    # OpenAI's thinking models take no other name for the bound; most other servers know the older one only.
+    bound = "max_completion_tokens" if c.url == PROVIDERS["openai"] else "max_tokens"
+    body: dict[str, Any] = {
+        "model": c.model,
+        "messages": [{"role": "user", "content": content}],
+        "temperature": c.temperature,
+        bound: c.max_output_tokens,
+        "seed": question.repeat if c.seeded else None,
+        "reasoning_effort": "none" if c.thinking == "off" else c.thinking,
+    }
+    if c.structured and question.schema is not None:
+        form = {"name": "answer", "strict": True, "schema": dict(question.schema)}
+        body["response_format"] = {"type": "json_schema", "json_schema": form}
+    return Post("/chat/completions", {"authorization": f"Bearer {key}"} if key else {}, _given(body))
+
+
+def _read_openai(answer: Any) -> Reply:
+    choice = answer["choices"][0]
+    message, version = choice["message"], answer.get("model") or ""
+    tokens = Tokens(
+        _count(answer, "usage", "prompt_tokens"),
+        _count(answer, "usage", "completion_tokens"),
+        _count(answer, "usage", "completion_tokens_details", "reasoning_tokens"),
+    )
+    if message.get("refusal"):
+        return reply_of(message["refusal"], version, Finish.REFUSED, tokens)
+    text = message.get("content") or ""
+    if isinstance(text, list):
+        text = "".join(str(part.get("text", "")) for part in text)
+    if not text.strip():  # some servers put a thinking model's whole answer into a field for thoughts
+        text = next((message[name] for name in _THINKING_FIELDS if message.get(name)), "")
+    return reply_of(text, version, _finish(choice.get("finish_reason")), tokens)
+
+
+def _post_anthropic(c: VlmConfig, question: Question, key: str | None) -> Post:
+    """Claude's own protocol: the vendor's OpenAI-compatible layer ignores schemas."""
+    sources = [{"type": "base64", "media_type": "image/png", "data": _base64(png)} for png in question.images]
+    content: list[dict[str, Any]] = [{"type": "image", "source": source} for source in sources]
+    content.append({"type": "text", "text": question.prompt})
+    body: dict[str, Any] = {
+        "model": c.model,
+        "max_tokens": c.max_output_tokens or _ANTHROPIC_MAX_TOKENS,
+        "messages": [{"role": "user", "content": content}],
+        "temperature": c.temperature,
+    }
+    output: dict[str, Any] = {}
+    if c.thinking == "off" or c.thinking == 0:
+        body["thinking"] = {"type": "disabled"}
+    elif isinstance(c.thinking, int):
+        body["thinking"] = {"type": "enabled", "budget_tokens": c.thinking}
+    elif c.thinking is not None:
+        body["thinking"] = {"type": "adaptive"}
+        output["effort"] = "low" if c.thinking == "minimal" else c.thinking
+    if c.structured and question.schema is not None:
+        output["format"] = {"type": "json_schema", "schema": dict(question.schema)}
+    headers = {"anthropic-version": "2023-06-01", "x-api-key": key}
+    return Post("/v1/messages", _given(headers), _given({**body, "output_config": output or None}))
+
+
+def _read_anthropic(answer: Any) -> Reply:
+    text = "".join(block["text"] for block in answer["content"] if block["type"] == "text")
+    tokens = Tokens(
+        _count(answer, "usage", "input_tokens"),
+        _count(answer, "usage", "output_tokens"),
+        _count(answer, "usage", "output_tokens_details", "thinking_tokens"),
+    )
+    return reply_of(text, answer.get("model") or "", _finish(answer.get("stop_reason")), tokens)
+
+
+VENDORS: Mapping[str, Vendor] = MappingProxyType(
+    {
+        "gemini": Vendor(_post_gemini, _read_gemini),
+        "openai": Vendor(_post_openai, _read_openai),
+        "anthropic": Vendor(_post_anthropic, _read_anthropic),
+    }
+)
+
+
+def _given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """What is not None."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _base64(png: bytes) -> str:
+    return base64.b64encode(png).decode()
+
+
+def _finish(reason: Any) -> Finish:
+    return _FINISHES.get(reason, Finish.COMPLETE)
+
+
+def _count(record: Any, *path: str) -> int | None:
+    """A number of tokens somewhere in a server's record; None where it does not tell."""
+    for name in path:
+        record = record.get(name) if isinstance(record, dict) else None
+    return record if isinstance(record, int) else None
