@@ -19,6 +19,7 @@ def simulated_robot(
     """
     config = configured(system.conditions, "simulation", SimulatedRobotConfig())
     world = build_world(problem, system.robot, system.workspace)
+    world.model.geom_friction[:, 0] *= system.conditions.friction
     simulated = SimulatedRobot(world, replace(config, color=color and config.color), observer)
     camera = make_stage(system.conditions, "camera", camera=simulated.camera, workspace=system.workspace)
     simulated.look_through(camera)

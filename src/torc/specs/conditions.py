@@ -57,11 +57,15 @@ class Conditions(PipelineSpec):
     """Table, bin and camera pose: paper, or a workspace file of your own (docs/workspaces.md)."""
     noise: bool = False
     """Add the noise of a stereo camera: depth errors that grow with distance, lost edges, eroded masks."""
+    friction: float = 1.0
+    """Sliding friction of everything in the simulation, as a multiple; below 1 things slip more easily."""
     max_picks: int = 15
     """Attempts, failed ones included."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if not 0.1 <= self.friction <= 10:
+            raise InputError(f"--friction {self.friction} is not between .1 and 10.")
         if self.max_picks < 1:
             raise InputError("--max-picks must be at least 1.")
 
