@@ -5,13 +5,17 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.helpers.trial_logs import comparable_log as _log
 from torc.episode.events import Decided, Looked
+from torc.episode.simulated import simulated_robot
 from torc.episode.trial import Recording, run_trial
 from torc.errors import InputError, PhysicsError
+from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem, save_problem
+from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 
 SPEC = TrialSpec.of("structured-04", "dg-select", seed=3, max_picks=3)
@@ -30,6 +34,16 @@ def test_same_trial_same_log_also_in_another_process(tmp_path):
     log = _log(tmp_path / "a")
     assert log == _log(tmp_path / "b") == _log(tmp_path / "c")
     assert {line["event"] for line in log} == {"started", "looked", "decided", "planned", "executed", "ended"}
+
+
+def test_friction_is_that_of_everything():
+    as_it_is, slippery = (
+        simulated_robot(build_system(Conditions(friction=f)), load_problem("structured-04"))
+        for f in (1.0, 0.5)
+    )
+    with as_it_is, slippery:
+        half = 0.5 * as_it_is.world.model.geom_friction[:, 0]
+        np.testing.assert_allclose(slippery.world.model.geom_friction[:, 0], half)
 
 
 def test_another_seed_or_sensor_noise_makes_another_log(tmp_path):
