@@ -16,9 +16,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import tyro
 
-from torc.generation.batch import inspector_for
 from torc.generation.config import GenerationConfig, WantedHiddenness
-from torc.generation.generator import GeneratedProblem, generate_problem
+from torc.generation.generator import GeneratedProblem, generate_problem, inspector_for
 from torc.generation.validation import validate_problem
 from torc.problems.problem import load_problem, save_problem
 from torc.processes import open_pool

@@ -31,9 +31,9 @@ from benchmarks.processes import run_jobs
 from torc.episode.events import Event, Looked, Started
 from torc.episode.loop import run_episode
 from torc.episode.simulated import pick_parts, simulated_robot
+from torc.pipeline.better_bet import hold_back_unlikely
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look, Pipeline
-from torc.pipeline.report import hold_back_unlikely
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
 from torc.records import GraspStatus, Observation

@@ -56,7 +56,7 @@ class Blobs:
     ) -> list[int]:
         """An id per mask: the target's, that of the object that stood there before, or a new one."""
         points = world_points(observation)
-        target = _of_colour(masks, observation.rgb, wanted.description)
+        target = _of_color(masks, observation.rgb, wanted.description)
         earlier = {o.id: o.points.mean(axis=0) for o in before.objects} if before is not None else {}
         earlier.pop(TARGET_ID, None)
         fresh = (k for k in range(1, MAX_OBJECTS) if k not in earlier)
@@ -80,7 +80,7 @@ def world_points(observation: Observation) -> np.ndarray:
     return (rays * depth[..., None]) @ T[:3, :3].T + T[:3, 3]
 
 
-def _of_colour(masks: list[np.ndarray], rgb: np.ndarray, description: str) -> int | None:
+def _of_color(masks: list[np.ndarray], rgb: np.ndarray, description: str) -> int | None:
     """The mask that is mostly of the colour in the description."""
     named = [hue for word, hue in HUES.items() if word in description.split()]
     if not named or not masks:

@@ -17,7 +17,7 @@ import gymnasium
 import numpy as np
 from scipy.stats import t
 
-from torc.gym_env.features import PER_OBJECT, stacked
+from torc.gym_env.env import PER_OBJECT, stacked
 from torc.records import TARGET_ID
 
 _LONGEST_PATH = 4

@@ -28,7 +28,7 @@ def test_things_that_stand_apart_are_objects_and_keep_their_ids():
         assert np.linalg.norm(kept[o.id] - o.points.mean(axis=0)) < 0.01
 
 
-def test_the_target_is_found_by_its_colour():
+def test_the_target_is_found_by_its_color():
     observation = synthetic_observation(APART)
     second = observation.label_image == 1
     observation.rgb[second] = (30, 60, 200)

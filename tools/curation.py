@@ -17,8 +17,8 @@ import numpy as np
 import tyro
 
 from torc.errors import InputError
-from torc.generation.batch import inspector_for
-from torc.generation.difficulty import difficulty_of
+from torc.generation.generator import inspector_for
+from torc.generation.inspection import difficulty_of
 from torc.generation.oracle_orders import ORDER_KEY
 from torc.problems.problem import Problem, load_problem, save_problem
 from torc.problems.schema import Category

@@ -25,13 +25,9 @@ from torc.fingerprints import fingerprint
 
 @dataclass(frozen=True)
 class PartKind:
-    """A kind of part that can be exchanged.
-
-    Attributes:
-        what: in messages, e.g. "task planner".
-        group: of the entry points by which packages register theirs.
-        call: the method that every part of this kind has, with its arguments.
-        built_in: name -> "module:Class", or "module:function" that makes one.
+    """A kind of part that can be exchanged: `what` it is in messages, the `group` of entry points by which packages
+    register theirs, the method that every one has, with its arguments, and name -> "module:Class" (or a function that
+    makes one) of those that come with torc.
     """
 
     what: str
@@ -71,13 +67,8 @@ def part_paths(kind: PartKind) -> dict[str, str]:
 def make_part(
     kind: PartKind, name: str, options: Mapping[str, Any], offered: Mapping[str, Any] | None = None
 ) -> Any:
-    """The part of that name, or the class at "module:Class", made with these arguments.
-
-    Args:
-        kind: what is wanted.
-        name: which.
-        options: arguments that it must take.
-        offered: arguments that are passed only where the class names them.
+    """The part of that name, or the class at "module:Class", made with these options, and with what is `offered` as far
+    as it has parameters of these names.
 
     Raises UnknownNameError for a name nobody registered, and InputError where the class cannot be imported, does not
     take the options, or makes no such part; the cause is in the text.
@@ -128,9 +119,8 @@ def load_part(kind: PartKind, name: str) -> Any:
     except AttributeError as error:
         raise InputError(f"{what}: module {module_name} has no '{attribute}' ({error}).") from error
     except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
-        raise InputError(
-            f"{what}: importing {module_name} failed with {type(error).__name__}: {error}."
-        ) from error
+        failed = f"importing {module_name} failed with {type(error).__name__}: {error}."
+        raise InputError(f"{what}: {failed}") from error
     if not callable(found):
         raise InputError(f"{what} is a {type(found).__name__}, not a class.")
     return found

@@ -11,7 +11,7 @@ CAMERAS = PartKind(
     "camera",
     "torc.cameras",
     "capture()",
-    {"simulated": "torc.sim.camera:as_simulated"},
+    {"simulated": "torc.sim.robot:as_simulated"},
 )
 PERCEPTIONS = PartKind(
     "perception",

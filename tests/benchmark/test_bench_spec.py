@@ -15,13 +15,12 @@ from torc.benchmark.spec import (
     planned,
     problem_fingerprint,
 )
-from torc.benchmark.spec_files import from_json, to_json
+from torc.benchmark.store import from_json, to_json
 from torc.errors import InputError
 from torc.problems.problem import load_problem
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
-from torc.specs.variants import variants
 from torc.vlm.config import VlmConfig
 
 PROBLEM = BenchProblem("structured-01", "structured", "ab12", shipped=True)
@@ -100,19 +99,6 @@ def test_a_spec_survives_the_disk():
     assert from_json(json.loads(json.dumps(to_json(spec))), "here") == spec
 
 
-def test_variants_stand_side_by_side():
-    both = [replace(RANDOM, variant=v) for v in variants(["occlusion.smooth-px=0,3"])]
-    spec = make_spec([PROBLEM], both, [0], Around(), "0.1")
-    assert [t.planner.label for t in spec.trials] == ["random {smooth_px=0}", "random {smooth_px=3}"]
-    assert [t.around.conditions.settings for t in spec.trials] == [
-        {"occlusion.smooth_px": 0},
-        {"occlusion.smooth_px": 3},
-    ]
-    assert len({t.id for t in spec.trials}) == 2
-    assert replace(RANDOM, variant={"motion": "a/b.py:Mine"}).label == "random {motion=b.Mine}"
-    assert spec.around == Around()
-
-
 def test_a_robot_that_has_moved_is_the_same_and_one_that_has_changed_is_not():
     def spec(planner, robot, source):
         around = Around(Conditions(robot=robot), {"robot": source} if source else {})
@@ -136,19 +122,3 @@ def test_a_benchmark_grows_and_new_trials_take_the_place_of_old_ones():
     assert len(again.trials) == len(both.trials)
     assert changed in again.trials
     assert old.trials[0] not in again.trials
-
-
-def test_what_cannot_be_compared_is_not_put_together():
-    with pytest.raises(InputError, match="max_picks 15 there, 7 now"):
-        merged(fake_spec(), fake_spec(max_picks=7))
-    other = replace(fake_spec().trials[0].problem, digest="another")
-    changed = make_spec([other], [RANDOM], [0], Around(), "0.0")
-    with pytest.raises(InputError, match="changed since"):
-        merged(fake_spec(), changed)
-
-
-def test_names_must_differ():
-    with pytest.raises(InputError, match="More than one planner is called random"):
-        fake_spec(("random", "random"))
-    with pytest.raises(InputError, match="nothing to play"):
-        fake_spec(repeats=0)

@@ -1,8 +1,6 @@
 """What a report leaves as tables tells another report the same."""
 
 import csv
-import json
-import shutil
 from dataclasses import replace
 
 import pytest
@@ -48,28 +46,6 @@ def test_several_directories_are_one_table(played, kept):
     text = (kept / TRIALS_FILE).read_text()
     (kept / TRIALS_FILE).write_text(text.replace("dg-select", "other"))
     assert set(read_tables([played, kept]).planners) == {*read_table(played).planners, "other"}
-
-
-def _rewrite(path, sources=None, **conditions):
-    """Changes conditions in a trial's spec.json."""
-    facts = json.loads(path.read_text())
-    facts["conditions"] |= conditions
-    path.write_text(json.dumps({**facts, "sources": sources or {}}))
-
-
-def test_trials_under_other_conditions_are_left_out(played, tmp_path):
-    here = tmp_path / "here"
-    for number, trial in enumerate(sorted(played.glob("trials/*-random-*"))[:6]):
-        shutil.copytree(trial, here / str(number))
-    _rewrite(here / "1" / "spec.json", noise=True)
-    _rewrite(here / "4" / "spec.json", {"robot": "0123456789"}, robot="there/mine.yaml")
-    table = read_table(here)
-    assert {r.directory.name for r in table.rows} == {"0", "2", "3", "5"}
-    assert table.conditions == ""
-    assert {path.name: why for path, why in table.left_out} == {
-        "1": "it was played with noise, most others with the defaults",
-        "4": "it was played with robot mine (01234567), most others with the defaults",
-    }
 
 
 def _rewritten(path, change):

@@ -58,18 +58,6 @@ def test_decide_without_a_choice_exits_with_a_code_of_its_own(frame, theirs, cap
     assert "What became of the grasps" in out
 
 
-@pytest.mark.parametrize(
-    ("code", "told"),
-    [("return {'object': 1}", "returned a dict"), ("return context.nothing", "AttributeError")],
-)
-def test_a_planner_that_fails_is_told_so_without_a_traceback(code, told, frame, theirs, capsys):
-    planner = theirs(DECIDE, code)
-    status, out, err = run_torc("decide", frame, "--json", "--planner", planner, capsys=capsys)
-    assert (status, out) == (1, "")
-    assert "Task planner 'theirs'" in err
-    assert told in err
-
-
 def test_the_least_score_changes_what_can_be_chosen(frame, capsys):
     valid = []
     for least in ("0", "0.8", "1"):

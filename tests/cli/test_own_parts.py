@@ -8,7 +8,7 @@ from torc_command import run_torc
 PLAN = '{"plan": [{"action": "remove", "input": 2}]}'
 
 
-ASK, GRASP = "ask(self, question)", "plan(self, scene, volume, rng)"
+ASK, DECIDE, GRASP = "ask(self, question)", "decide(self, context, rng)", "plan(self, scene, volume, rng)"
 REPLY = f"from torc.vlm.replies import reply_of; return reply_of({PLAN!r}, 'mine')"
 
 
@@ -21,12 +21,20 @@ REPLY = f"from torc.vlm.replies import reply_of; return reply_of({PLAN!r}, 'mine
         ("--vlm", "answer(self, question)", "pass", 2, "needs a method `ask(question)`"),
         ("--grasps", GRASP, "return []", 1, "Grasp planner Theirs gave no valid grasps: plan() returned"),
         ("--grasps", GRASP, "return 1 / 0", 1, "Grasp planner Theirs failed with ZeroDivisionError"),
+        (
+            "--planner",
+            DECIDE,
+            "return {'object': 1}",
+            1,
+            "Task planner 'theirs' gave no valid decision: decide() returned",
+        ),
+        ("--planner", DECIDE, "return context.nothing", 1, "AttributeError"),
         ("--grasps", "grasp(self)", "pass", 2, "needs a method `plan(scene, volume, rng)`"),
     ],
 )
 def test_a_part_of_somebody_elses(option, method, code, status, told, frame, theirs, capsys):
     planner = "vlm-select" if option == "--vlm" else "dg-select"
-    options = ("--planner", planner, option, theirs(method, code))
+    options = ("--planner", planner, option, theirs(method, code))  # of one given twice the latter counts
     found, out, err = run_torc("decide", frame, "--json", *options, capsys=capsys)
     assert found == status, err
     assert told in err

@@ -7,11 +7,10 @@ from functools import partial
 import pytest
 from torc_command import run_torc
 
-from torc.generation import batch, generator, validation
-from torc.generation.config import Hiddenness
-from torc.generation.difficulty import Difficulty
+from torc.generation import generator, validation
+from torc.generation.config import Hiddenness, Reason
 from torc.generation.generator import GeneratedProblem, NotGenerated
-from torc.generation.rejections import Reason
+from torc.generation.inspection import Difficulty
 from torc.generation.validation import Check, ValidationReport
 from torc.problems.problem import load_problem, save_problem
 
@@ -38,7 +37,7 @@ def jobs(monkeypatch):
     def same(problem, config, seed, robot):
         return problem.origin.get("made from") == str((config, seed))
 
-    monkeypatch.setattr(batch, "generate_problem", fake)
+    monkeypatch.setattr(generator, "generate_problem", fake)
     monkeypatch.setattr(generator, "is_made_from", same)
     return seen
 

@@ -16,13 +16,12 @@ def answer(monkeypatch):
         ),
         ForeseenPick(0, "can", PickOutcome(PickResult.RETRIEVED, 0, 0, True, True), ""),
     )
-    given = {"solved": True, "asked": []}
+    given = {"asked": []}
 
     def solve(problem, system, seed, budget, *, say):
         given["asked"].append((problem.name, seed, budget, system.conditions.max_picks))
         say("oracle: at it")
-        picks, proved = (foreseen, True) if given["solved"] else ((), False)
-        return OracleAnswer(problem.name, seed, budget, given["solved"], picks, 1, proved, 2, 2, 4, 9)
+        return OracleAnswer(problem.name, seed, budget, True, foreseen, 1, True, 2, 2, 4, 9)
 
     monkeypatch.setattr("torc.episode.oracle.solve.solve_problem", solve)
     return given

@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 from torc.collision.checks import blockers, carved, collides
-from torc.collision.config import CollisionConfig
-from torc.collision.world import FREE, SURFACE, UNKNOWN, build_collision_world, distance_field
+from torc.collision.world import (
+    FREE,
+    SURFACE,
+    UNKNOWN,
+    CollisionConfig,
+    build_collision_world,
+    distance_field,
+)
 from torc.errors import InputError
 from torc.records import BACKGROUND, EMPTY
 

@@ -30,17 +30,9 @@ TARGET = SyntheticBox(0, (0.66, -0.12, 1.08), (0.05, 0.05, 0.06))
 
 @pytest.fixture
 def play(robot):
-    def run(
-        planner,
-        shapes=(TARGET, TALL, SIDE),
-        results=(),
-        impossible=(),
-        max_picks=5,
-        listeners=(),
-        grasps=None,
-    ):
+    def run(planner, shapes=(TARGET, TALL, SIDE), results=(), impossible=(), max_picks=5, listeners=()):
         workspace = load_workspace()
-        grasps = grasps or GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
+        grasps = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
         pipeline = Pipeline(LabelPerception(), grasps, robot.gripper, workspace)
         picking = PickParts(FakeRobot(robot, shapes, results), pipeline, FakeMotionPlanner(impossible))
         started = Started("test", planner.name, 0, "the box", max_picks)
@@ -59,11 +51,7 @@ def test_hidden_target_is_found_and_retrieved(play):
 
 def test_lost_picks_have_their_own_names(play):
     result = play(ScriptedPlanner([7, None, 1]), impossible=[1], max_picks=3)
-    assert [o.result for o in result.outcomes] == [
-        PickResult.NO_VALID_CHOICE,
-        PickResult.NO_VALID_CHOICE,
-        PickResult.NO_PLAN,
-    ]
+    assert [o.result for o in result.outcomes] == [PickResult.NO_VALID_CHOICE] * 2 + [PickResult.NO_PLAN]
 
 
 def test_episode_ends_when_the_target_falls_or_nothing_is_left(play):

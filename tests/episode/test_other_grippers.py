@@ -21,9 +21,8 @@ def _standing(name, x, y):
 def test_a_trial_with_another_gripper_retrieves_the_target(max_width_m, tmp_path):
     robot = write_slides(tmp_path, max_width_m)
     placements = (_standing("soup_can_red", 0.62, -0.12), _standing("milk_carton_small", 0.66, 0.06))
-    save_problem(
-        Problem("own", "structured", "the soup can", "soup_can_red", placements), tmp_path / "own.yaml"
-    )
+    problem = Problem("own", "structured", "the soup can", "soup_can_red", placements)
+    save_problem(problem, tmp_path / "own.yaml")
     spec = TrialSpec.of(str(tmp_path / "own.yaml"), "random", robot=str(robot), max_picks=3)
     result = run_trial(spec, tmp_path / "trial", say=lambda text: None).result
     assert result["status"] == "completed", result

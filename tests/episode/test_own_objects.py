@@ -8,13 +8,15 @@ from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
 from torc.episode.trial import run_trial
+from torc.geometry.transforms import look_at
 from torc.objects.importing import MeshOptions, read_mesh
 from torc.objects.importing.storing import add_object
 from torc.objects.library import load_object
 from torc.problems.problem import ObjectPlacement, Problem, save_problem
-from torc.sim.rendering import render_view
+from torc.sim.rendering import CameraRenderer
 from torc.sim.world import build_world
 from torc.specs.trial import TrialSpec
+from torc.workspace.description import CameraMount
 from torc.workspace.files import load_workspace
 
 TABLE_Z = load_workspace().support_z_m
@@ -59,7 +61,9 @@ def test_imported_objects_are_seen_cleared_away_and_fetched(tmp_path):
     save_problem(problem, tmp_path / "own.yaml")
 
     world = build_world(problem, None, load_workspace())
-    picture = render_view(world, (0.1, -0.12, 1.4), (0.6, -0.12, TABLE_Z + 0.1), 320, 240).astype(int)
+    mount = CameraMount(look_at((0.1, -0.12, 1.4), (0.6, -0.12, TABLE_Z + 0.1)), 320, 240, 0.8)
+    with CameraRenderer(world, mount) as renderer:
+        picture = renderer.render_color().astype(int)
     red = (picture[..., 0] > 90) & (picture[..., 1] < 0.3 * picture[..., 0])
     assert red.mean() > 0.02
 

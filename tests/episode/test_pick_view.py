@@ -5,10 +5,7 @@ from dataclasses import fields, is_dataclass
 import numpy as np
 import pytest
 
-from torc.episode.pick_view import (
-    load_view,
-    view_of,
-)
+from torc.episode.pick_view import load_view, view_of
 from torc.records.serialization import save_record
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.testing.contexts import behind_context, cluttered_context, empty_context, hidden_context

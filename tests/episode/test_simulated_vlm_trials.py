@@ -13,8 +13,7 @@ from tests.helpers.trial_logs import comparable_log as _log
 from torc.episode.planners import make_trial_planner
 from torc.episode.privileged import Privileged, Truth
 from torc.episode.progress import TerminalProgress
-from torc.episode.situations import Situations, situation_of
-from torc.episode.trial import run_trial
+from torc.episode.trial import Situations, run_trial, situation_of
 from torc.errors import InputError
 from torc.sim.visibility import Visibility
 from torc.specs.trial import TrialSpec

@@ -27,11 +27,7 @@ def test_a_motion_comes_back_as_it_went_and_damaged_ones_are_refused(tmp_path):
     save_record(_motion(), path)
     assert len(load_motion(path)) == 4
     good = _motion()
-    for bad in (
-        replace(good, width_m=good.width_m + np.nan),
-        replace(good, fps=1000),
-        _motion(0),
-    ):
+    for bad in (replace(good, width_m=good.width_m + np.nan), replace(good, fps=1000), _motion(0)):
         save_record(bad, path)
         with pytest.raises(InputError, match="no trajectory"):
             load_motion(path)

@@ -9,8 +9,8 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from torc.episode.mp4 import Mp4Writer
 from torc.episode.trajectory import CAMERA, FPS, TRAJECTORY, RecordedMotion
+from torc.episode.video import Mp4Writer
 from torc.errors import InputError
 from torc.exports.exporting import ExportSpec, export_trials
 from torc.exports.lerobot import CAMERA_KEY

@@ -17,7 +17,7 @@ from torc.generation.clutter import (
     clutter_config,
     make_clutter,
 )
-from torc.generation.rejections import RejectedError
+from torc.generation.config import RejectedError
 from torc.generation.sampling import sample_models
 from torc.geometry.transforms import transform_points
 from torc.objects.library import load_object

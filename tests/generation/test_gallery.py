@@ -1,18 +1,24 @@
-"""The pages of a gallery show every card, say what is on it, and need nothing from elsewhere."""
+"""Cards number the objects to pick; the pages of a gallery show every card and need nothing from elsewhere."""
 
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from torc.errors import InputError
-from torc.generation import gallery
+from torc.generation import cards, gallery
+from torc.generation.cards import GAP, VIEW_SIZE, Card, draw_card
 from torc.generation.config import Hiddenness
-from torc.generation.difficulty import Difficulty
 from torc.generation.gallery import make_gallery
+from torc.generation.inspection import Difficulty
 from torc.generation.oracle_orders import OracleOrder
+from torc.generation.views import VIEW_NAMES
+from torc.perception.palette import object_color
 from torc.problems.problem import load_problem
+from torc.records import TARGET_ID
+from torc.sim.rendering import View
 
 A, B = load_problem("structured-04"), load_problem("unstructured-03")
 HIDDEN = Difficulty(9, Hiddenness.HIDDEN, 0.0, 1, 3, 3)
@@ -41,15 +47,9 @@ def test_the_html_page_shows_and_filters_every_card(make):
     for problem, group in ((A, "hidden"), (B, "partly")):
         assert f'id="{problem.name}" data-category="{problem.category}" data-hiddenness="{group}"' in text
         assert f'<img src="cards/{problem.name}.jpg"' in text
-    assert re.findall(r'<option value="(\w*)">', text) == [
-        "",
-        "structured",
-        "unstructured",
-        "",
-        "partly",
-        "hidden",
-    ]
-    assert "ORACLE: juice_carton_orange, lime_green" in text
+    options = re.findall(r'<option value="(\w*)">', text)
+    assert options == ["", "structured", "unstructured", "", "partly", "hidden"]
+    assert "no order does with less. 1 juice_carton_orange, 2 lime_green" in text
     assert "$" not in text
 
 
@@ -60,8 +60,7 @@ def test_the_markdown_page_has_a_row_and_a_card_for_each(make):
     assert re.search(row, text)
     headings = re.findall(r"^#+ .*", text, re.MULTILINE)
     assert headings == ["# A set", "## Unstructured", f"### {B.name}", "## Structured", f"### {A.name}"]
-    assert "ORACLE: juice\\_carton" not in text
-    assert "ORACLE: juice_carton_orange, lime_green](cards/structured-04.jpg)" in text
+    assert "1 juice_carton_orange, 2 lime_green\n\n![structured-04](cards/structured-04.jpg)" in text
 
 
 def test_words_from_strangers_do_no_harm(make):
@@ -80,3 +79,48 @@ def test_two_problems_of_one_name_are_refused(make, tmp_path):
     with pytest.raises(InputError, match="same name: structured-04"):
         make_gallery("", [A, B, A], None, tmp_path / "g", {})
     assert not (tmp_path / "g").exists()
+
+
+NAMES = [placement.name for placement in A.ordered()]
+SECOND = OracleOrder((NAMES[2], NAMES[0]), "2 picks, 0 drops; no order does with less.")
+GRAY = 120
+
+
+@pytest.fixture
+def views(monkeypatch):
+    """Views that take no time: gray, object 2 on the left, the target a spot on the right."""
+
+    def fake(problem, config):
+        labels = np.full((config.height, config.width), -1, np.int16)
+        labels[100:300, 50:300] = 2
+        labels[400:408, 700:708] = TARGET_ID
+        rgb = np.full((*labels.shape, 3), GRAY, np.uint8)
+        view = View(rgb, np.ones(labels.shape, np.float32), labels)
+        return dict.fromkeys(VIEW_NAMES, view)
+
+    monkeypatch.setattr(cards, "problem_views", fake)
+
+
+def _view(image, k):
+    left, top = k % 2 * (VIEW_SIZE[0] + GAP), k // 2 * (VIEW_SIZE[1] + GAP)
+    return np.asarray(image)[top : top + VIEW_SIZE[1], left : left + VIEW_SIZE[0]]
+
+
+def test_the_objects_to_pick_are_numbered_in_all_but_the_robots_view(views):
+    image, bare = draw_card(Card(A, HIDDEN, SECOND)), draw_card(Card(A, HIDDEN))
+    red = np.array(object_color(TARGET_ID))
+    for k in range(4):
+        assert (_view(bare, k)[30:] == GRAY).all()
+        body = _view(image, k)[30:]
+        assert (body != GRAY).any() == (k > 0)
+        if k > 0:
+            # The first disc within its object; the target's beside the spot, which is smaller than a disc.
+            assert (body[20:120, 25:150] != GRAY).any()
+            assert (np.abs(body.astype(int) - red).sum(axis=2) < 30).any()
+
+
+def test_numbers_are_those_of_the_first_pick():
+    twice = OracleOrder((NAMES[4], "(nothing)", NAMES[4], NAMES[0]), "")
+    assert Card(A, HIDDEN, twice).numbers == {4: 1, 0: 4}
+    assert Card(A, HIDDEN).numbers == {}
+    assert Card(A, HIDDEN, SECOND).picks.endswith(f"no order does with less. 1 {NAMES[2]}, 2 {NAMES[0]}")

@@ -4,23 +4,30 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from generation_configs import SMALL
 
 from tools.grippers import write_slides
 from torc.errors import InputError
 from torc.generation import generator as generator_module
-from torc.generation.batch import Job, generate_batch
 from torc.generation.clutter import ClutterConfig
 from torc.generation.config import (
     GENERATOR_VERSION,
     GenerationConfig,
+    Reason,
+    RejectedError,
 )
-from torc.generation.generator import GeneratedProblem, generate_problem, is_made_from
-from torc.generation.rejections import Reason, RejectedError
+from torc.generation.generator import GeneratedProblem, Job, generate_batch, generate_problem, is_made_from
 from torc.objects.library import load_object
 from torc.problems.problem import parse_problem, problem_text
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
+
+SMALL = GenerationConfig("structured", objects=(8, 8))
+
+
+@pytest.fixture(scope="module")
+def generated(inspector):
+    """Eight standing objects, from seed 3."""
+    return generate_problem(SMALL, 3, inspector)
 
 
 def test_the_same_seed_gives_the_same_problem_bit_for_bit(generated, inspector):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from torc.generation.config import Hiddenness, hiddenness_of
-from torc.generation.difficulty import Difficulty, stated_difficulty
+from torc.generation.inspection import Difficulty, stated_difficulty
 from torc.perception.segmentation import PerceptionConfig
 from torc.problems.problem import load_problem
 from torc.records import TARGET_ID

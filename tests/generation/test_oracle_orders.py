@@ -4,13 +4,25 @@ import json
 from dataclasses import replace
 
 import pytest
-from made_up_answers import answer_for
 
+from torc.episode.oracle.answer import ForeseenPick, OracleAnswer
 from torc.errors import InputError
 from torc.generation.oracle_orders import ORDER_KEY, OracleOrder, orders_from, stated_order
 from torc.problems.problem import load_problem
+from torc.records import TARGET_ID, PickOutcome, PickResult
 
 A, B = load_problem("structured-04"), load_problem("unstructured-03")
+
+
+def answer_for(problem, ids, proved=True):
+    """An answer that picks these objects; the last is the target."""
+    names = [placement.name for placement in problem.ordered()]
+    results = {True: PickResult.RETRIEVED, False: PickResult.REMOVED}
+    foreseen = tuple(
+        ForeseenPick(i, names[i], PickOutcome(results[i == TARGET_ID], i, i, True, True), "") for i in ids
+    )
+    bound = len(ids) if proved else len(ids) - 1
+    return OracleAnswer(problem.name, 0, 24.0, True, foreseen, 0, proved, bound, bound, 6, 12)
 
 
 def _keep(directory, answer, **extra):

@@ -3,7 +3,7 @@
 import pytest
 
 from torc.errors import UnknownNameError
-from torc.generation.surroundings import surroundings
+from torc.generation.inspection import surroundings
 from torc.objects.library import load_object
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.workspace.files import load_workspace
@@ -17,14 +17,12 @@ def _standing(name, model, x, y, above_m=0.0):
     return ObjectPlacement(name, model, (x, y, z), (1.0, 0.0, 0.0, 0.0))
 
 
-TARGET = _standing(
-    "target", "soup_can_red", 0.70, 0.0
-)  # 66 mm wide, 101 mm high, straight ahead of the camera
+# 66 mm wide, 101 mm high, straight ahead of the camera
+TARGET = _standing("target", "soup_can_red", 0.70, 0.0)
 
 
-def _around(*others):
-    problem = Problem("p", "structured", "", "target", (*others, TARGET))
-    return surroundings(problem, "target", CAMERA)
+def _around(target, *others):
+    return surroundings(Problem("p", "structured", "", "target", (*others, target)), "target", CAMERA)
 
 
 @pytest.mark.parametrize(
@@ -42,7 +40,7 @@ def _around(*others):
     ],
 )
 def test_an_object_is_where_it_stands(model, x, y, groups):
-    found = _around(_standing("other", model, x, y))
+    found = _around(TARGET, _standing("other", model, x, y))
     named = {g for g in ("in_front", "beside", "taller") if "other" in getattr(found, g)}
     assert named == groups
     assert ("other" in found.all) == bool(groups)
@@ -53,8 +51,7 @@ def test_in_front_follows_the_line_of_sight_not_the_x_axis():
     target = _standing("target", "soup_can_red", 0.70, -0.30)
     on_the_line = _standing("on", "die_red", 0.50, -0.20)
     straight = _standing("straight", "die_red", 0.50, -0.32)
-    problem = Problem("p", "structured", "", "target", (on_the_line, straight, target))
-    assert surroundings(problem, "target", CAMERA).in_front == ("on",)
+    assert _around(target, on_the_line, straight).in_front == ("on",)
 
 
 def test_an_unknown_target_is_an_error():

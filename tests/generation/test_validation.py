@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from torc.generation.validation import validate_problem
 from torc.problems.problem import ObjectPlacement, load_problem
@@ -12,6 +13,7 @@ from torc.workspace.files import load_workspace
 QUICK = {"stillness": StillnessConfig(seconds=1.0), "first_looks": 1}
 GOOD = load_problem("structured-04")
 TABLE_Z = load_workspace().support_z_m
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
 def _with(problem, *more):
@@ -33,41 +35,40 @@ def test_a_shipped_problem_is_valid_line_by_line(inspector):
     assert report.difficulty.objects == len(GOOD.objects)
 
 
-def test_objects_inside_each_other(inspector):
+def _inside():
     can = next(o for o in GOOD.objects if o.name == GOOD.target)
-    twin = replace(can, name="twin", position=(can.position[0] + 0.01, *can.position[1:]))
-    report, checks = _checks(_with(GOOD, twin), inspector)
+    return _with(GOOD, replace(can, name="twin", position=(can.position[0] + 0.01, *can.position[1:])))
+
+
+def _floating():
+    return _with(GOOD, ObjectPlacement("in_the_air", "mug_red", (0.65, 0.15, TABLE_Z + 0.2), UPRIGHT))
+
+
+def _free():
+    free = ObjectPlacement("free", "soup_can_red", (0.55, 0.17, TABLE_Z + 0.0505), UPRIGHT)
+    return replace(_with(GOOD, free), target="free")
+
+
+def _beside_a_wide_box():
+    x, y, _ = next(o for o in GOOD.objects if o.name == GOOD.target).position
+    at = (x + 0.02, y + 0.19)
+    book = ObjectPlacement("big_book", "book_blue", (*at, TABLE_Z + 0.0135), UPRIGHT)
+    others = (o for o in GOOD.objects if np.hypot(*np.subtract(o.position[:2], at)) > 0.16)
+    return replace(GOOD, objects=(*others, book))
+
+
+@pytest.mark.parametrize(
+    ("problem", "check", "words"),
+    [
+        (_inside(), "contact", ("twin", "inside each other")),
+        (_floating(), "rest", ("in_the_air", "2 mm")),
+        (_free(), "first look", ("at once",)),
+        (_beside_a_wide_box(), "surroundings", ("big_book",)),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_is_wrong_is_found_and_told(inspector, problem, check, words):
+    report, checks = _checks(problem, inspector)
     assert not report.valid
-    assert not checks["contact"].passed
-    assert "twin" in checks["contact"].text
-    assert "inside each other" in checks["contact"].text
-
-
-def test_an_object_in_the_air_moves(inspector):
-    floating = ObjectPlacement("mug_in_the_air", "mug_red", (0.65, 0.15, TABLE_Z + 0.2), (1.0, 0.0, 0.0, 0.0))
-    _, checks = _checks(_with(GOOD, floating), inspector)
-    assert not checks["rest"].passed
-    assert "mug_in_the_air" in checks["rest"].text
-    assert "2 mm" in checks["rest"].text
-
-
-def test_a_target_that_can_be_grasped_at_once_is_no_task(inspector):
-    free = ObjectPlacement("free", "soup_can_red", (0.55, 0.17, TABLE_Z + 0.0505), (1.0, 0.0, 0.0, 0.0))
-    report, checks = _checks(replace(_with(GOOD, free), target="free"), inspector)
-    assert not report.valid
-    assert not checks["first look"].passed
-    assert "at once" in checks["first look"].text
-
-
-def test_a_wide_box_that_lies_beside_the_target_makes_it_unsolvable(inspector):
-    target = next(o for o in GOOD.objects if o.name == GOOD.target)
-    x, y, _ = target.position
-    book = ObjectPlacement(
-        "big_book", "book_blue", (x + 0.02, y + 0.19, TABLE_Z + 0.0135), (1.0, 0.0, 0.0, 0.0)
-    )
-    others = tuple(
-        o for o in GOOD.objects if np.hypot(o.position[0] - x - 0.02, o.position[1] - y - 0.19) > 0.16
-    )
-    _, checks = _checks(replace(GOOD, objects=(*others, book)), inspector)
-    assert not checks["surroundings"].passed
-    assert "big_book" in checks["surroundings"].text
+    assert not checks[check].passed
+    assert all(word in checks[check].text for word in words)

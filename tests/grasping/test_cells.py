@@ -26,11 +26,6 @@ def test_normals_are_not_averaged_across_an_edge():
     assert any(np.allclose(thin_normals[0], n) for n in normals)
 
 
-def test_unusable_normals_become_zero():
-    _, normals = thin_out(np.zeros((2, 3)), np.full((2, 3), np.nan), 0.01)
-    assert np.array_equal(normals, np.zeros((1, 3)))
-
-
 def test_grouping_keeps_every_point_with_its_tag_and_bounds_each_cell(rng):
     points, tags = rng.uniform(0, 0.2, (500, 3)), rng.integers(0, 9, 500)
     cells = group(points, tags, 0.03)

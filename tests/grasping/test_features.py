@@ -7,7 +7,7 @@ from hand_reference import in_grasp_frame, tip_shift
 
 from torc.grasping.clouds import build_clouds
 from torc.grasping.config import GraspConfig
-from torc.grasping.features import FEATURE_DOCS, FEATURE_NAMES, feature_column
+from torc.grasping.features import FEATURE_NAMES
 from torc.testing.views import view_of, view_of_clutter
 
 CONFIG = GraspConfig()
@@ -61,12 +61,6 @@ def cases(planner, gripper):
     clouds = build_clouds(view.scene, view.volume, TABLE_Z, CONFIG.clouds)
     pick = np.random.default_rng(3).permutation(len(found.grasps))[:120]
     return [Case(found, clouds, view, gripper, i) for i in pick]
-
-
-def test_every_feature_has_a_name_a_doc_and_a_column():
-    assert len(FEATURE_NAMES) == len(set(FEATURE_NAMES)) == len(FEATURE_DOCS)
-    assert all(FEATURE_DOCS[name] for name in FEATURE_NAMES)
-    assert feature_column(FEATURE_NAMES[7]) == 7
 
 
 def test_contact_counts(cases):
@@ -167,7 +161,7 @@ def test_object_features_of_a_box_under_another(planner):
     view = view_of(below, above)
     found = planner.candidates(view.scene, view.volume, np.random.default_rng(0))
     row = {i: found.features[found.grasps.object_ids == i][0] for i in (0, 1)}
-    column = feature_column
+    column = FEATURE_NAMES.index
     assert row[0][column("breadth")] == pytest.approx(0.08, abs=0.01)
     assert row[0][column("height")] == pytest.approx(0.06, abs=0.005)
     assert row[0][column("bottom_height")] == pytest.approx(0.0, abs=0.003)

@@ -21,16 +21,16 @@ SHAPES = {
 }
 
 
-def given_for(shape, hand, config=CONFIG):
-    view = view_of(shape)
+def given_for(hand, *shapes):
+    view = view_of(*shapes)
     clouds = build_clouds(view.scene, view.volume, TABLE_Z, CloudConfig())
-    return GeneratorInput(clouds.objects[0], hand, clouds.forward, TABLE_Z, 0.005, 6, config)
+    return GeneratorInput(clouds.objects[0], hand, clouds.forward, TABLE_Z, 0.005, 6, CONFIG)
 
 
 @pytest.mark.parametrize("name", GENERATORS)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_candidates_are_right_handed_frames_in_the_allowed_cone_above_the_table(name, shape, hand):
-    given = given_for(SHAPES[shape], hand)
+    given = given_for(hand, SHAPES[shape])
     found = GENERATORS[name](given, np.random.default_rng(1))
     assert 0 < len(found) <= CONFIG.max_raw
     assert np.allclose(np.swapaxes(found.Rs, 1, 2) @ found.Rs, np.eye(3), atol=1e-9)
@@ -46,7 +46,7 @@ def test_candidates_are_right_handed_frames_in_the_allowed_cone_above_the_table(
 
 @pytest.mark.parametrize("name", GENERATORS)
 def test_the_same_generator_state_gives_the_same_candidates(name, hand):
-    given = given_for(SHAPES["box"], hand)
+    given = given_for(hand, SHAPES["box"])
     a, b, c = (GENERATORS[name](given, np.random.default_rng(s)) for s in (7, 7, 8))
     assert np.array_equal(a.Rs, b.Rs)
     assert np.array_equal(a.tips, b.tips)
@@ -57,7 +57,7 @@ def test_the_same_generator_state_gives_the_same_candidates(name, hand):
 @pytest.mark.parametrize("name", GENERATORS)
 def test_a_box_is_closed_upon_across_its_faces(name, hand):
     """Closing axes within 3 degrees of the box's short axis: centred, and as wide as the box."""
-    given = given_for(standing_box(0, 0.62, -0.1, (0.09, 0.05, 0.12), yaw=0.3), hand)
+    given = given_for(hand, standing_box(0, 0.62, -0.1, (0.09, 0.05, 0.12), yaw=0.3))
     found = GENERATORS[name](given, np.random.default_rng(0))
     across = np.array([-np.sin(0.3), np.cos(0.3), 0.0])
     aligned = np.abs(found.Rs[:, :, 0] @ across) > np.cos(np.deg2rad(3.0))
@@ -71,10 +71,7 @@ def test_a_box_is_closed_upon_across_its_faces(name, hand):
 def test_slices_find_the_parts_of_what_is_too_wide(hand):
     """Two posts of one object, 12 cm apart: each is grasped alone."""
     posts = [standing_box(0, 0.6, y, (0.03, 0.03, 0.10)) for y in (-0.16, -0.04)]
-    view = view_of(*posts)
-    clouds = build_clouds(view.scene, view.volume, TABLE_Z, CloudConfig())
-    given = GeneratorInput(clouds.objects[0], hand, clouds.forward, TABLE_Z, 0.005, 6, CONFIG)
-    found = propose_slices(given, np.random.default_rng(0))
+    found = propose_slices(given_for(hand, *posts), np.random.default_rng(0))
     along_y = np.abs(found.Rs[:, 1, 0]) > 0.99
     assert along_y.sum() > 5
     centers = found.tips[along_y, 1]
@@ -83,14 +80,8 @@ def test_slices_find_the_parts_of_what_is_too_wide(hand):
 
 
 def test_too_wide_boxes_get_no_box_grasps(hand):
-    assert (
-        len(
-            propose_boxes(
-                given_for(standing_box(0, 0.65, -0.1, (0.11, 0.12, 0.1)), hand), np.random.default_rng(0)
-            )
-        )
-        == 0
-    )
+    given = given_for(hand, standing_box(0, 0.65, -0.1, (0.11, 0.12, 0.1)))
+    assert len(propose_boxes(given, np.random.default_rng(0))) == 0
 
 
 def test_the_upright_box_of_a_box_is_that_box(rng):

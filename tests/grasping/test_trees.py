@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.grasping.features import FEATURE_NAMES
-from torc.grasping.scoring import MODEL_PATH, HandScore, default_scorer
+from torc.grasping.planner import default_scorer
 from torc.grasping.trees import TreeModel, load_trees, save_trees
 
 NAMES = tuple(f"f{k}" for k in range(5))
@@ -122,23 +121,5 @@ def test_unsound_arrays_are_refused(rng, change, why):
         replace(model, **change(model))
 
 
-def test_hand_score_is_a_share_and_prefers_what_should_be_better(rng):
-    x = rng.uniform(0, 1, (300, len(FEATURE_NAMES))).astype(np.float32)
-    score = HandScore()
-    p = score.score(x)
-    assert np.all((p > 0) & (p < 1))
-    for name, better in (
-        ("all_aligned_min", 5.0),
-        ("penetration", 0.04),
-        ("lever", -0.1),
-        ("foreign_palm", -9),
-    ):
-        y = x.copy()
-        y[:, FEATURE_NAMES.index(name)] += better
-        assert np.all(score.score(y) >= p)
-        assert np.any(score.score(y) > p), name
-
-
-def test_the_default_is_the_shipped_model_where_there_is_one():
-    expected = TreeModel if MODEL_PATH.is_file() else HandScore
-    assert isinstance(default_scorer(), expected)
+def test_the_default_is_the_shipped_model():
+    assert isinstance(default_scorer(), TreeModel)

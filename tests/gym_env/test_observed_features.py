@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from torc.gym_env.features import PER_OBJECT, observed, stacked
-from torc.occlusion.hidden_space import hidden_volumes_m3
+from torc.gym_env.env import PER_OBJECT, observed, stacked
+from torc.occlusion.volume import hidden_volumes_m3
 from torc.records import MAX_OBJECTS, PickOutcome, PickResult
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.testing.contexts import box, make_context

@@ -79,11 +79,8 @@ def test_broken_physics_truncates_and_says_why(make_env, monkeypatch):
 def test_the_seed_draws_problem_and_episode_and_options_name_them(make_env):
     env = make_env(shapes=SHAPES[2:])
     drawn = [env.reset(seed=7)[1], env.reset()[1], env.reset()[1]]
-    again = [
-        env.reset(seed=7)[1],
-        env.reset(options={"problem": "mine", "episode_seed": 5})[1],
-        env.reset()[1],
-    ]
+    named = {"problem": "mine", "episode_seed": 5}
+    again = [env.reset(seed=7)[1], env.reset(options=named)[1], env.reset()[1]]
     assert [drawn[0]["problem"], "mine", drawn[2]["problem"]] == [i["problem"] for i in again]
     assert [drawn[0]["episode_seed"], 5, drawn[2]["episode_seed"]] == [i["episode_seed"] for i in again]
     with pytest.raises(InputError, match="at least 0"):

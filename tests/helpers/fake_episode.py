@@ -55,6 +55,13 @@ class FakeRobot:
         return PickOutcome(result, plan.object_id, plan.object_id, True, True, duration_s=5.0)
 
 
+def fake_parts(robot: FakeRobot) -> PickParts:
+    """Real perception and grasps, and motions that stand still."""
+    workspace, gripper = load_workspace(), robot.description.gripper
+    grasps = GeometricGraspPlanner(gripper, workspace.support_z_m)
+    return PickParts(robot, Pipeline(LabelPerception(), grasps, gripper, workspace), FakeMotionPlanner())
+
+
 class FakeMotionPlanner:
     """Plans nothing: returns motions that stand still, or a failure for the objects in `impossible`."""
 
@@ -89,7 +96,7 @@ class ScriptedPlanner:
 
 
 class FakeSimulation:
-    """Begins episodes on a table of analytic shapes, whatever the problem; see `torc.gym_env.simulation`.
+    """Begins episodes on a table of analytic shapes, whatever the problem; see `torc.gym_env.env.EpisodeSimulation`.
 
     `results` are those of the executed picks per episode; success where a list ends, or where there is none.
     """
@@ -107,11 +114,8 @@ class FakeSimulation:
         """The table as it was at first."""
         results = self.results[len(self.begun)] if len(self.begun) < len(self.results) else ()
         self.begun.append((problem, config))
-        workspace, gripper = load_workspace(), self.description.gripper
-        grasps = GeometricGraspPlanner(gripper, workspace.support_z_m)
-        pipeline = Pipeline(LabelPerception(), grasps, gripper, workspace)
         robot = FakeRobot(self.description, self.shapes, results)
-        return Episode(Steps(PickParts(robot, pipeline, FakeMotionPlanner()), "the small box", config))
+        return Episode(Steps(fake_parts(robot), "the small box", config))
 
     def close(self) -> None:
         """Holds nothing."""

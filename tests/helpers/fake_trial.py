@@ -3,23 +3,18 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.helpers.fake_episode import FakeMotionPlanner, FakeRobot
+from tests.helpers.fake_episode import FakeRobot, fake_parts
 from torc.episode.events import Listener, Started
 from torc.episode.log_writing import result_facts
 from torc.episode.loop import run_episode
 from torc.episode.recorder import TrialRecorder
-from torc.episode.steps import PickParts
 from torc.episode.trial import RESULT_FORMAT, Trial
-from torc.grasping.planner import GeometricGraspPlanner
-from torc.perception.privileged import LabelPerception
-from torc.pipeline.look import Pipeline
 from torc.records import PickOutcome
 from torc.robots.loading import load_robot
 from torc.specs.files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.testing.synthetic import Shape, SyntheticBox
-from torc.workspace.files import load_workspace
 
 SHAPES: tuple[Shape, ...] = (
     SyntheticBox(0, (0.66, -0.12, 1.08), (0.05, 0.05, 0.06)),
@@ -41,10 +36,7 @@ def play_fake_trial(
 
     The problem of `spec` is not looked at: `shapes` stand on the table. Picks beyond `results` succeed.
     """
-    robot, workspace = load_robot(), load_workspace()
-    grasps = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
-    pipeline = Pipeline(LabelPerception(), grasps, robot.gripper, workspace)
-    picking = PickParts(FakeRobot(robot, shapes, results), pipeline, FakeMotionPlanner())
+    picking = fake_parts(FakeRobot(load_robot(), shapes, results))
     recorder = TrialRecorder(out, to_plain(spec, {}), overwrite=True)
     names = tuple(f"thing {s.id}" for s in shapes)
     started = Started(

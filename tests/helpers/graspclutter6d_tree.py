@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import trimesh
 from PIL import Image
 
 from torc.geometry.transforms import Pose, invert, look_at, make_pose, rotation_about
@@ -30,22 +31,14 @@ class TreeObject:
 
 def box(size: tuple[float, float, float], corner: tuple[float, float, float]) -> Solid:
     """A box with its lower corner somewhere: mesh frames of the data set are rarely central."""
-    unit = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
-    return unit * size + corner, np.array(faces)
+    mesh = trimesh.creation.box(size)
+    return mesh.vertices - mesh.bounds[0] + corner, mesh.faces
 
 
-def can(radius: float, height: float, base: tuple[float, float, float], sides: int = 24) -> Solid:
+def can(radius: float, height: float, base: tuple[float, float, float]) -> Solid:
     """A closed cylinder along z, its base centre somewhere."""
-    angle = 2 * np.pi * np.arange(sides) / sides
-    ring = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(sides)], axis=1)
-    vertices = np.concatenate([ring, ring + np.array([0, 0, height]), [[0, 0, 0], [0, 0, height]]]) + base
-    faces = []
-    for i in range(sides):
-        j, low, high = (i + 1) % sides, 2 * sides, 2 * sides + 1
-        faces += [(i, j, sides + j), (i, sides + j, sides + i), (low, j, i), (high, sides + i, sides + j)]
-    return vertices, np.array(faces)
+    mesh = trimesh.creation.cylinder(radius, height, sections=24)
+    return mesh.vertices + np.add(base, (0, 0, height / 2)), mesh.faces
 
 
 SOLIDS: Mapping[int, Solid] = {
@@ -155,11 +148,6 @@ def _write_obj(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
 
 
 def _write_ply(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
-    lines = ["ply", "format ascii 1.0", f"element vertex {len(vertices)}"]
-    lines += [f"property float {axis}" for axis in "xyz"] + [
-        f"property uchar {c}" for c in ("red", "green", "blue")
-    ]
-    lines += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    lines += [f"{x:.6f} {y:.6f} {z:.6f} 200 60 40" for x, y, z in vertices]
-    lines += [f"3 {a} {b} {c}" for a, b, c in faces]
-    path.write_text("\n".join(lines) + "\n")
+    trimesh.Trimesh(vertices, faces, vertex_colors=(200, 60, 40), process=False).export(
+        path, encoding="ascii"
+    )

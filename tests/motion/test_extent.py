@@ -63,10 +63,3 @@ def expected_ends(points: np.ndarray, own: int, volume: OcclusionVolume) -> list
         if k < top:
             ends.append(grid.origin + grid.voxel_size_m * np.array([i + 0.5, j + 0.5, k]))
     return ends
-
-
-def test_an_object_without_points_has_no_extent():
-    view = view_of(standing(1, 0.65, -0.1, (0.05, 0.05, 0.05)))
-    o = view.scene.object(1)
-    bare = replace(o, points=o.points[:0], normals=o.normals[:0], pixels=o.pixels[:0])
-    assert possible_points(bare, CAMERA, view.volume, TABLE).shape == (0, 3)

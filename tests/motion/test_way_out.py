@@ -8,7 +8,7 @@ import pytest
 from torc.collision.checks import robot_arrays
 from torc.geometry.transforms import invert, make_pose
 from torc.motion.space import free_space, loosened
-from torc.motion.way_out import way_out
+from torc.motion.timed_motions import way_out
 from torc.records import PickPlan
 from torc.robots.ik import solve_ik
 

@@ -10,9 +10,9 @@ import pytest
 from PIL import Image
 
 from torc.errors import InputError
-from torc.objects.files import load_object_directory, load_source, save_object
-from torc.objects.library import load_object
-from torc.objects.models import ObjectModel
+from torc.objects.files import check_model, load_object_directory, load_source, save_object
+from torc.objects.library import builtin_object_names, load_object
+from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh, pieces_bounds
 from torc.objects.schema import ObjectSource
 
 NAMES = ("mug_red", "cracker_box_red", "soup_can_red", "toy_car_blue", "bowl_blue")
@@ -72,6 +72,8 @@ def test_a_directory_is_replaced_only_when_told_to(box: Path) -> None:
         ("uv: true", "uv: false", "needs texture coordinates"),
         ("- kind: box", "- kind: sphere", "sphere has 1 sizes"),
         ("wxyz: [1.0", "wxyz: [3.0", "no unit quaternion"),
+        ("size_m: [0.", "size_m: [0.1", "size_m is"),
+        ("105]\n  position: [0.0", "105]\n  position: [0.1", "centred at"),
     ],
 )
 def test_faults_of_the_description_are_named(box: Path, old: str, new: str, message: str) -> None:
@@ -80,18 +82,6 @@ def test_faults_of_the_description_are_named(box: Path, old: str, new: str, mess
     assert old in text
     path.write_text(text.replace(old, new, 1))
     with pytest.raises(InputError, match=message):
-        load_object_directory(box)
-
-
-def test_the_frame_and_size_must_be_those_of_the_pieces(box: Path) -> None:
-    path = box / "object.yaml"
-    text = path.read_text()
-    before, pieces = text.split("pieces:")
-    path.write_text(f"{before}pieces:{pieces.replace('position: [0.0', 'position: [0.1')}")
-    with pytest.raises(InputError, match="centred at"):
-        load_object_directory(box)
-    path.write_text(text.replace("size_m: [0.", "size_m: [0.1"))
-    with pytest.raises(InputError, match="size_m is"):
         load_object_directory(box)
 
 
@@ -131,23 +121,18 @@ def test_hostile_arrays_are_refused(box: Path, key: str, content: bytes, message
         load_object_directory(box)
 
 
-def test_what_is_no_archive_is_refused(box: Path) -> None:
-    (box / "geometry.npz").write_bytes(b"PK\x03\x04 and no more")
-    with pytest.raises(InputError, match=r"not a readable \.npz"):
-        load_object_directory(box)
-
-
 @pytest.mark.parametrize(
-    ("content", "message"),
+    ("file", "content", "message"),
     [
-        (_png(4_000, 10), "at most 2048"),
-        (_png(30_000, 4_000), "no readable picture"),  # Pillow suspects a bomb
-        (_png(64, 64)[:-40], "no readable picture"),
-        (b"GIF89a" + b"\0" * 50, "no readable picture"),
+        ("geometry.npz", b"PK\x03\x04 and no more", r"not a readable \.npz"),
+        ("texture_0.png", _png(4_000, 10), "at most 2048"),
+        ("texture_0.png", _png(30_000, 4_000), "no readable picture"),  # Pillow suspects a bomb
+        ("texture_0.png", _png(64, 64)[:-40], "no readable picture"),
+        ("texture_0.png", b"GIF89a" + b"\0" * 50, "no readable picture"),
     ],
 )
-def test_hostile_textures_are_refused(box: Path, content: bytes, message: str) -> None:
-    (box / "texture_0.png").write_bytes(content)
+def test_hostile_files_are_refused(box: Path, file: str, content: bytes, message: str) -> None:
+    (box / file).write_bytes(content)
     with pytest.raises(InputError, match=message):
         load_object_directory(box)
 
@@ -157,3 +142,48 @@ def test_an_object_outside_the_limits_is_not_saved(tmp_path: Path) -> None:
         save_object(replace(load_object("mug_red"), mass_kg=500.0), tmp_path / "mug_red")
     assert not (tmp_path / "mug_red").exists()
     assert [p.name for p in tmp_path.iterdir() if p.name != "objects"] == []
+
+
+WHERE = Path("thing")
+TRIANGLE = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0]])
+CUBE = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+ONE = np.array([[0, 1, 2]])
+PLAIN = VisualMesh(TRIANGLE, ONE)
+BOX = CollisionPiece("box", (0.05, 0.05, 0.05))
+FAR = CollisionPiece("mesh", (), (-1e6, 0.0, 0.0), vertices=CUBE * 0.02 + (1e6, 0, 0))
+"""A cube whose corners are nowhere in single precision."""
+DISC = CollisionPiece("cylinder", (0.26, 2e-10), wxyz=(0.8, 0.36, 0.48, 0.0))
+SHEET = CollisionPiece("mesh", vertices=CUBE * (0.1, 0.1, 1e-10) + (0, 0, 1.5))
+
+
+def _object(pieces: list[CollisionPiece], visuals: list[VisualMesh]) -> ObjectModel:
+    """Of the lightest kind, its origin where it should be."""
+    middle = pieces_bounds(pieces).mean(axis=0)
+    moved = tuple(replace(p, position=tuple(np.subtract(p.position, middle).tolist())) for p in pieces)
+    lower, upper = pieces_bounds(moved)
+    x, y, z = (upper - lower).tolist()
+    return ObjectModel("thing", "thing", "the thing", 0.001, moved, tuple(visuals), (x, y, z))
+
+
+def test_all_that_comes_with_torc_passes() -> None:
+    for name in builtin_object_names():
+        check_model(load_object(name), WHERE)
+
+
+@pytest.mark.parametrize(
+    ("piece", "told"),
+    [(FAR, "lie far from its own"), (SHEET, "flat or degenerate"), (DISC, "flat or degenerate")],
+)
+def test_pieces_that_the_physics_refuses_are_refused_before(piece: CollisionPiece, told: str) -> None:
+    thing = _object([BOX, piece], [PLAIN])
+    with pytest.raises(InputError, match=told):
+        check_model(thing, WHERE)
+
+
+@pytest.mark.parametrize("scale", [0.01, 100.0])
+def test_the_area_of_all_surfaces_is_bounded(scale: float) -> None:
+    """Nothing to be seen, or so much that samples of it would fill the memory."""
+    surfaces = [VisualMesh(TRIANGLE * scale, ONE)] * (50 if scale > 1 else 1)
+    large = CollisionPiece("box", (0.5, 0.5, 0.5))
+    with pytest.raises(InputError, match="m2 in all; it must be 9e-06 to 12"):
+        check_model(_object([large], surfaces), WHERE)

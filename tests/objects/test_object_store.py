@@ -10,14 +10,15 @@ from torc.errors import InputError, UnknownNameError
 from torc.objects.files import save_object
 from torc.objects.library import (
     builtin_object_names,
+    find_stored,
     has_object,
     load_object,
     object_description,
     object_facts,
     object_names,
+    store_directories,
 )
 from torc.objects.models import ObjectModel
-from torc.objects.store import find_stored, store_directories
 from torc.problems.problem import ObjectPlacement, Problem, load_problem, save_problem
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.occlusion.hidden_space import hidden_near_m3, hidden_volumes_m3
+from torc.occlusion.volume import hidden_near_m3, hidden_volumes_m3
 from torc.testing import contexts
 
 

@@ -72,7 +72,7 @@ def test_the_picture_is_untouched_but_for_the_marks_and_repeats(rng):
     assert np.mean(np.any(image != before, axis=2)[~ids]) < 0.02
 
 
-def test_outlines_have_the_object_colour_and_boxes_are_black_with_white():
+def test_outlines_have_the_object_color_and_boxes_are_black_with_white():
     scene = scene_of(
         [SyntheticBox(0, (0.55, 0, 1.13), (0.15, 0.15, 0.16)), SyntheticBox(5, (0.6, 0.25, 1.1), (0.1,) * 3)]
     )
@@ -100,7 +100,7 @@ def test_all_numbers_look_different():
     assert all(number_image(n, 13).shape[0] == 13 for n in range(MAX_OBJECTS))
 
 
-def test_colours_differ_and_red_is_the_target():
+def test_colors_differ_and_red_is_the_target():
     colors = np.array([object_color(i) for i in range(MAX_OBJECTS)], dtype=float)
     distance = np.linalg.norm(colors[:, None] - colors[None], axis=2)
     assert np.all(distance[~np.eye(MAX_OBJECTS, dtype=bool)] > 15)

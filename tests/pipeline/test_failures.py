@@ -7,8 +7,8 @@ import pytest
 from scipy.special import logit
 
 from torc.geometry.transforms import make_pose, rotation_about
+from torc.pipeline.better_bet import hold_back_unlikely
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
-from torc.pipeline.report import hold_back_unlikely
 from torc.records import (
     GraspReport,
     GraspSet,

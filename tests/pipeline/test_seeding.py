@@ -1,4 +1,4 @@
-"""Random streams are independent by stage and pick; times are counted also when a stage raises."""
+"""Random streams are independent by stage and pick."""
 
 from torc.pipeline.seeding import stage_rng
 

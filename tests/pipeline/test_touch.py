@@ -40,10 +40,8 @@ def test_the_finger_that_nobody_saw_free_has_touched(robot, pose, touch, side):
 
 def test_points_lie_ahead_by_what_the_arm_went_back(robot, pose, touch):
     volume = volume_around(pose, lambda p: p[..., 0] < 0.02)
-    shift = touched_points(replace(touch, relief_m=0.005), robot, volume) - touched_points(
-        touch, robot, volume
-    )
-    assert np.allclose(shift, 0.005 * pose[:3, 2])
+    ahead = touched_points(replace(touch, relief_m=0.005), robot, volume)
+    assert np.allclose(ahead - touched_points(touch, robot, volume), 0.005 * pose[:3, 2])
 
 
 def test_nothing_is_felt_where_all_was_seen_free_or_no_contact_was(robot, pose, touch):

@@ -1,16 +1,11 @@
 """Descriptions against MuJoCo's own view of the same file, and what happens to bad files."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from torc.errors import InputError, UnknownNameError
 from torc.robots.kinematics import sphere_centers
 from torc.robots.loading import load_robot
-
-WriteRobot = Callable[..., Path]
 
 
 def test_pairs_that_are_not_checked_cannot_touch(robot, rng):

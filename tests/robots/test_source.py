@@ -2,8 +2,6 @@
 
 import os
 import shutil
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +9,6 @@ from PIL import Image
 
 from torc.robots.loading import load_robot, own_source
 from torc.robots.names import DEFAULT_ROBOT
-
-WriteRobot = Callable[..., Path]
 
 ASSETS = """
   <asset>

@@ -27,7 +27,7 @@ def test_the_camera_sees_all_of_every_object_and_it_is_large(size):
         assert filled > 0.6, name
 
 
-def test_a_portrait_shows_the_object_in_its_colours():
+def test_a_portrait_shows_the_object_in_its_colors():
     model = load_object("die_red")
     picture = portrait(model, 120, 100)
     assert picture.shape == (100, 120, 3)

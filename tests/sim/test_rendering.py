@@ -8,9 +8,9 @@ from torc.errors import InputError
 from torc.geometry.projection import project
 from torc.records import BACKGROUND, ROBOT
 from torc.robots.loading import load_robot
-from torc.sim.camera import SimulatedCamera
 from torc.sim.gl import gl_backend
 from torc.sim.rendering import CameraRenderer
+from torc.sim.robot import SimulatedCamera
 from torc.workspace.files import load_workspace
 
 MOUNT = load_workspace().camera

@@ -14,7 +14,7 @@ def graph_of(objects: int, seed: int, hidden: bool):
     return build_dependency_graph(contexts.cluttered_context(objects, seed, hidden_target=hidden))
 
 
-def test_picture_shows_every_object_in_its_colour() -> None:
+def test_picture_shows_every_object_in_its_color() -> None:
     graph = graph_of(12, 2, False)
     p = graph_probabilities(graph)
     image = draw_graph(graph, {k: p[k] for k in p.sinks}, chosen=graph.sinks[0])

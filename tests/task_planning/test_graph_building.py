@@ -108,12 +108,6 @@ def test_an_object_that_hides_nothing_gets_no_edge() -> None:
     assert edges_of(graph) == {(0, 1): ("hidden by", 1.0)}
 
 
-def test_visible_target_has_no_hidden_edges() -> None:
-    graph = build_dependency_graph(contexts.behind_context())
-    assert not any(n.hidden for n in graph.nodes)
-    assert edges_of(graph) == {(0, 1): ("grasp blocking", 1.0)}
-
-
 def test_nothing_in_sight() -> None:
     graph = build_dependency_graph(contexts.empty_context())
     assert graph.ids == (TARGET_ID,)

@@ -41,8 +41,8 @@ def test_third_parties_are_named_by_module_and_class(tmp_path, monkeypatch: pyte
     }.items():
         with pytest.raises(InputError, match=text):
             make_planner(path)
-    with pytest.raises(InputError, match=r"colour.*k=1"):
-        make_planner("their_planner:Mine", colour="red")
+    with pytest.raises(InputError, match=r"color.*k=1"):
+        make_planner("their_planner:Mine", color="red")
 
 
 def test_installed_packages_add_names(monkeypatch: pytest.MonkeyPatch) -> None:

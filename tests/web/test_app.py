@@ -16,7 +16,7 @@ from torc.specs.files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.web.human_queue import make_queue
-from torc.web.session import Phase
+from torc.web.session import Choice, Phase, Session
 
 
 def test_the_viewer_serves_a_whole_trial(client):
@@ -112,7 +112,9 @@ def test_double_stale_and_impossible_choices_are_refused(game):
         choice = {"trial": key, "pick": 0, "object_id": 1}
         refused = client.post("/api/session/choose", {**choice, "object_id": 9})
         assert (refused.status, "cannot be grasped" in refused.json["error"]) == (409, True)
-        assert client.post("/api/session/choose", {**choice, "pick": 3}).status == 409
+        for wrong in ({"pick": 3}, {"trial": "other"}, {"object_id": None}):
+            assert client.post("/api/session/choose", {**choice, **wrong}).status == 409
+        assert client.get("/api/session").json["phase"] == "choosing"
         assert client.post("/api/session/choose", choice).status == 200
         again = client.post("/api/session/choose", {**choice, "object_id": 2})
         assert (again.status, again.json["error"]) == (409, "Pick 1 has been decided already: object 1.")
@@ -192,3 +194,10 @@ def test_experts_and_problems_need_names_for_files_of_their_own(tmp_path):
             make_queue(("one",), (name,), tmp_path, 0, Conditions())
     with pytest.raises(InputError, match="same file name"):
         make_queue(("a/one.yaml", "b/one.yaml"), (), tmp_path, 0, Conditions())
+
+
+def test_a_pick_may_pass_where_nothing_can_be_grasped():
+    session = Session()
+    session.publish(trial="t", phase=Phase.CHOOSING, pick=2)
+    session.choose(Choice("t", 2))
+    assert session.state.phase is Phase.PLANNING

@@ -1,11 +1,7 @@
 """The page of recorded trials in a real headless browser."""
 
-import io
-
-import numpy as np
 import pytest
 from page_server import served
-from PIL import Image
 
 pytestmark = pytest.mark.browser
 
@@ -46,30 +42,6 @@ def test_a_report_leads_to_the_picks_of_its_trials_and_back(recorded, open_page)
         page.locator("#says", has_text="Pick 2: object 0, retrieved").wait_for()
         page.go_back()
         page.locator("a.square").first.wait_for()
-
-
-def _open_scene(page):
-    page.locator("#says", has_text="Pick 1").wait_for()
-    page.keyboard.press("c")
-    page.locator("#scene-box", has_text="object 1").wait_for()
-    return page.locator("#scene-box canvas")
-
-
-def _drawn(canvas):
-    """The pixels of the 3-D view."""
-    canvas.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    return np.asarray(Image.open(io.BytesIO(canvas.screenshot())).convert("RGB"))
-
-
-def test_the_scene_is_drawn_and_turns(recorded, open_page):
-    with served(recorded) as client:
-        page = open_page(client.url)
-        canvas = _open_scene(page)
-        canvas.focus()
-        before = _drawn(canvas)
-        assert len(np.unique(before.reshape(-1, 3), axis=0)) > 10
-        page.keyboard.press("ArrowLeft")
-        assert (_drawn(canvas) != before).any()
 
 
 def test_text_from_strangers_stays_text(recorded, open_page):

@@ -10,10 +10,10 @@ import pytest
 from torc.episode.recorded import read_trial
 from torc.episode.viewer_links import trial_key
 from torc.errors import InputError
-from torc.web.arrays import pack_view
+from torc.web.app import thumbnail
+from torc.web.frames import pack_view
 from torc.web.pick_page import pick_page, trial_page
 from torc.web.shelf import open_shelf
-from torc.web.thumbnails import thumbnail
 
 
 @pytest.fixture

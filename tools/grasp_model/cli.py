@@ -8,7 +8,7 @@ from typing import Annotated
 import tyro
 
 from torc.errors import InputError, TorcError
-from torc.grasping.scoring import MODEL_PATH
+from torc.grasping.planner import MODEL_PATH
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from torc.objects.grasp_facts import FACTS_PATH, GraspFact
+from torc.objects.library import FACTS_PATH, GraspFact
 from torc.objects.models import ObjectModel
 
 FORMAT = "torc-graspable/1"

@@ -21,8 +21,7 @@ from torc.errors import PhysicsError
 from torc.geometry.transforms import rotation_about, rotation_from_wxyz, wxyz_from_rotation
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.grasping.protocol import GraspPlanner
-from torc.objects.grasp_facts import FACTS_PATH, GraspFact, read_facts
-from torc.objects.library import builtin_object_names, load_object
+from torc.objects.library import FACTS_PATH, GraspFact, builtin_object_names, load_object, read_facts
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot

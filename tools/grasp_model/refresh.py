@@ -16,6 +16,7 @@ from tools.grasp_model.dataset import (
     save_shard,
     shard_ranges,
 )
+from tools.grasp_model.hand_score import HandScore
 from tools.grasp_model.snapshot import perceive
 from torc.grasping.checks import Fault, check_candidates
 from torc.grasping.clouds import ObjectCloud, SceneClouds, build_clouds
@@ -23,7 +24,6 @@ from torc.grasping.config import GraspConfig
 from torc.grasping.features import FEATURE_NAMES, compute_features
 from torc.grasping.generators.common import RawCandidates
 from torc.grasping.hand import HandGeometry, hand_geometry
-from torc.grasping.scoring import HandScore
 from torc.problems.problem import Problem
 from torc.records import OcclusionVolume
 from torc.robots.loading import load_robot

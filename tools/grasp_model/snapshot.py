@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Float32
 
+from tools.grasp_model.hand_score import HandScore
 from torc.grasping.features import FEATURE_NAMES
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, empty_volume, update_volume
@@ -47,7 +48,9 @@ def take_snapshot(
 ) -> Snapshot:
     """Render a settled scene without the arm, perceive it and propose grasps."""
     scene, volume = perceive(problem, workspace, noisy, rng)
-    found = GeometricGraspPlanner(gripper, workspace.support_z_m).candidates(scene, volume, rng)
+    found = GeometricGraspPlanner(gripper, workspace.support_z_m, scorer=HandScore()).candidates(
+        scene, volume, rng
+    )
     return Snapshot(
         scene, volume, found.grasps, found.features, FEATURE_NAMES, found.grasps.scores, ~found.blocked, noisy
     )

@@ -9,8 +9,7 @@ from PIL import Image
 from tools.objects.catalogue import ALL_KINDS
 from tools.objects.drawing import draw
 from torc.objects.files import save_object
-from torc.objects.library import INDEX_FILE
-from torc.objects.store import SHIPPED_OBJECTS
+from torc.objects.library import INDEX_FILE, SHIPPED_OBJECTS
 
 
 def write_objects(directory: Path) -> int:

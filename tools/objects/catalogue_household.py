@@ -6,8 +6,8 @@ from tools.objects.kinds import (
     BLACK,
     BLUE,
     CREAM,
+    GRAY,
     GREEN,
-    GREY,
     ORANGE,
     PINK,
     PURPLE,
@@ -103,7 +103,7 @@ KINDS = (
             "color": PURPLE, "design": look(PURPLE, "SHAMPOO", WHITE, PURPLE, "drop", "#d9c4f2")}),
         Variant("shampoo_bottle_teal", "the teal shower gel bottle", 0.28, {
             "size_m": (0.042, 0.066, 0.170), "waist": 0.95, "shoulder_m": 0.012,
-                "cap": (0.0165, 0.0165, 0.022, GREY),
+                "cap": (0.0165, 0.0165, 0.022, GRAY),
             "color": TEAL, "design": look(TEAL, "SHOWER\nGEL", CREAM, TEAL, "leaf", CREAM)}),
         Variant("shampoo_bottle_pink", "the small pink lotion bottle", 0.20, {
             "size_m": (0.040, 0.058, 0.145), "waist": 0.94, "shoulder_m": 0.012,

@@ -7,8 +7,8 @@ from tools.objects.kinds import (
     BLUE,
     BROWN,
     CREAM,
+    GRAY,
     GREEN,
-    GREY,
     ORANGE,
     PINK,
     PURPLE,
@@ -127,7 +127,7 @@ KINDS = (
         _dish("basket_white", "the small white wicker basket", 0.11, (0.085, 0.110), (0.105, 0.135), 0.062,
               ("#f0ebe0", "#b9b09c"), **_WICKER),
         _dish("basket_grey", "the square grey wicker basket", 0.13, (0.100, 0.100), (0.122, 0.122), 0.085,
-              (GREY, "#4c5157"), **_WICKER),
+              (GRAY, "#4c5157"), **_WICKER),
     )),
     Kind("spoon", "utensils:spoon", (
         Variant("spoon_steel", "the steel serving spoon", 0.070, {

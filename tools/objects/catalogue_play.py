@@ -6,8 +6,8 @@ from tools.objects.kinds import (
     BLACK,
     BLUE,
     CREAM,
+    GRAY,
     GREEN,
-    GREY,
     ORANGE,
     PINK,
     PURPLE,
@@ -66,7 +66,7 @@ KINDS = (
                look(YELLOW, "MEMORY", PURPLE, WHITE, "diamond", PURPLE, PURPLE)),
     )),
     Kind("notebook", "boxes:notebook", (
-        _notebook("notebook_green", "the green spiral notebook", 0.150, (0.148, 0.105, 0.015), GREY,
+        _notebook("notebook_green", "the green spiral notebook", 0.150, (0.148, 0.105, 0.015), GRAY,
                   look(GREEN, "NOTES", WHITE, GREEN, "leaf", WHITE)),
         _notebook("notebook_black", "the black spiral sketch pad", 0.190, (0.165, 0.110, 0.018), "#c9ccd1",
                   look(BLACK, "SKETCH\nPAD", YELLOW, BLACK, "square", RED)),

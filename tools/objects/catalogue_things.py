@@ -4,8 +4,8 @@ from tools.objects.kinds import (
     BLACK,
     BLUE,
     CREAM,
+    GRAY,
     GREEN,
-    GREY,
     ORANGE,
     PURPLE,
     RED,
@@ -21,7 +21,7 @@ KINDS = (
         Variant("screwdriver_yellow", "the yellow screwdriver", 0.11, {
             "handle_m": (0.098, 0.016), "shaft_m": (0.100, 0.0032), "color": YELLOW, "accent": BLACK}),
         Variant("screwdriver_red", "the short red screwdriver", 0.09, {
-            "handle_m": (0.085, 0.017), "shaft_m": (0.045, 0.0035), "color": RED, "accent": GREY}),
+            "handle_m": (0.085, 0.017), "shaft_m": (0.045, 0.0035), "color": RED, "accent": GRAY}),
         Variant("screwdriver_blue", "the long blue screwdriver", 0.13, {
             "handle_m": (0.105, 0.017), "shaft_m": (0.125, 0.0036), "color": BLUE, "accent": YELLOW}),
     )),
@@ -89,7 +89,7 @@ KINDS = (
         Variant("tape_roll_brown", "the roll of brown packing tape", 0.19, {
             "radius_m": 0.050, "hole_m": 0.038, "width_m": 0.048, "color": "#a8733c", "core": "#d9c39a"}),
         Variant("tape_roll_grey", "the roll of grey tape", 0.15, {
-            "radius_m": 0.045, "hole_m": 0.030, "width_m": 0.036, "color": GREY, "core": "#e6e1d6"}),
+            "radius_m": 0.045, "hole_m": 0.030, "width_m": 0.036, "color": GRAY, "core": "#e6e1d6"}),
         Variant("tape_roll_red", "the roll of red tape", 0.085, {
             "radius_m": 0.040, "hole_m": 0.026, "width_m": 0.024, "color": RED, "core": WHITE}),
     ), held_out=True),

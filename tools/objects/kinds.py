@@ -6,7 +6,7 @@ from typing import Any
 
 RED, BLUE, GREEN, YELLOW, ORANGE = "#c0281f", "#1f4fa8", "#2e8b3d", "#f2c230", "#e8771e"
 WHITE, BLACK, BROWN, CREAM, PINK, PURPLE = "#fafafa", "#1a1a1a", "#6b3f1d", "#f6ead0", "#e77fa8", "#6a3d9a"
-TEAL, GREY, SKY = "#1b8a8f", "#8a8f96", "#8fc7ea"
+TEAL, GRAY, SKY = "#1b8a8f", "#8a8f96", "#8fc7ea"
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,9 @@ _LEAST_P = 1 / (_DRAWS + 1)
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two planners, by label, on the trials that both completed, `first` minus `second`.
+    """Two planners, by label, on the problems and seeds that both completed, `first` minus `second`.
 
-    Attributes:
-        pairs: how many problems and seeds they share.
-        p_cost: probability of a difference of cost as large as this one if the planners were the same.
+    `p_cost` is the probability of a difference of cost as large as this one if the planners were the same.
     """
 
     first: str

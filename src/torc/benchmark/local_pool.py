@@ -80,13 +80,7 @@ class Backend(Protocol):
 
 @dataclass(frozen=True)
 class PoolConfig:
-    """How tasks are carried out.
-
-    Attributes:
-        workers: processes, of one thread each.
-        limit_s: a task that takes longer is ended.
-        memory_bytes: bound on the address space of a process, where the system has one; None for none.
-    """
+    """Processes of one thread each, seconds after which a task is ended, and bytes of address space of a process."""
 
     workers: int = 1
     limit_s: float = 1800.0

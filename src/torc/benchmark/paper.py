@@ -17,12 +17,8 @@ CITATION = "Are VLMs Effective Task Planners for Robotic Object Retrieval in Clu
 
 @dataclass(frozen=True)
 class PaperMethod:
-    """A method of the paper.
-
-    Attributes:
-        success: share of trials in which the target was retrieved.
-        drop_free: share in which it was retrieved and no object was dropped, read from the chart.
-        picks, drops, decision_s: medians; None where the paper gives none.
+    """A method of the paper: shares of trials with the target retrieved, and with no drop besides (from the chart);
+    medians of picks, drops and seconds of a decision, None where the paper gives none.
     """
 
     success: float

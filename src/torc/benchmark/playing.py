@@ -41,14 +41,10 @@ def run_missing(
     listener: Listener = lambda trial, result: None,
     work: Work | None = None,
 ) -> int:
-    """Play what is missing or errored; how many were errored.
+    """Play what is missing or errored in a store that the caller has locked, at most `limit`; how many were errored.
 
-    Whenever this is stopped, even killed, the store holds whole trials only, and calling it again goes on.
-
-    Args:
-        store: where the trials are; the caller has locked it.
-        limit: play at most so many.
-        work: what plays an `Order`, in a process of the backend's; `play` if not given.
+    Whenever this is stopped, even killed, the store holds whole trials only, and calling it again goes on. `work` plays
+    an `Order`, in a process of the backend's: `play` if not given.
     """
     orders = {
         trial.id: Order(trial, store.problem_path(trial.problem), store.work(trial), vlm_cache)

@@ -55,10 +55,8 @@ def find_around(conditions: Conditions) -> Around:
 def find_planner(spec: PlannerSpec, vlm_cache: CacheConfig | None, own_vlm: bool) -> BenchPlanner:
     """A planner, made once to see whether that works; its VLM is given to it if it takes a `client`.
 
-    Args:
-        own_vlm: the VLM was named for this planner alone, so that it must ask one.
-
-    Raises InputError: it is unknown, or cannot be made (no key, missing options).
+    `own_vlm`: the VLM was named for this planner alone, so that it must ask one. Raises InputError: it is unknown, or
+    cannot be made (no key, missing options).
     """
     name = spec.name
     with _explained(f"The planner '{name}'"):

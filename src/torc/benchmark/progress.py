@@ -16,20 +16,10 @@ _PACE_S = 3600.0
 """The time that is left follows from the pace of the last hour."""
 
 
-def trial_line(trial: PlannedTrial, result: dict[str, Any]) -> str:
-    """A trial in one line."""
-    name = f"{trial.planner.label} on {trial.problem.name}, seed {trial.seed}"
-    if result.get("status") != "completed":
-        return f"{name}: ERRORED: {result.get('error', result.get('status'))!s}"
-    verdict = "retrieved" if result["retrieved"] else f"not retrieved ({result['end']})"
-    return f"{name}: {verdict}, {result['picks']} picks, {result['drops']} dropped"
-
-
 @contextmanager
 def shown(total: int) -> Iterator[Listener]:
     """A listener that shows progress on standard error while the context lasts."""
-    console, done = Console(file=sys.stderr), 0
-    played, retrieved = Counter[str](), Counter[str]()
+    console, played, retrieved = Console(file=sys.stderr), Counter[str](), Counter[str]()
     so_far = TextColumn("retrieved: {task.description}", markup=False)
     columns = (MofNCompleteColumn(), BarColumn(24), TimeRemainingColumn(), so_far)
     live = console.is_terminal
@@ -37,14 +27,19 @@ def shown(total: int) -> Iterator[Listener]:
         bar = progress.add_task("", total=total)
 
         def listen(trial: PlannedTrial, result: dict[str, Any]) -> None:
-            nonlocal done
-            done += 1
+            progress.advance(bar)
             completed, label = result.get("status") == "completed", trial.planner.label
-            played[label] += completed
-            retrieved[label] += completed and bool(result["retrieved"])
+            if completed:
+                verdict = "retrieved" if result["retrieved"] else f"not retrieved ({result['end']})"
+                verdict += f", {result['picks']} picks, {result['drops']} dropped"
+                played[label] += 1
+                retrieved[label] += bool(result["retrieved"])
+            else:
+                verdict = f"ERRORED: {result.get('error', result.get('status'))}"
             if not (live and completed):
-                console.out(f"[{done}/{total}] {trial_line(trial, result)}", highlight=False)
-            told = ", ".join(f"{label} {retrieved[label]}/{n}" for label, n in played.items() if n)
-            progress.update(bar, advance=1, description=told)
+                where = f"[{progress.tasks[bar].completed:.0f}/{total}] {label} on {trial.problem.name}"
+                console.out(f"{where}, seed {trial.seed}: {verdict}", highlight=False)
+            told = ", ".join(f"{label} {retrieved[label]}/{n}" for label, n in played.items())
+            progress.update(bar, description=told)
 
         yield listen

@@ -24,7 +24,7 @@ from torc.benchmark.ray_worker import CODE, play_remotely, torc_facts
 from torc.benchmark.spec import BenchSpec
 from torc.benchmark.store import TRIAL
 from torc.errors import InputError, MissingDependencyError, TorcError, extra_remedy
-from torc.objects.store import ENVIRONMENT_VARIABLE, find_stored
+from torc.objects.library import ENVIRONMENT_VARIABLE, find_stored
 from torc.problems.problem import Problem, save_problem
 from torc.records.files import write_json
 from torc.robots.loading import load_robot, robot_names
@@ -48,10 +48,8 @@ _STORE_BYTES = 256 * 2**20
 class RayPool:
     """A `Backend` for tasks whose argument is an `Order`; made by `ray_pool`.
 
-    Args:
-        ray: the library, connected.
-        limits: of a trial; `workers` is how many are played at the same time, 0 for as many as there are CPUs.
-        there: where the files of the user's own robot and workspace lie on the other machines, by field.
+    With 0 workers as many trials are played at the same time as there are CPUs. `there` says where the files of the
+    user's own robot and workspace lie on the other machines, by field.
     """
 
     def __init__(self, ray: ModuleType, limits: PoolConfig, there: Mapping[str, str]) -> None:
@@ -127,23 +125,15 @@ def ray_pool(
 ) -> Iterator[RayPool]:
     """A pool, connected to Ray while the context lasts; at its end Ray ends what still runs.
 
-    Args:
-        address: "local" starts a cluster of this machine; "auto" finds the one that this machine belongs to;
-            HOST:PORT is that one's head.
-
-    Raises:
-        MissingDependencyError: the extra `ray` is not installed.
-        InputError: there is no such cluster, or not with this Ray and Python.
+    `address` is "local" (starts a cluster of this machine), "auto" (the one that this machine belongs to) or HOST:PORT
+    of a head. Raises MissingDependencyError; InputError: there is no such cluster, or not with this Ray and Python.
     """
     ray = load_ray()
     with TemporaryDirectory() as own:
         there = _gather(spec, problems, Path(own))
         environment = {"working_dir": own, "env_vars": {ENVIRONMENT_VARIABLE: _OBJECTS}}
-        options: dict[str, Any] = {
-            "runtime_env": environment,
-            "log_to_driver": False,
-            "logging_level": logging.ERROR,
-        }
+        options: dict[str, Any] = {"runtime_env": environment, "log_to_driver": False}
+        options["logging_level"] = logging.ERROR
         if address == "local":
             options |= {"num_cpus": limits.workers or os.cpu_count() or 1, "include_dashboard": False}
             options["object_store_memory"] = _STORE_BYTES

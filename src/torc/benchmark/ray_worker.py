@@ -30,7 +30,6 @@ def play_remotely(
 
     Args:
         pickled: the work and its order: only the child process opens it.
-        log: name of the file, in the order's directory, that takes what is printed.
         wanted: `torc_facts` of the machine that sends the trial.
         cache: directory that has to be there: replies of a VLM.
 

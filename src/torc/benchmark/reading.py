@@ -45,13 +45,10 @@ def read_table(root: Path) -> Table:
 
 
 def comparable(rows: Sequence[TrialRow]) -> tuple[tuple[TrialRow, ...], tuple[tuple[Path, str], ...]]:
-    """The trials that can be compared, sorted by planner, problem and seed.
+    """The trials that can be compared, sorted by planner, problem and seed; and the played others, with why.
 
     Those under the commonest conditions count (the first of two that are as common), of each problem the version of
     the first row, and one trial per planner, problem and seed.
-
-    Returns:
-        Those; and the directories of the other ones that were played, each with why it is left out.
     """
     played = [row for row in rows if _is_played(row)] or rows
     ((most, _),) = Counter(map(_conditions, played)).most_common(1)

@@ -123,12 +123,7 @@ class TrialRow:
 
 @dataclass(frozen=True)
 class Table:
-    """All trials of a directory.
-
-    Attributes:
-        rows: sorted by planner, problem and seed; no two in one cell.
-        left_out: directories of trials that do not count, with why.
-    """
+    """All trials of a directory, sorted by planner, problem and seed, and directories that do not count, with why."""
 
     root: Path
     rows: tuple[TrialRow, ...]

@@ -8,8 +8,7 @@ from typing import Any
 
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint, fingerprint
-from torc.objects.library import builtin_object_names
-from torc.objects.store import find_stored
+from torc.objects.library import builtin_object_names, find_stored
 from torc.problems.problem import Problem
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
@@ -77,12 +76,9 @@ class Around:
 
 @dataclass(frozen=True)
 class PlannedTrial:
-    """One trial of a benchmark: everything that decides its result.
+    """One trial of a benchmark: everything that decides its result. `around` includes the planner's variant.
 
-    Attributes:
-        around: under which conditions, the planner's variant included.
-        version: torc's.
-        id: follows from all that decides the result, and from nothing else.
+    The id follows from all that decides the result (torc's version too), and from nothing else.
     """
 
     problem: BenchProblem
@@ -200,21 +196,14 @@ def _difference(name: str, old: Conditions, new: Conditions) -> str:
     return f"{name} {there} there, {now} now" if there != now else f"{name} {now}, which has changed since"
 
 
-def parse_shard(text: str) -> tuple[int, int]:
-    """Index, from 1, and count of a shard such as "3/20". Raises InputError."""
-    found = re.fullmatch(r"(\d+)/(\d+)", text)
+def shard_of(spec: BenchSpec, shard: str) -> BenchSpec:
+    """A shard such as "3/20": every 20th trial, beginning with the third. Raises InputError if there are none."""
+    found = re.fullmatch(r"(\d+)/(\d+)", shard)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        raise InputError(f"--shard takes I/N with I from 1 to N, e.g. 3/20, not '{text}'.")
-    return int(found[1]), int(found[2])
-
-
-def shard_of(spec: BenchSpec, index: int, count: int) -> BenchSpec:
-    """Every `count`-th trial, beginning with number `index`, from 1. Raises InputError if there are none."""
-    trials = spec.trials[index - 1 :: count]
+        raise InputError(f"--shard takes I/N with I from 1 to N, e.g. 3/20, not '{shard}'.")
+    trials = spec.trials[int(found[1]) - 1 :: int(found[2])]
     if not trials:
-        raise InputError(
-            f"--shard {index}/{count} holds none of the {len(spec.trials)} trials: take fewer shards."
-        )
+        raise InputError(f"--shard {shard} holds none of the {len(spec.trials)} trials: take fewer shards.")
     return replace(spec, trials=trials)
 
 

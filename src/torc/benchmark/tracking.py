@@ -8,15 +8,10 @@ from torc.errors import InputError
 
 
 def track(report: Report, where: str) -> None:
-    """Log each planner's measures, and the report's page.
+    """Log each planner's measures, and the report's page, to `where`: mlflow:EXPERIMENT or wandb:PROJECT.
 
-    Args:
-        report: as `write_report` gave it.
-        where: mlflow:EXPERIMENT or wandb:PROJECT. The trackers' own environment variables say where that is
-            (MLFLOW_TRACKING_URI; WANDB_API_KEY, WANDB_MODE).
-
-    Raises:
-        InputError: another tracker, no name, or its library is not installed.
+    The trackers' own environment variables say where that is (MLFLOW_TRACKING_URI; WANDB_API_KEY, WANDB_MODE).
+    Raises InputError: another tracker, no name, or its library is not installed.
     """
     tracker, _, name = where.partition(":")
     if tracker not in ("mlflow", "wandb") or not name:
@@ -28,7 +23,13 @@ def track(report: Report, where: str) -> None:
     if tracker == "mlflow":
         library.set_experiment(name)
     for standing in report.summary["ranking"]:
-        planner, metrics = standing["planner"], _metrics(standing)
+        planner = standing["planner"]
+        metrics = {
+            name.replace(",", "") + suffix: measure[key]  # MLflow wants no commas in names
+            for name, measure in standing["measures"].items()
+            for key, suffix in (("value", ""), ("low", " low"), ("high", " high"))
+            if measure[key] is not None
+        }
         facts = {key: value for key, value in standing.items() if key != "measures"}
         if tracker == "mlflow":
             with library.start_run(run_name=planner):
@@ -40,13 +41,3 @@ def track(report: Report, where: str) -> None:
             run.log(metrics)
             run.save(str(report.page), base_path=str(report.directory), policy="now")
             run.finish()
-
-
-def _metrics(standing: dict[str, Any]) -> dict[str, float]:
-    """Value and interval of every measure. MLflow wants no commas in names."""
-    return {
-        name.replace(",", "") + suffix: measure[key]
-        for name, measure in standing["measures"].items()
-        for key, suffix in (("value", ""), ("low", " low"), ("high", " high"))
-        if measure[key] is not None
-    }

@@ -34,12 +34,8 @@ STATUS_WORDS: Mapping[GraspStatus, str] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Grasp:
-    """A grasp that can be tried now; its frame is GRASP_FRAME's.
-
-    Attributes:
-        T_world_tcp: pose of the grasp in the frame's world, metres.
-        width_m: distance between the pads when they touch the object.
-        p: probability that the object is delivered to the bin.
+    """A grasp that can be tried now: its pose as GRASP_FRAME says, the distance between the pads when they touch the
+    object, and the probability that the object is delivered to the bin.
     """
 
     T_world_tcp: Float[np.ndarray, "4 4"]

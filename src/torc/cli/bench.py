@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,7 +20,7 @@ from torc.errors import InputError
 from torc.specs.conditions import Conditions
 
 if TYPE_CHECKING:
-    from torc.benchmark.local_pool import Backend, PoolConfig
+    from torc.benchmark.local_pool import Backend
     from torc.benchmark.spec import BenchPlanner, BenchSpec, PlannedTrial
     from torc.benchmark.store import Store
     from torc.problems.problem import Problem
@@ -64,11 +65,11 @@ class BenchCommand:
     problems: Annotated[str, tyro.conf.arg(metavar="SET")] = "torc40"
     """Sets, problems, problem files or directories of them, comma-separated (`torc problems list`)."""
     planners: Annotated[str, tyro.conf.arg(metavar="A,B,...")] = "random,dg-select"
-    """Task planners, comma-separated, as for `torc run --planner`. One that asks a model may name its own behind it
-    (vlm-select:gemini:MODEL, vlm-fixes-dg:simulated:0.9), so that several models meet; else --vlm is asked."""
+    """Task planners, comma-separated, as for `torc run --planner`. One that asks a model may name its own behind it, as
+    in vlm-select:gemini:MODEL or vlm-fixes-dg:simulated:0.9, so that several models meet; else --vlm is asked."""
     sweep: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="NAME=A,B,...")] = ()
-    """Play everything under each of these conditions, which then stand side by side in the report: a stage
-    (perception=labels,my_module:Mine) or a setting (occlusion.smooth_px=0,3). May be given several times."""
+    """Play everything under each of these conditions, which then stand side by side in the report: a stage, as in
+    perception=labels,my_module:Mine, or a setting, as in occlusion.smooth_px=0,3. May be given several times."""
     repeats: int = 10
     """Trials of each planner on each problem: seeds 0 to N-1. All planners get the same seeds."""
     workers: int = 0
@@ -85,7 +86,7 @@ class BenchCommand:
     """Seconds after which a trial is ended and counts as errored."""
     memory: float = 8.0
     """Bound on the memory of a worker, GiB of address space (Linux); 0 for none."""
-    own_planners: tuple[tuple[str, dict[str, Any]], ...] = ()
+    own_planners: Annotated[tuple[tuple[str, dict[str, Any]], ...], tyro.conf.Suppress, tyro.conf.Fixed] = ()
     """Planners of an experiment file that have settings: by name, in place of --planners."""
     dry_run: bool = False
     """Only say what would be played."""
@@ -98,8 +99,12 @@ class BenchCommand:
         """What an experiment file among the arguments sets, and the other arguments. Raises InputError."""
         from torc.cli.experiments import read_experiment
 
-        files = [a for a in arguments[:1] if a.endswith((".yaml", ".yml"))]
-        return (read_experiment(Path(files[0])) if files else {}), list(arguments[len(files) :])
+        if not arguments or not arguments[0].endswith((".yaml", ".yml")):
+            return {}, list(arguments)
+        given = read_experiment(Path(arguments[0]))
+        conditions = given["conditions"]
+        settings = (f"--{name}={json.dumps(value)}" for name, value in conditions.settings.items())
+        return given | {"conditions": replace(conditions, settings={})}, [*settings, *arguments[1:]]
 
     def run(self) -> int:
         """Play; returns the exit code."""
@@ -132,12 +137,11 @@ class BenchCommand:
         """What the options ask for, and the problems by name."""
         import torc
         from torc.benchmark.preflight import find_around, find_problems, under_variants
-        from torc.benchmark.spec import make_spec, parse_shard, shard_of
-        from torc.problems.made_for import robot_hint
+        from torc.benchmark.spec import make_spec, shard_of
+        from torc.problems.problem import robot_hint
         from torc.robots.loading import load_robot
         from torc.specs.variants import variants
 
-        shard = parse_shard(self.shard) if self.shard else (1, 1)
         problems, robot = find_problems(self.problems), load_robot(self.conditions.robot)
         hints = Counter(robot_hint(problem, robot.name, robot.source) for problem in problems.values())
         for hint in filter(None, hints):
@@ -145,7 +149,8 @@ class BenchCommand:
         around = find_around(self.conditions)
         planners = under_variants(self._planners(), self.conditions, variants(self.sweep))
         spec = make_spec(tuple(problems), planners, range(self.repeats), around, torc.__version__)
-        return shard_of(spec, *shard), {problem.name: problem for problem in problems.values()}
+        shard = spec if self.shard is None else shard_of(spec, self.shard)
+        return shard, {problem.name: problem for problem in problems.values()}
 
     def _planners(self) -> list[BenchPlanner]:
         """What --planners names, each with its own VLM or that of --vlm."""
@@ -183,7 +188,7 @@ class BenchCommand:
         if todo and not kernel_cache()[1]:
             tell(MESSAGE)
         completed: list[bool] = []
-        with self._players(spec, problems, todo) as (backend, facts), shown(todo) as show:
+        with self._backend(spec, problems, todo) as (backend, facts), shown(todo) as show:
             begin_call(store.root, **facts, **({"shard": self.shard} if self.shard else {}))
 
             def listen(trial: PlannedTrial, result: dict[str, Any]) -> None:
@@ -204,33 +209,23 @@ class BenchCommand:
         return 1 if errored else 0
 
     @contextmanager
-    def _players(
+    def _backend(
         self, spec: BenchSpec, problems: Mapping[str, Problem], todo: int
     ) -> Iterator[tuple[Backend, dict[str, Any]]]:
-        """Who plays, and what the manifest says of them."""
+        """What plays the trials, and what the manifest says of it."""
+        from torc.benchmark.local_pool import LocalPool, PoolConfig
+
+        limits = PoolConfig(self.workers, self.timeout, int(self.memory * 2**30) if self.memory else None)
         if self.ray is None or not todo:
-            yield self._backend(), {"workers": self._workers}
+            workers = self.workers or os.cpu_count() or 1
+            yield LocalPool(replace(limits, workers=workers)), {"workers": workers}
             return
         from torc.benchmark.ray_pool import ray_pool
 
-        with ray_pool(self.ray, self._limits(self.workers), spec, problems) as pool:
+        with ray_pool(self.ray, limits, spec, problems) as pool:
             facts = pool.facts()
             tell(f"Ray: {facts['cpus']} CPUs on {len(facts['machines'])} machine(s).")
             yield pool, {"workers": self.workers or facts["cpus"], "ray": facts}
-
-    def _backend(self) -> Backend:
-        from torc.benchmark.local_pool import LocalPool
-
-        return LocalPool(self._limits(self._workers))
-
-    @property
-    def _workers(self) -> int:
-        return self.workers or os.cpu_count() or 1
-
-    def _limits(self, workers: int) -> PoolConfig:
-        from torc.benchmark.local_pool import PoolConfig
-
-        return PoolConfig(workers, self.timeout, int(self.memory * 2**30) if self.memory else None)
 
     def _sum_up(self, store: Store, spec: BenchSpec, played: int, errored: int) -> None:
         """What there is now, and what to do next."""

@@ -1,24 +1,25 @@
 """Commands by name: a table of names, found before anything of the command itself is parsed or imported."""
 
-import ast
 import inspect
+import re
 import shutil
 import sys
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, is_dataclass
-from itertools import groupby, pairwise
-from typing import Annotated, Any, Protocol, cast
+from dataclasses import MISSING, dataclass, fields, replace
+from itertools import groupby
+from typing import Any, Protocol, cast
 
 import tyro
 
-from torc.cli.settings_flags import split_settings, with_settings
 from torc.errors import InputError, UnknownNameError
+from torc.specs.conditions import PipelineSpec
+from torc.specs.settings import under
+from torc.specs.variants import plain_value
 
 _HELP = ("-h", "--help")
 _CONFIG = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
-_NOT_FLAGS = ("settings", "planner_settings", "own_planners")
-"""Fields of commands that are no options: they come from --STAGE.SETTING or an experiment file."""
+_SETTING = re.compile(r"--([a-z]+)\.([A-Za-z][\w.-]*)(?:=(.*))?", re.DOTALL)
 _WIDEST = 100
 
 
@@ -32,12 +33,8 @@ class Runnable(Protocol):
 
 @dataclass(frozen=True)
 class Group:
-    """Several commands under one name.
-
-    Attributes:
-        about: what they have in common; stands above their list.
-        commands: name -> what it does in a line, and the command's class or a further group.
-        more: stands below the list.
+    """Several commands under one name: a line and a class or further group for each; `about` stands above their list,
+    `more` below it.
     """
 
     about: str
@@ -70,17 +67,16 @@ def parse_command(command: "type[Any] | Group", prog: str, arguments: Sequence[s
         return parse_command(command.commands[name][1], f"{prog} {name}", rest)
     if any(a in _HELP for a in arguments):
         print(filled(inspect.cleandoc(command.__doc__ or "")))
-    plain, settings = split_settings(arguments)
     default = {}
     if hasattr(command, "prepared"):
-        given, plain = command.prepared(plain)
+        given, arguments = command.prepared(arguments)
         required = (f.name for f in fields(command) if f.default is MISSING and f.default_factory is MISSING)
         default = {"default": command(**dict.fromkeys(required, tyro.MISSING), **given)}
-    _present(command)
+    plain, settings = _split_settings(arguments)
     parsed = tyro.cli(command, prog=prog, description="", args=plain, config=_CONFIG, **default)
     if getattr(parsed, "seed", 0) < 0:
         raise InputError("--seed must be at least 0.")
-    return cast(Runnable, with_settings(parsed, settings))
+    return cast(Runnable, _with_settings(parsed, settings))
 
 
 def filled(text: str) -> str:
@@ -96,29 +92,37 @@ def filled(text: str) -> str:
     return "\n".join(lines)
 
 
-def _present(command: type[Any]) -> None:
-    """Gives tyro the docstrings of the fields as their help, and hides what is no flag.
+def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
+    """The other arguments, and the settings by dotted path. Raises InputError for one without a value."""
+    rest, settings = [], {}
+    waiting = iter(arguments)
+    for argument in waiting:
+        found = _SETTING.fullmatch(argument)
+        if found is None:
+            rest.append(argument)
+            continue
+        stage, path, text = found.groups()
+        text = next(waiting, None) if text is None else text
+        if text is None:
+            raise InputError(f"{argument} needs a value.")
+        settings[f"{stage}.{path.replace('-', '_')}"] = plain_value(text)
+    return rest, settings
 
-    tyro would take those docstrings itself, but keep their line breaks, and tell defaults that say nothing ("None").
-    """
-    docs = {name: doc for cls in reversed(command.__mro__[:-1]) for name, doc in _field_docs(cls).items()}
-    for field in fields(command):
-        if isinstance(field.default_factory, type) and is_dataclass(field.default_factory):
-            _present(field.default_factory)
-        elif field.name in _NOT_FLAGS:
-            command.__annotations__[field.name] = Annotated[Any, tyro.conf.Suppress, tyro.conf.Fixed]
-        else:
-            empty = field.default is None or field.default is False or field.default in ("", ())
-            help_ = tyro.conf.arg(help=docs.get(field.name), help_behavior_hint="" if empty else None)
-            command.__annotations__[field.name] = Annotated[field.type, help_]
 
-
-def _field_docs(command: type[Any]) -> dict[str, str]:
-    """What stands as a docstring behind each field of a class."""
-    tree: Any = ast.parse(textwrap.dedent(inspect.getsource(command)))
-    docs = {}
-    for pair in pairwise(tree.body[0].body):
-        match pair:
-            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
-                docs[name] = " ".join(text.split())
-    return docs
+def _with_settings(command: Any, settings: Mapping[str, Any]) -> Any:
+    """A command with these settings in its conditions. Raises InputError for settings that it does not take."""
+    if of_planner := under(settings, "planner"):
+        if not hasattr(command, "planner_settings"):
+            raise InputError(
+                "This command takes no settings of a planner; `torc run` and experiment files do."
+            )
+        command = replace(command, planner_settings=of_planner)
+    if of_stages := {k: v for k, v in settings.items() if not k.startswith("planner.")}:
+        taking = [f.name for f in fields(command) if isinstance(getattr(command, f.name), PipelineSpec)]
+        if not taking:
+            raise InputError(
+                f"This command takes no settings of stages: leave out --{next(iter(of_stages))}."
+            )
+        spec = getattr(command, taking[0])
+        command = replace(command, **{taking[0]: replace(spec, settings={**spec.settings, **of_stages})})
+    return command

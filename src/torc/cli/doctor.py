@@ -1,13 +1,13 @@
 """`torc doctor`: what is missing on this machine, and how to get it."""
 
 import importlib
-import importlib.util
 import os
 import platform
 import shutil
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -17,14 +17,8 @@ import torc
 from torc.cli.printing import print_json
 from torc.errors import extra_remedy
 
-_LIBRARIES = {
-    "numpy": "numpy",
-    "numba": "numba",
-    "mujoco": "mujoco-core",
-    "cv2": "opencv-python-headless",
-    "av": "av",
-}
-"""Module -> the package it comes with."""
+_LIBRARIES = {"cv2": "opencv-python-headless", "mujoco": "mujoco-core"}
+"""Module -> the package it comes with, where they differ."""
 _EXTRAS = {
     "import": ("coacd", "importing meshes"),
     "web": ("starlette", "the page of torc human and torc view"),
@@ -45,7 +39,7 @@ class Check:
     ok: bool
     detail: str
     remedy: str = ""
-    required: bool = True
+    required: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,7 +56,7 @@ class DoctorCommand:
             if not self.json:
                 mark = "ok  " if check.ok else ("MISS" if check.required else "note")
                 print(f"{mark}  {check.name}: {check.detail}", flush=True)
-                if not check.ok and check.remedy:
+                if not check.ok:
                     print(f"      -> {check.remedy}", flush=True)
         if self.json:
             print_json([asdict(check) for check in checks])
@@ -73,8 +67,15 @@ def _checks() -> Iterator[Check]:
     """All findings, each as it is found, since some take seconds."""
     yield Check("torc", True, f"{torc.__version__}, in {Path(torc.__file__).parent}")
     good = (3, 11) <= sys.version_info < (3, 14)
-    yield Check("Python", good, platform.python_version(), "Install Python 3.11, 3.12 or 3.13.")
-    yield _libraries()
+    yield Check(
+        "Python", good, platform.python_version(), "Install Python 3.11, 3.12 or 3.13.", required=True
+    )
+    for module in ("numpy", "numba", "mujoco", "cv2", "av"):
+        try:
+            importlib.import_module(module)  # an installed one may still miss a system library of its own
+        except (ImportError, OSError) as error:
+            package = _LIBRARIES.get(module, module)
+            yield Check("library", False, f"{module}: {error}", f"pip install {package}", required=True)
     from torc.pipeline.warm_up import MESSAGE, kernel_cache
     from torc.sim.gl import gl_backend
 
@@ -82,36 +83,15 @@ def _checks() -> Iterator[Check]:
     drawn = backend in ("egl", "osmesa", "glfw")
     how = f"OpenGL through {backend}" if drawn else "no OpenGL: slower, plainer pictures, by casting rays"
     remedy = "apt-get install libegl1 libopengl0 libgl1-mesa-dri   (or libosmesa6 alone)"
-    yield Check("rendering", drawn, how, remedy, required=False)
+    yield Check("rendering", drawn, how, remedy)
     yield Check("cores", True, f"{os.cpu_count()}")
     path, compiled = kernel_cache()
     detail = "compiled and cached" if compiled else "not compiled yet"
-    yield Check("kernels", compiled, detail, f"Nothing to do; the first run says: {MESSAGE}", required=False)
+    yield Check("kernels", compiled, detail, f"Nothing to do; the first run says: {MESSAGE}")
     probe = next(p for p in (path, *path.parents) if p.exists())
     remedy = f"Make '{probe}' writable or set NUMBA_CACHE_DIR."
-    yield Check("cache", os.access(probe, os.W_OK), str(path), remedy, required=False)
+    yield Check("cache", os.access(probe, os.W_OK), str(path), remedy)
     for extra, (module, use) in _EXTRAS.items():
-        yield Check(f"extra '{extra}'", _installed(module), f"for {use}", extra_remedy(extra), required=False)
+        yield Check(f"extra '{extra}'", find_spec(module) is not None, f"for {use}", extra_remedy(extra))
     free_gb = shutil.disk_usage(".").free / 1e9
-    yield Check("disk", free_gb > 1, f"{free_gb:.0f} GB free here", "Free some space.", required=False)
-
-
-def _libraries() -> Check:
-    """Each library is imported: an installed one may still miss a system library of its own."""
-    faults, remedies = [], []
-    for module, package in _LIBRARIES.items():
-        try:
-            importlib.import_module(module)
-        except (ImportError, OSError) as error:
-            faults.append(f"{module}: {error}")
-            remedies.append(f"pip install {package}")
-    detail = "; ".join(faults) if faults else f"all {len(_LIBRARIES)} can be loaded"
-    return Check("libraries", not faults, detail, "   and   ".join(remedies))
-
-
-def _installed(module: str) -> bool:
-    """Whether a module can be found; it is not imported, only the package that it may lie in."""
-    try:
-        return importlib.util.find_spec(module) is not None
-    except ModuleNotFoundError:
-        return False
+    yield Check("disk", free_gb > 1, f"{free_gb:.0f} GB free here", "Free some space.")

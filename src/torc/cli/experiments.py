@@ -5,7 +5,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from torc.errors import InputError
 from torc.files.strict_yaml import explain_faults, parse_plain_yaml
@@ -15,21 +15,17 @@ _MAX_BYTES = 100_000
 _REMEDY = "docs/benchmarking.md shows one."
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class _Planner(_Strict):
+class _Planner(BaseModel, extra="forbid"):
     name: str
     settings: dict[str, Any] = {}
 
 
-class _Experiment(_Strict):
+class _Experiment(BaseModel, extra="forbid"):
     """The whole file."""
 
-    problems: str | list[str] | None = None
-    planners: list[str | _Planner] | None = None
-    repeats: int | None = Field(default=None, ge=1)
+    problems: str | list[str] = []
+    planners: list[str | _Planner] = []
+    repeats: int = Field(default=0, ge=1)
     sweep: dict[str, list[Any]] = {}
     conditions: dict[str, Any] = {}
 
@@ -43,19 +39,16 @@ def read_experiment(path: Path) -> dict[str, Any]:
     except ValidationError as error:
         raise InputError(f"{path} is not a valid experiment. {_REMEDY}\n{explain_faults(error)}") from None
     known = {f.name for f in fields(Conditions)}
-    unknown = sorted(set(found.conditions) - known)
-    if unknown:
+    if unknown := sorted(found.conditions.keys() - known):
         raise InputError(f"{path}: conditions.{unknown[0]} is none; there are {', '.join(sorted(known))}.")
-    told: dict[str, Any] = {"conditions": Conditions(**found.conditions)}
-    if found.problems is not None:
-        told["problems"] = found.problems if isinstance(found.problems, str) else ",".join(found.problems)
-    if found.planners is not None:
-        named = [_Planner(name=p) if isinstance(p, str) else p for p in found.planners]
-        told["own_planners"] = tuple((p.name, p.settings) for p in named)
-    if found.repeats is not None:
-        told["repeats"] = found.repeats
-    told["sweep"] = tuple(
-        f"{name}={','.join(v if isinstance(v, str) else json.dumps(v) for v in values)}"
-        for name, values in found.sweep.items()
-    )
-    return told
+    named = [_Planner(name=p) if isinstance(p, str) else p for p in found.planners]
+    told = {
+        "problems": found.problems if isinstance(found.problems, str) else ",".join(found.problems),
+        "own_planners": tuple((p.name, p.settings) for p in named),
+        "repeats": found.repeats,
+        "sweep": tuple(
+            f"{name}={','.join(v if isinstance(v, str) else json.dumps(v) for v in values)}"
+            for name, values in found.sweep.items()
+        ),
+    }
+    return {k: v for k, v in told.items() if v} | {"conditions": Conditions(**found.conditions)}

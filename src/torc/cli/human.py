@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from torc.cli.printing import split_names
-from torc.cli.web_page import check_web_libraries, served_page
-from torc.episode.viewer_links import VIEWER_PORT
+from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.specs.conditions import Conditions
 
 if TYPE_CHECKING:
@@ -46,12 +45,7 @@ class HumanCommand:
     outside_view: bool = False
     """Show the robot from outside while it works. You then see more than planners do, so that these trials stand apart
     in reports, as references, and are not ranked."""
-    host: str = "127.0.0.1"
-    """Where to listen. Anything but this machine's own addresses makes a token that the browser needs."""
-    port: int = VIEWER_PORT
-    """0 for any free one."""
-    open: bool = False
-    """Open the browser."""
+    page: PageOptions = field(default_factory=PageOptions)
     conditions: Conditions = field(default_factory=Conditions)
 
     def run(self) -> int:
@@ -86,7 +80,7 @@ class HumanCommand:
             )
         session, board = Session(), FrameBoard() if self.outside_view else None
         try:
-            with served_page(Site(Shelf(self.out), queue, session, board), self.host, self.port, self.open):
+            with served_page(Site(Shelf(self.out), queue, session, board), self.page):
                 queue.play(session, lambda spec, out: self._play(spec, out, session, board))
                 print("Everything is complete. The page stays until Ctrl-C.", flush=True)
                 threading.Event().wait()

@@ -61,7 +61,7 @@ class ImportCommand:
         """Import the meshes; returns the exit code."""
         from torc.errors import PhysicsError
         from torc.objects.importing.storing import check_library
-        from torc.objects.store import store_directories
+        from torc.objects.library import store_directories
 
         meshes, left_out = self._meshes()
         check_library(self.library)  # a mesh may take minutes

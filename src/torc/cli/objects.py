@@ -25,7 +25,7 @@ class ListCommand:
 
     def run(self) -> int:
         """Print a line per object."""
-        from torc.objects.grasp_facts import graspable
+        from torc.objects.library import graspable
 
         found = known_objects()
         kinds = sorted({facts.kind for facts in found})
@@ -35,8 +35,9 @@ class ListCommand:
         if self.json:
             names = ("name", "kind", "description", "mass_kg")
             rows = [{key: getattr(f, key) for key in names} for f in found]
-            more = [{"graspable": graspable(f.name), "own": not f.builtin} for f in found]
-            print_json([row | facts for row, facts in zip(rows, more)])
+            print_json(
+                [r | {"graspable": graspable(f.name), "own": not f.builtin} for r, f in zip(rows, found)]
+            )
             return 0
         width = max((len(f.name) for f in found), default=0)
         for f in found:
@@ -109,9 +110,7 @@ OBJECTS = Group(
 
 def _facts(name: str) -> dict[str, Any]:
     from torc.objects.files import load_source
-    from torc.objects.grasp_facts import graspable
-    from torc.objects.library import load_object, object_facts
-    from torc.objects.store import find_stored
+    from torc.objects.library import find_stored, graspable, load_object, object_facts
 
     model, own = load_object(name), not object_facts(name).builtin
     plain = {

@@ -16,7 +16,7 @@ from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE
 
 if TYPE_CHECKING:
-    from torc.generation.batch import Job
+    from torc.generation.generator import Job
     from torc.robots.description import RobotDescription
 
 
@@ -76,9 +76,14 @@ class GenerateCommand:
 
     def run(self) -> int:
         """Generate, save and sum up; returns the exit code."""
-        from torc.generation.batch import Job, generate_batch, inspector_for
-        from torc.generation.generator import GeneratedProblem
-        from torc.generation.rejections import Reason
+        from torc.generation.config import Reason
+        from torc.generation.generator import (
+            GeneratedProblem,
+            Job,
+            generate_batch,
+            inspector_for,
+            problem_name,
+        )
         from torc.pipeline.warm_up import announced_compilation
         from torc.problems.problem import save_problem
         from torc.specs.conditions import Conditions
@@ -86,9 +91,9 @@ class GenerateCommand:
         conditions = Conditions(robot=self.robot, workspace=self.workspace)
         robot = inspector_for(self.robot, self.workspace).robot  # an unknown one is refused before any work
         say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
-        jobs = {job: self._path(job) for job in self._jobs()}
+        jobs = {job: self.out / f"{problem_name(job.config, job.seed)}.yaml" for job in self._jobs()}
         self.out.mkdir(parents=True, exist_ok=True)
-        there = [job for job in jobs if self._is_there(job, robot)]
+        there = [job for job, path in jobs.items() if self._is_there(job, path, robot)]
         if there:
             say(f"{len(there)} of {len(jobs)} are in {self.out} already.")
         left = [job for job in jobs if job not in there]
@@ -124,16 +129,14 @@ class GenerateCommand:
         print(f"\n{len(made)} of {len(left)} made{beside}, {scenes} scenes tried")
         for reason, n in rejections.most_common():
             print(f"  {n:>4} rejected: {reason}")
-        if failed and rejections.most_common(1)[0][0] == Reason.DOES_NOT_FIT:
-            print("So many objects seldom fit side by side: ask for fewer --objects (8-20 are typical).")
-        elif failed:
-            print("Ask for more --attempts, another --hidden, or other --objects.")
+        if failed:
+            print("Ask for fewer --objects (8-20 are typical), more --attempts or another --hidden.")
         return 1 if failed else 0
 
     def _jobs(self) -> list["Job"]:
-        from torc.generation.batch import Job
-        from torc.generation.choice import allowed_models
         from torc.generation.config import GenerationConfig
+        from torc.generation.generator import Job
+        from torc.generation.sampling import allowed_models
         from torc.problems.schema import Category
 
         if self.count < 1 or self.workers < 1:
@@ -162,17 +165,11 @@ class GenerateCommand:
         seeds = range(self.seed, self.seed + self.count)
         return [Job(configs[seed % len(configs)], seed) for seed in seeds]
 
-    def _path(self, job: "Job") -> Path:
-        from torc.generation.generator import problem_name
-
-        return self.out / f"{problem_name(job.config, job.seed)}.yaml"
-
-    def _is_there(self, job: "Job", robot: "RobotDescription") -> bool:
+    def _is_there(self, job: "Job", path: Path, robot: "RobotDescription") -> bool:
         """Whether the problem of this job has a file. Raises InputError where the file is another one's."""
         from torc.generation.generator import is_made_from
         from torc.problems.problem import load_problem
 
-        path = self._path(job)
         if self.overwrite or not path.exists():
             return False
         if not is_made_from(load_problem(str(path)), job.config, job.seed, robot):

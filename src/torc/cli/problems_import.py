@@ -69,7 +69,7 @@ class ImportCommand:
 
     def run(self) -> int:
         """Import; returns the exit code."""
-        from torc.generation.batch import inspector_for
+        from torc.generation.generator import inspector_for
         from torc.generation.graspclutter6d.making import ImportRequest, run_import
         from torc.generation.graspclutter6d.placing import ImportConfig
 
@@ -91,7 +91,15 @@ class ImportCommand:
             print_json(rows)
         else:
             for row in rows:
-                print(_line(row))
+                where = f"scene {row['scene']}" + (f", {row['target']}" if row["target"] else "")
+                if row["there"]:
+                    print(f"there  {where}: {row['file']}")
+                elif row["file"]:
+                    print(
+                        f"made   {where}: {row['description']}, {row['category']}, {row['objects']} objects"
+                    )
+                else:
+                    print(f"failed {where}: {row['reason']}")
             print(f"\n{len(done)} of {len(rows)} problems are in {self.out}.")
             if done:
                 print(f"Play one: torc run {shlex.quote(done[0])}")
@@ -106,12 +114,3 @@ def _row(attempt: "Attempt") -> dict[str, Any]:
         facts = {"target": problem.target, "category": problem.category, "description": problem.description}
         row |= {**facts, "objects": len(problem.objects)}
     return row
-
-
-def _line(row: dict[str, Any]) -> str:
-    where = f"scene {row['scene']}" + (f", {row['target']}" if row["target"] else "")
-    if row["there"]:
-        return f"there  {where}: {row['file']}"
-    if row["file"]:
-        return f"made   {where}: {row['description']}, {row['category']}, {row['objects']} objects"
-    return f"failed {where}: {row['reason']}"

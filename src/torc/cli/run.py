@@ -10,7 +10,7 @@ import tyro
 
 from torc.cli.printing import print_json
 from torc.cli.vlm_options import VlmOptions
-from torc.cli.web_page import check_web_libraries, served_page
+from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.episode.viewer_links import trial_key
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
@@ -29,7 +29,7 @@ class RunCommand:
     planner: str = "dg-select"
     """Task planner: dg-select, random, oracle (tries picks out in the simulation), vlm-select, vlm-grasps,
     vlm-fixes-dg (these three ask the model --vlm), or your own as module:Class or path/to/file.py:Class."""
-    planner_settings: Settings = field(default_factory=dict)
+    planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)
     """Settings of the task planner by dotted path: --planner.SETTING VALUE."""
     seed: int = 0
     """Decides all random draws: same problem, planner and seed, same trial."""
@@ -62,7 +62,7 @@ class RunCommand:
         from torc.web.shelf import Shelf
 
         shelf = Shelf(out.parent, only=out.name)
-        with served_page(Site(shelf, shelf), "127.0.0.1", 0, key=trial_key(out.name)):
+        with served_page(Site(shelf, shelf), PageOptions(port=0), trial_key(out.name)):
             code = self._play(spec, out)
             with suppress(KeyboardInterrupt):
                 threading.Event().wait()

@@ -1,12 +1,11 @@
 """`torc view`: recorded trials in a local page."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import tyro
 
-from torc.cli.web_page import check_web_libraries, served_page
-from torc.episode.viewer_links import VIEWER_PORT
+from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 
 
 @dataclass(frozen=True)
@@ -18,12 +17,7 @@ class ViewCommand:
 
     directory: tyro.conf.Positional[Path]
     """A trial (`torc run --out DIR`), or a directory with trials anywhere in it."""
-    host: str = "127.0.0.1"
-    """Where to listen. Anything but this machine's own addresses makes a token that the browser needs."""
-    port: int = VIEWER_PORT
-    """0 for any free one."""
-    open: bool = False
-    """Open the browser."""
+    page: PageOptions = field(default_factory=PageOptions)
 
     def run(self) -> int:
         """Serve until Ctrl-C."""
@@ -35,7 +29,7 @@ class ViewCommand:
 
         shelf = open_shelf(self.directory)
         try:
-            with served_page(Site(shelf, shelf), self.host, self.port, self.open):
+            with served_page(Site(shelf, shelf), self.page):
                 threading.Event().wait()
         except KeyboardInterrupt:
             print()

@@ -25,10 +25,9 @@ class VlmOptions:
 
     vlm: Annotated[str | None, tyro.conf.arg(metavar="MODEL")] = None
     """gemini:MODEL, anthropic:MODEL, openai:MODEL, or openai:MODEL@URL for vLLM, Ollama, llama-server, LM Studio
-    (e.g. openai:qwen2.5-vl@http://localhost:8000/v1). simulated, or simulated:PROFILE (hopeless, poor, paper, good,
-    perfect, or an accuracy such as 0.8): no model, but the simulator's truth with mistakes; for simulated trials, no
-    participant in comparisons. module:Class or path/to/file.py:Class: a client of your
-    own."""
+    (e.g. openai:qwen2.5-vl@http://localhost:8000/v1). simulated, or simulated:PROFILE (hopeless, poor, paper,
+    good, perfect, or an accuracy such as 0.8): no model, but the simulator's truth with mistakes; for simulated trials,
+    no participant in comparisons. module:Class or path/to/file.py:Class: a client of your own."""
     vlm_temperature: float | None = None
     """Sampling temperature; the model's own if not given."""
     vlm_thinking: str | None = None

@@ -3,14 +3,28 @@
 import webbrowser
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from torc.cli.printing import tell
+from torc.episode.viewer_links import VIEWER_PORT
 from torc.errors import MissingDependencyError, extra_remedy
 
 if TYPE_CHECKING:
     from torc.web.app import Site
+
+
+@dataclass(frozen=True)
+class PageOptions:
+    """Where the page is served."""
+
+    host: str = "127.0.0.1"
+    """Where to listen. Anything but this machine's own addresses makes a token that the browser needs."""
+    port: int = VIEWER_PORT
+    """0 for any free one."""
+    open: bool = False
+    """Open the browser."""
 
 
 def check_web_libraries() -> None:
@@ -20,9 +34,7 @@ def check_web_libraries() -> None:
 
 
 @contextmanager
-def served_page(
-    site: "Site", host: str, port: int, open_browser: bool = False, key: str = ""
-) -> Iterator[None]:
+def served_page(site: "Site", options: PageOptions, key: str = "") -> Iterator[None]:
     """Serve the page during the block, and say where; it shows the trial of that key.
 
     Raises InputError where host or port cannot be used.
@@ -30,14 +42,14 @@ def served_page(
     from torc.web.access import token_for
     from torc.web.serving import address, listen, serving
 
-    token = token_for(host)
-    with serving(site, listen(host, port), token) as real_port:
-        where = address(host, real_port, token) + (f"#{key}" if key else "")
+    host, token = options.host, token_for(options.host)
+    with serving(site, listen(host, options.port), token) as port:
+        where = address(host, port, token) + (f"#{key}" if key else "")
         tell(f"Open {where}\nCtrl-C ends it.")
         if token:
             tell(
                 "Whoever has that address can use the page. It is not encrypted: use it in a network that you trust."
             )
-        if open_browser:
+        if options.open:
             webbrowser.open(where)
         yield

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, UInt64
 
-from torc.collision.edges import edges_batch
-from torc.collision.kernels import contacts_batch
+from torc.collision.kernels import contacts_batch, edges_batch
 from torc.collision.obstacles import SELF, STATIC, WorldArrays, clear_touched
 from torc.collision.placement import RobotArrays, joint_reach, place_spheres, scratch_for
 from torc.collision.world import CollisionWorld

@@ -14,7 +14,7 @@ from pydantic import Field, FiniteFloat, NonNegativeInt, TypeAdapter, Validation
 from torc.errors import InputError
 from torc.geometry.projection import project
 from torc.geometry.transforms import Pose
-from torc.occlusion.hidden_space import hidden_volumes_m3
+from torc.occlusion.volume import hidden_volumes_m3
 from torc.records import BACKGROUND, MAX_OBJECTS, GraspStatus, PlanningContext, VoxelGrid
 from torc.records.serialization import load_checked, to_plain
 from torc.task_planning.graph_building import build_dependency_graph
@@ -30,13 +30,9 @@ _IdText = Annotated[str, Field(pattern=r"^\d{1,2}$")]
 
 @dataclass(frozen=True)
 class ObjectView:
-    """What is known of one visible object.
-
-    Attributes:
-        statuses: GraspStatus name (lower case) -> how many of its grasps ended so; absent where none did.
-        blockers: object id (as text) -> how many of this object's grasps it blocks.
-        best_score: probability of the best valid grasp that it delivers, None without a valid one.
-        hidden_volume_m3: unseen volume that it hides.
+    """What is known of one visible object: how many of its grasps have each GraspStatus (name in lower case) and how
+    many each other object blocks (by id as text), zeros left out; the probability of its best valid grasp; the unseen
+    volume that it hides.
     """
 
     id: _Id
@@ -83,12 +79,8 @@ class GraspView:
 
 @dataclass(frozen=True)
 class PickView:
-    """One pick as the task planner sees it.
-
-    Attributes:
-        label_image: object id, BACKGROUND or ROBOT per pixel.
-        objects: by rising id.
-        graph: dependency graph by geometry, as DependencyGraph.to_dict makes it.
+    """One pick as the task planner sees it: objects by rising id; `graph` is the dependency graph by geometry, as
+    `DependencyGraph.to_dict` makes it.
     """
 
     label_image: Int8[np.ndarray, "h w"]
@@ -184,10 +176,8 @@ def _grasps(context: PlanningContext) -> GraspView:
 
 
 def load_view(path: Path) -> PickView:
-    """The view that `save_record` wrote, checked: it may come from a stranger.
-
-    Raises:
-        InputError: missing, damaged, too large, or with arrays that do not fit each other.
+    """The view that `save_record` wrote. Raises InputError if it is missing, damaged, too large, or its arrays do not
+    fit each other: it may come from a stranger.
     """
     view = load_checked(path, PickView, MAX_UNPACKED_BYTES, "view of a pick")
     grid, hider, hiders = view.unseen.grid, view.unseen.hider, view.unseen.hiders

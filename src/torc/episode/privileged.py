@@ -31,8 +31,8 @@ class SimulatedState:
 
     def same_as(self, other: "SimulatedState") -> bool:
         """Whether as many picks have led to the same world, bit for bit."""
-        same_world = np.array_equal(self.robot.world, other.robot.world)
-        return same_world and self.episode.outcomes == other.episode.outcomes
+        same_picks = self.episode.outcomes == other.episode.outcomes
+        return same_picks and np.array_equal(self.robot.world, other.robot.world)
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,7 @@ class Sandbox:
     def pick(self, state: SimulatedState, look: Look, object_id: int | None) -> SimulatedState:
         """The state after a pick, where `look` is the look before it; None lets the pick pass. Raises PhysicsError."""
         self._robot.restore(state.robot)
-        decision = Decision(object_id, "to see what comes of it")
-        episode = self._steps.attempt(state.episode, look, decision)
+        episode = self._steps.attempt(state.episode, look, Decision(object_id, "to see what comes of it"))
         return SimulatedState(self._robot.save(), episode)
 
     def look_without(self, state: SimulatedState, object_ids: Iterable[int]) -> Look:
@@ -124,7 +123,6 @@ class Privileged(Protocol):
 
     def attach(self, simulation: Simulation) -> None:
         """Take the trial's simulation; called once, before the first look."""
-        ...
 
 
 @contextmanager

@@ -26,11 +26,8 @@ class TrialRecorder:
     """Writes events, pictures and the result of one trial while it happens.
 
     Until `complete` the files stand in `<out>.partial`: after a crash or Ctrl-C that directory is readable. spec.json
-    is written at once. With `snapshots`, each one is also saved as a record (about 1 MB a pick).
-
-    Raises:
-        InputError: the directory exists (and not overwrite), is no trial, cannot be written, or another process is
-            writing it.
+    is written at once. With `snapshots`, each one is also saved as a record (about 1 MB a pick). Raises InputError if
+    the directory exists (and not overwrite), is no trial, cannot be written, or another process is writing it.
     """
 
     def __init__(
@@ -79,7 +76,7 @@ class TrialRecorder:
 
     def complete(self, result: dict[str, Any]) -> None:
         """Write result.json and the picture strip, then rename the directory to its final name."""
-        self._write_result(result)
+        self._write(result)
         backup = self.out.with_name(self.out.name + ".replaced")
         if self.out.exists():
             shutil.rmtree(backup, ignore_errors=True)
@@ -98,10 +95,10 @@ class TrialRecorder:
 
     def write_result(self, result: dict[str, Any]) -> None:
         """Write what there is, leaving the directory partial (an interrupted trial)."""
-        self._write_result(result)
+        self._write(result)
         self._log.close()
 
-    def _write_result(self, result: dict[str, Any]) -> None:
+    def _write(self, result: dict[str, Any]) -> None:
         if self.frames:
             write_png(self.partial / "strip.png", picture_strip(self.frames))
         write_json(self.partial / "result.json", result)

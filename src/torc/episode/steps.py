@@ -7,10 +7,9 @@ from torc.motion.asking import ask_motion_planner
 from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.perception.asking import ask_camera
 from torc.pipeline.failures import FailedGrasp
-from torc.pipeline.look import Look, Pipeline
+from torc.pipeline.look import Look, Pipeline, StageClock
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.state import EpisodeState
-from torc.pipeline.timing import StageClock
 from torc.pipeline.touch import touched_points
 from torc.records import Decision, GraspStatus, PickOutcome, PickPlan, PickResult, PlanFailure
 from torc.robots.description import RobotDescription
@@ -41,26 +40,19 @@ class Steps:
     """
 
     def __init__(
-        self,
-        parts: PickParts,
-        target_description: str,
-        config: EpisodeConfig,
-        listener: Listener = lambda event: None,
+        self, parts: PickParts, target: str, config: EpisodeConfig, listener: Listener = lambda event: None
     ) -> None:
-        """listener: told of every look, plan and execution."""
-        self.parts, self.config, self.target_description = parts, config, target_description
+        """target: its description; listener: told of every look, plan and execution."""
+        self.parts, self.config, self.target = parts, config, target
         self.clock, self._tell = StageClock(), listener
 
     def look(self, state: EpisodeState) -> Look:
         """What the robot sees now, and what follows from it."""
         with self.clock.stage("capture") as lap:
             observation = ask_camera(self.parts.robot)
+        left = self.config.max_picks - state.pick
         look = self.parts.pipeline.look(
-            observation,
-            state,
-            target_description=self.target_description,
-            seed=self.config.seed,
-            picks_left=self.config.max_picks - state.pick,
+            observation, state, target_description=self.target, seed=self.config.seed, picks_left=left
         )
         self.clock.add(look.seconds)
         self._tell(Looked(state.pick, look, lap.seconds + sum(look.seconds.values()), state))

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float32, Float64, Int16
 
 from torc.episode.events import Event, Looked
-from torc.episode.mp4 import Mp4Writer
+from torc.episode.video import Mp4Writer
 from torc.errors import InputError
 from torc.records.serialization import load_checked, save_record
 from torc.robots.description import RobotDescription
@@ -90,11 +90,7 @@ class TrajectoryRecorder(Closing):
 
 
 def load_motion(path: Path) -> RecordedMotion:
-    """What TrajectoryRecorder wrote, checked: it may come from a stranger.
-
-    Raises:
-        InputError: missing, damaged, too large, or with arrays that do not fit each other.
-    """
+    """What TrajectoryRecorder wrote. Raises InputError if missing, damaged, too large, or not fitting together."""
     found = load_checked(path, RecordedMotion, _MAX_UNPACKED_BYTES, "trajectory of a trial")
     fits = found.qpos.shape[1] == len(found.joint_names) and 0 < len(found) <= MAX_FRAMES
     if not fits or found.fps != FPS:

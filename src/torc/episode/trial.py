@@ -7,34 +7,38 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from torc.episode.bound import Bound
-from torc.episode.events import Listener, Started
+from torc.episode.events import Event, Listener, Looked, Started
 from torc.episode.log_writing import result_facts
 from torc.episode.loop import rehearse, run_episode
 from torc.episode.pick_view import view_of
 from torc.episode.planners import make_spec_planner
-from torc.episode.privileged import Privileged, Simulation, open_sandbox
+from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
 from torc.episode.recorded import VIDEO
 from torc.episode.recorder import TrialRecorder
 from torc.episode.simulated import pick_parts, simulated_robot
-from torc.episode.situations import Situations
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trajectory import TrajectoryRecorder
 from torc.episode.versions import versions
 from torc.episode.video import VideoRecorder
 from torc.errors import InputError, TorcError
 from torc.pipeline.building import System, build_system, sources
+from torc.pipeline.look import Look
 from torc.pipeline.warm_up import announced_compilation
-from torc.problems.made_for import robot_hint
-from torc.problems.problem import load_problem
+from torc.problems.problem import load_problem, robot_hint
+from torc.records import PlanningContext
 from torc.sim.robot import SimulatedRobot
 from torc.sim.stepping import Observer
 from torc.sim.world import World
 from torc.specs.files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
+from torc.task_planning.relations import find_adjacencies
 from torc.vlm.cache import CacheConfig
 from torc.vlm.simulated.profiles import find_profile
+from torc.vlm.simulated.situation import Situation
 
 RESULT_FORMAT = "torc-trial/1"
 
@@ -49,13 +53,8 @@ class Trial:
 
 @dataclass(frozen=True)
 class Recording:
-    """What is kept of a trial beside events and pictures, and who watches it.
-
-    Attributes:
-        video: write video.mp4.
-        trajectory: write trajectory.npz and camera.mp4: the robot's motions and its camera's video, for learning.
-        snapshots: save each one as a record.
-        observers: called with the world 25 times a simulated second.
+    """What is kept of a trial beside events and pictures: video.mp4; trajectory.npz with camera.mp4, for learning; each
+    snapshot as a record. `observers` are called with the world 25 times a simulated second.
     """
 
     video: bool = False
@@ -77,20 +76,14 @@ def run_trial(
 ) -> Trial:
     """Play one trial and write its directory.
 
+    A broken simulation, a VLM's server that gives no reply, or a crash of a part makes the trial "errored", never a
+    failed retrieval; Ctrl-C makes it "interrupted" and leaves `<out>.partial` readable. Raises InputError, before
+    anything is run, if the problem, planner, robot, VLM or output directory cannot be used.
+
     Args:
-        spec, out: what is played, and the directory.
         planner: who decides, if it is not to be made from spec.planner: a person at a browser, say.
         listeners: called with every event, in order.
-        recording: what else is written.
-        overwrite: replace an existing directory.
-        vlm_cache: where replies of a VLM are kept.
         say: told a line of text where something takes long.
-
-    A broken simulation, a VLM's server that gives no reply, or a crash of a part makes the trial "errored", never a
-    failed retrieval; Ctrl-C makes it "interrupted" and leaves `<out>.partial` readable.
-
-    Raises:
-        InputError: the problem, planner, robot, VLM or output directory cannot be used; nothing was run.
     """
     recording = recording or Recording()
     problem = load_problem(spec.problem)
@@ -182,3 +175,51 @@ def _play(
 
 def _result(facts: dict[str, Any]) -> dict[str, Any]:
     return {"format": RESULT_FORMAT, **facts, "versions": versions()}
+
+
+_MIN_HIDDEN_PX = 10
+_MIN_HIDDEN_SHARE = 0.03
+
+
+class Situations:
+    """The situation at the latest look of a trial. It is one of the trial's listeners."""
+
+    def __init__(self) -> None:
+        self._simulation: Simulation | None = None
+        self._look: Look | None = None
+        self._situation: Situation | None = None
+
+    def attach(self, simulation: Simulation) -> None:
+        """Take the simulation of a trial."""
+        self._simulation, self._look, self._situation = simulation, None, None
+
+    def __call__(self, event: Event) -> None:
+        """Remember what was seen."""
+        if isinstance(event, Looked):
+            self._look, self._situation = event.look, None
+
+    def situation(self) -> Situation:
+        """What is so now, between two picks. Raises InputError if no trial has begun."""
+        if self._situation is None:
+            if self._simulation is None or self._look is None:
+                raise InputError("The simulated VLM was asked outside of a simulated trial; use torc run.")
+            self._situation = situation_of(self._look.context, self._simulation.truth())
+        return self._situation
+
+
+def situation_of(context: PlanningContext, truth: Truth) -> Situation:
+    """What is so, in the terms of a marked image. Who lies on whom and who hides whom is the simulator's truth. Which
+    objects carry a number, which can be grasped and who is in the way of that is what the pipeline found: it is by this
+    that a choice is judged.
+    """
+    scene, report, counted, ids = context.scene, context.report, truth.visibility, context.report.object_ids
+    enough = np.maximum(_MIN_HIDDEN_PX, _MIN_HIDDEN_SHARE * counted.pixels_alone)
+    hides = np.argwhere(counted.hidden_by >= enough[:, None]).tolist()
+    return Situation(
+        in_sight={o.id: o.pixel_count for o in scene.objects},
+        graspable=frozenset(k for k in report.graspable_ids if k in scene.ids),
+        lies_on=truth.lies_on,
+        hides={(front, back): int(counted.hidden_by[back, front]) for back, front in hides},
+        blocks=frozenset((ids[j], ids[i]) for i, j in np.argwhere(report.blocking > 0).tolist() if i != j),
+        near=frozenset((pair.first, pair.second) for pair in find_adjacencies(scene)),
+    )

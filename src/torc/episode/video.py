@@ -1,14 +1,16 @@
 """The video of an episode: the robot from outside, with what the planner saw in a corner."""
 
+from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
 
+import av
 import cv2
 import numpy as np
+from jaxtyping import UInt8
 from PIL import Image, ImageDraw, ImageFont
 
 from torc.episode.events import Decided, Event, Executed, Started
-from torc.episode.mp4 import Mp4Writer
 from torc.episode.pictures import Crop, crop_around_objects
 from torc.geometry.transforms import look_at
 from torc.perception.marking import mark_image
@@ -25,8 +27,34 @@ INSET_WIDTH = 300
 MOUNT = CameraMount(look_at((1.95, -1.75, 2.05), (0.42, -0.36, 1.12)), WIDTH, HEIGHT, float(np.deg2rad(45)))
 
 
+class Mp4Writer(Closing):
+    """Writes a video frame by frame, H.264 that plays in browsers; the file is complete when it is closed."""
+
+    def __init__(
+        self, path: Path, width: int, height: int, fps: Fraction, options: Mapping[str, str] | None = None
+    ) -> None:
+        """options: of the encoder, e.g. crf."""
+        self._container = av.open(str(path), "w", options={"movflags": "faststart"})
+        self._stream = self._container.add_stream("h264", rate=fps, options=dict(options or {}))
+        self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, "yuv420p"
+        self._stream.time_base = 1 / fps
+
+    def write(self, rgb: UInt8[np.ndarray, "h w 3"], repeats: int = 1) -> None:
+        """The next frame, or the next few of a still picture."""
+        frame = av.VideoFrame.from_ndarray(rgb, format="rgb24")
+        for _ in range(repeats):
+            for packet in self._stream.encode(frame):
+                self._container.mux(packet)
+
+    def close(self) -> None:
+        """Writes what is left."""
+        for packet in self._stream.encode():
+            self._container.mux(packet)
+        self._container.close()
+
+
 class VideoRecorder(Closing):
-    """Grabs a frame every other 1/25 s of simulated time; still frames show each decision. H.264, plays in browsers."""
+    """Grabs a frame every other 1/25 s of simulated time; still frames show each decision."""
 
     def __init__(self, path: Path, world: World) -> None:
         self._renderer = CameraRenderer(world, MOUNT)

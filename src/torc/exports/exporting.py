@@ -22,15 +22,11 @@ FACTS = "export.json"
 
 @dataclass(frozen=True)
 class ExportSpec:
-    """What is exported, and how.
+    """What is exported: `every` takes trials that did not retrieve the target, and picks that brought nothing out, too.
 
-    Attributes:
-        every: also trials that did not retrieve the target, and picks that brought nothing out.
-        test_share: part of the problems that go to the test split, 0 to 1.
-        planners: whose trials; if none are named, all planners', but for sft only experts', if there are any and not
-            `every`: a bad teacher retrieves the target, too, with more picks.
-
-    Raises InputError for a share that is none, and for planners with pairs, which need experts and others.
+    If no planners are named all planners' trials count, but for sft only experts', if there are any and not `every`: a
+    bad teacher retrieves the target, too, with more picks. Raises InputError for a share that is none, and for
+    planners with pairs, which need experts and others.
     """
 
     format: Format

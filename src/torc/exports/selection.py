@@ -36,7 +36,7 @@ class Source:
 
     @property
     def retrieved(self) -> bool:
-        """Whether the target was retrieved."""
+        """The target was retrieved."""
         return self.trial.result is not None and self.trial.result.retrieved is True
 
 

@@ -151,9 +151,7 @@ class _Packing:
             if len(xy) == 0:
                 continue
             cost = np.maximum(nearest - config.gap_m[1], 0.0) if self._on_table else np.zeros(len(xy))
-            cost = cost + (
-                0.3 * np.abs(xy[:, 0] - x_wanted) if x_wanted is not None else 0.02 * rng.random(len(xy))
-            )
+            cost += 0.02 * rng.random(len(xy)) if x_wanted is None else 0.3 * np.abs(xy[:, 0] - x_wanted)
             k = int(np.argmin(cost))
             if best is None or cost[k] < best[0]:
                 best = (float(cost[k]), shape, xy[k])
@@ -215,11 +213,10 @@ def drop_arrangement(names: Sequence[str], rng: np.random.Generator) -> list[Obj
     for i in rng.permutation(len(models)):
         positions[i] = _lowest_free(float(radii[i]), positions[placed], radii[placed], rng)
         placed.append(int(i))
-    placements = []
-    for name, model, position in zip(placement_names(names), models, positions):
-        x, y, z = (float(v) for v in position)
-        placements.append(ObjectPlacement(name, model.name, (x, y, z), _random_wxyz(rng)))
-    return placements
+    return [
+        ObjectPlacement(name, model.name, (float(x), float(y), float(z)), _random_wxyz(rng))
+        for name, model, (x, y, z) in zip(placement_names(names), models, positions)
+    ]
 
 
 def bounding_radius(model: ObjectModel) -> float:

@@ -1,7 +1,5 @@
-"""A card per problem: a picture with four views, what is wanted, how difficult it is, and the oracle's order."""
+"""A card per problem: four views in one picture, what is wanted, how difficult it is, and the oracle's order."""
 
-import io
-import unicodedata
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,27 +7,17 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from torc.generation.config import Hiddenness
-from torc.generation.difficulty import Difficulty
+from torc.generation.inspection import Difficulty
 from torc.generation.oracle_orders import OracleOrder
-from torc.generation.views import ViewConfig, ViewName, problem_views
+from torc.generation.views import ViewConfig, problem_views
 from torc.perception.label_places import place_labels
 from torc.perception.palette import object_color
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
 from torc.sim.rendering import View
 
-Color = tuple[int, int, int]
-VIEW_SIZE = (476, 357)
-GAP, MARGIN, HEADER = 8, 20, 116
-"""Between the four views, around the card, above the views; pixels."""
-VIEWS_SIZE = (2 * VIEW_SIZE[0] + GAP, 2 * VIEW_SIZE[1] + GAP)
-CARD_WIDTH = VIEWS_SIZE[0] + 2 * MARGIN
-VIEW_TITLES: dict[ViewName, str] = {
-    "robot": "what the robot sees",
-    "front": "front",
-    "side": "side",
-    "top": "top",
-}
+VIEW_SIZE, GAP = (476, 357), 8
+"""Of the four views on a card, and between them; pixels."""
 HIDDENNESS_WORDS = {
     Hiddenness.VISIBLE: "in sight",
     Hiddenness.PARTLY: "partly in sight",
@@ -37,13 +25,9 @@ HIDDENNESS_WORDS = {
 }
 _SCALE = 2
 """Views are drawn that much larger, for smooth edges."""
-_INK, _FAINT, _PAPER = (28, 30, 34), (98, 102, 110), (255, 255, 255)
-_RED: Color = object_color(TARGET_ID)
-_DISC = 22
+_DISC = 22 * _SCALE
 """Diameter of a number's disc, pixels."""
-_LINE = 24
-"""Height of a line of the oracle's order, pixels."""
-_QUALITIES = range(88, 39, -4)
+_INK, _PAPER = (28, 30, 34), (255, 255, 255)
 
 
 @dataclass(frozen=True)
@@ -56,8 +40,25 @@ class Card:
 
     @property
     def wanted(self) -> str:
-        """The target in words."""
+        """The target as text."""
         return self.problem.description or self.problem.target
+
+    @property
+    def facts(self) -> str:
+        """Category and difficulty as text."""
+        d = self.difficulty
+        return (
+            f"{self.problem.category}, {d.objects} objects, {100 * d.visible_fraction:.0f} % of the target in sight, "
+            f"{d.in_front} in front of it, {d.beside} beside, {d.taller} taller"
+        )
+
+    @property
+    def picks(self) -> str:
+        """The oracle's verdict and its order as text; empty if there is none."""
+        if self.order is None:
+            return ""
+        numbered = ", ".join(f"{k} {name}" for k, name in enumerate(self.order.names, start=1))
+        return f"ORACLE: {self.order.verdict} {numbered}".strip()
 
     @property
     def numbers(self) -> dict[int, int]:
@@ -80,90 +81,30 @@ class Card:
 
 
 def draw_card(card: Card) -> Image.Image:
-    """The card, CARD_WIDTH pixels wide: a header, four views below it, and the oracle's order where it is known.
-
-    The objects of that order carry their numbers in the views from the front, the side and the top.
-    """
+    """What the robot sees, and the problem from the front, the side and the top, where the objects of the oracle's
+    order carry their numbers."""
     config = ViewConfig(_SCALE * VIEW_SIZE[0], _SCALE * VIEW_SIZE[1], outline_px=2 * _SCALE)
-    views = problem_views(card.problem, config=config)
-    below = _order_lines(card.order) if card.order else []
-    bottom = HEADER + VIEWS_SIZE[1]
-    image = Image.new("RGB", (CARD_WIDTH, bottom + MARGIN + _LINE * len(below)), _PAPER)
-    draw = ImageDraw.Draw(image)
-    problem = card.problem
-    told = (problem.category, HIDDENNESS_WORDS[card.difficulty.hiddenness], *facts(card.difficulty))
-    for y, text, size, color in (
-        (16, problem.name, 30, _INK),
-        (55, f"Wanted: {card.wanted}", 19, _RED),
-        (85, "  ·  ".join(told), 16, _FAINT),
-        *((bottom + 10 + _LINE * k, line, 16, _INK) for k, line in enumerate(below)),
-    ):
-        draw.text((MARGIN, y), _cut(text, size), color, ImageFont.load_default(size))
-    for k, name in enumerate(VIEW_TITLES):
-        corner = (MARGIN + k % 2 * (VIEW_SIZE[0] + GAP), HEADER + k // 2 * (VIEW_SIZE[1] + GAP))
-        numbers = {} if name == "robot" else card.numbers
-        image.paste(_picture(views[name], VIEW_TITLES[name], numbers), corner)
+    image = Image.new("RGB", (2 * VIEW_SIZE[0] + GAP, 2 * VIEW_SIZE[1] + GAP), _PAPER)
+    for k, (name, view) in enumerate(problem_views(card.problem, config=config).items()):
+        picture = _numbered(view, {} if name == "robot" else card.numbers)
+        title = "what the robot sees" if name == "robot" else name
+        ImageDraw.Draw(picture).text((20, 12), title, _INK, ImageFont.load_default(15 * _SCALE))
+        corner = (k % 2 * (VIEW_SIZE[0] + GAP), k // 2 * (VIEW_SIZE[1] + GAP))
+        image.paste(picture.resize(VIEW_SIZE, Image.Resampling.BOX), corner)
     return image
 
 
-def jpeg_bytes(image: Image.Image, wanted_bytes: int) -> bytes:
-    """A JPEG of at most that size, as good as that allows; a larger one if worse could not be read any more."""
-    for quality in _QUALITIES:
-        stream = io.BytesIO()
-        image.save(stream, "JPEG", quality=quality, optimize=True, progressive=True)
-        if stream.tell() <= wanted_bytes:
-            break
-    return stream.getvalue()
-
-
-def facts(difficulty: Difficulty) -> tuple[str, ...]:
-    """The difficulty in a few words per fact."""
-    return (
-        f"{difficulty.objects} objects",
-        f"{100 * difficulty.visible_fraction:.0f} % of the target in sight",
-        f"{difficulty.in_front} in front of it",
-        f"{difficulty.beside} beside",
-        f"{difficulty.taller} taller",
-    )
-
-
-def _picture(view: View, title: str, numbers: dict[int, int]) -> Image.Image:
-    """A view at its size on the card, with its title and the numbers of the objects to pick."""
+def _numbered(view: View, numbers: dict[int, int]) -> Image.Image:
+    """A view with a number on or beside each of some objects."""
     picture = Image.fromarray(view.rgb)
-    draw = ImageDraw.Draw(picture)
-    size = _SCALE * _DISC
-    places = place_labels(np.ascontiguousarray(view.label_image), dict.fromkeys(numbers, ((size, size),) * 2))
+    draw, font = ImageDraw.Draw(picture), ImageFont.load_default(13 * _SCALE)
+    discs = dict.fromkeys(numbers, ((_DISC, _DISC),) * 2)
+    places = place_labels(np.ascontiguousarray(view.label_image), discs)
     for i, place in places.items():
-        color = _RED if i == TARGET_ID else _INK
-        x, y = place.col + size / 2, place.row + size / 2
+        color = object_color(TARGET_ID) if i == TARGET_ID else _INK
+        x, y = place.col + _DISC / 2, place.row + _DISC / 2
         if place.leader:
             draw.line([(x, y), place.anchor[::-1]], color, 2 * _SCALE)
-        draw.circle((x, y), size / 2, color, _PAPER, _SCALE)
-        draw.text((x, y), str(numbers[i]), _PAPER, ImageFont.load_default(13 * _SCALE), anchor="mm")
-    font = ImageFont.load_default(15 * _SCALE)
-    draw.rectangle((0, 0, font.getlength(title) + 18 * _SCALE, 25 * _SCALE), (20, 22, 26))
-    draw.text((9 * _SCALE, 3 * _SCALE), title, _PAPER, font)
-    return picture.resize(VIEW_SIZE, Image.Resampling.BOX)
-
-
-def _order_lines(order: OracleOrder) -> list[str]:
-    """The oracle's verdict, and its order in as many lines as it takes."""
-    lines = [f"ORACLE: {order.verdict}"]
-    for number, name in enumerate(order.names, start=1):
-        pick, font = f"{number} {name}", ImageFont.load_default(16)
-        if number > 1 and font.getlength(f"{lines[-1]}   {pick}") < VIEWS_SIZE[0]:
-            lines[-1] = f"{lines[-1]}   {pick}"
-        else:
-            lines.append(pick)
-    return lines
-
-
-def _cut(text: str, size: int) -> str:
-    """Text as wide as the card at most, in letters that Pillow's own font has: few beyond ASCII."""
-    plain = "".join(c for c in unicodedata.normalize("NFKD", text) if c.isascii() or c == "·").replace(
-        "\n", " "
-    )
-    font = ImageFont.load_default(size)
-    while font.getlength(plain) > VIEWS_SIZE[0]:
-        plain = plain[: -4 if plain.endswith("...") else -1].rstrip() + "..."
-    return plain
+        draw.circle((x, y), _DISC / 2, color, _PAPER, _SCALE)
+        draw.text((x, y), str(numbers[i]), _PAPER, font, anchor="mm")
+    return picture

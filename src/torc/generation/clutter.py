@@ -7,8 +7,7 @@ import numpy as np
 
 from torc.errors import InputError
 from torc.generation.arrangements import StructuredConfig, drop_arrangement, structured_arrangement
-from torc.generation.config import MANY
-from torc.generation.rejections import Reason, RejectedError
+from torc.generation.config import MANY, Reason, RejectedError
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem

@@ -46,28 +46,18 @@ def footprint(model: ObjectModel, rotation: Float[np.ndarray, "3 3"]) -> Footpri
     """The footprint of a model in an orientation."""
     up = np.array([[0.0, 0.0, 1.0]])
     highest, lowest = float(model.support(up @ rotation)[0]), float(model.support(-up @ rotation)[0])
-    return Footprint(
-        extents=model.support(_horizontal() @ rotation),
-        top=_flat_end(model, rotation, 1.0, highest),
-        base=_flat_end(model, rotation, -1.0, lowest),
-        lowest_m=lowest,
-        highest_m=highest,
-        rotation=rotation,
-    )
+    top, base = _flat_end(model, rotation, 1.0, highest), _flat_end(model, rotation, -1.0, lowest)
+    return Footprint(model.support(_horizontal() @ rotation), top, base, lowest, highest, rotation)
 
 
 def _horizontal() -> Float[np.ndarray, "32 3"]:
-    return np.concatenate([directions(), np.zeros((DIRECTIONS, 1))], axis=1)
+    return np.pad(directions(), ((0, 0), (0, 1)))
 
 
 def _flat_end(model: ObjectModel, rotation: np.ndarray, sign: float, reach_m: float) -> Extents | None:
     """Extents of the largest flat end (box or upright cylinder) that makes up the top or the base."""
-    best: Extents | None = None
-    for piece in model.pieces:
-        extents = _flat_piece(piece, rotation, sign, reach_m)
-        if extents is not None and (best is None or extents.min() > best.min()):
-            best = extents
-    return best
+    found = (_flat_piece(piece, rotation, sign, reach_m) for piece in model.pieces)
+    return max((e for e in found if e is not None), key=np.min, default=None)
 
 
 def _flat_piece(piece: CollisionPiece, rotation: np.ndarray, sign: float, reach_m: float) -> Extents | None:

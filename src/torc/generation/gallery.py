@@ -3,19 +3,17 @@ show it, and HTML that needs nothing but its folder."""
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
 
 from torc.errors import InputError
-from torc.generation.cards import HIDDENNESS_WORDS, Card, draw_card, facts, jpeg_bytes
-from torc.generation.difficulty import difficulty_of
-from torc.generation.inspection import Inspector
+from torc.generation.cards import HIDDENNESS_WORDS, Card, draw_card
+from torc.generation.inspection import Inspector, difficulty_of
 from torc.generation.oracle_orders import OracleOrder, stated_order
 from torc.problems.problem import Problem
 
-MAX_CARD_BYTES = 70_000
 CARDS, HTML, MARKDOWN = "cards", "index.html", "gallery.md"
 """Names in the folder of a gallery."""
 _TEMPLATE = Path(__file__).with_name("gallery.html")
@@ -36,16 +34,8 @@ def make_gallery(
 ) -> list[Card]:
     """Draws a card per problem into `out/cards`, then writes the pages; files of the same names are replaced.
 
-    Args:
-        title: of the pages.
-        problems: in the order of the pages.
-        inspector: measures the difficulty where a problem does not state it.
-        out: folder of the pages.
-        orders: the oracle's, by the problem's name; where missing, the one that the problem states.
-        progress: told of each problem before its card is drawn.
-
-    Raises:
-        InputError: two problems of one name, or `out` cannot be written.
+    Where `orders` (by the problem's name) has none, the one that the problem states is shown. `progress` is told of
+    each problem first. Raises InputError for two problems of one name, or if `out` cannot be written.
     """
     twice = [name for name, count in Counter(problem.name for problem in problems).items() if count > 1]
     if twice:
@@ -59,18 +49,12 @@ def make_gallery(
             progress(problem)
             order = orders.get(problem.name) or stated_order(problem)
             cards.append(Card(problem, difficulty_of(problem, inspector), order))
-            (out / _file(cards[-1])).write_bytes(jpeg_bytes(draw_card(cards[-1]), MAX_CARD_BYTES))
+            draw_card(cards[-1]).save(out / _file(cards[-1]), quality=72, optimize=True)
         (out / MARKDOWN).write_text(_markdown_page(title, cards), encoding="utf-8")
         (out / HTML).write_text(_html_page(title, cards), encoding="utf-8")
     except OSError as error:
         raise InputError(f"'{out}' cannot be written ({error.strerror}). Choose another --out.") from error
     return cards
-
-
-def left_over(problems: Iterable[Problem], out: Path) -> tuple[str, ...]:
-    """Names of the cards in a gallery's folder that belong to none of the problems."""
-    names = {problem.name for problem in problems}
-    return tuple(sorted(p.name for p in (out / CARDS).glob("*.jpg") if p.stem not in names))
 
 
 def _markdown_page(title: str, cards: Sequence[Card]) -> str:
@@ -89,7 +73,9 @@ def _markdown_page(title: str, cards: Sequence[Card]) -> str:
         lines += ["", f"## {category.capitalize()}"]
         for card in cards:
             if card.problem.category == category:
-                lines += ["", f"### {card.problem.name}", "", f"![{_plain(_words(card))}]({_file(card)})"]
+                told = filter(None, (f"Wanted: {card.wanted}", card.facts, card.picks))
+                lines += ["", f"### {card.problem.name}", "", *(f"- {_plain(text)}" for text in told), ""]
+                lines.append(f"![{card.problem.name}]({_file(card)})")
     return "\n".join(lines) + "\n"
 
 
@@ -111,7 +97,8 @@ def _article(card: Card) -> str:
     return (
         f'<article id="{name}" data-category="{escape(card.problem.category)}" '
         f'data-hiddenness="{card.difficulty.hiddenness.value}">'
-        f'<a href="{file}"><img src="{file}" loading="lazy" alt="{escape(_words(card))}"></a></article>'
+        f"<h2>{name}</h2><p><strong>Wanted: {escape(card.wanted)}</strong><br>{escape(card.facts)}</p>"
+        f'<a href="{file}"><img src="{file}" loading="lazy" alt=""></a><p>{escape(card.picks)}</p></article>'
     )
 
 
@@ -122,13 +109,6 @@ def _filter(fact: str, values: Mapping[str, str]) -> str:
 
 def _file(card: Card) -> str:
     return f"{CARDS}/{card.problem.name}.jpg"
-
-
-def _words(card: Card) -> str:
-    """The card in a sentence, for those who do not see it."""
-    order = f"; ORACLE: {', '.join(card.order.names)}" if card.order and card.order.names else ""
-    what = f"{card.problem.name}, {card.problem.category}, wanted: {card.wanted}"
-    return f"{what}; {', '.join(facts(card.difficulty))}{order}"
 
 
 def _plain(text: str) -> str:

@@ -1,14 +1,14 @@
 """Problems from a configuration and a seed: the same ones every time, bit for bit."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache, partial
 
 import numpy as np
 
 import torc
 from torc.errors import PhysicsError
-from torc.generation.choice import allowed_models
 from torc.generation.clutter import (
     ClutterConfig,
     ObjectRange,
@@ -17,21 +17,23 @@ from torc.generation.clutter import (
     make_clutter,
     worst_mover,
 )
-from torc.generation.config import GenerationConfig, Hiddenness, generator_version
-from torc.generation.difficulty import Difficulty, measure_difficulty
-from torc.generation.inspection import Inspector, SceneView, robot_facts
-from torc.generation.rejections import Reason, RejectedError
-from torc.generation.sampling import sample_models
+from torc.generation.config import GenerationConfig, Hiddenness, Reason, RejectedError, generator_version
+from torc.generation.inspection import Difficulty, Inspector, SceneView, robot_facts
+from torc.generation.sampling import allowed_models, sample_models
 from torc.objects.library import object_description
+from torc.pipeline.building import build_system
 from torc.pipeline.seeding import stage_rng
 from torc.problems.problem import Problem
 from torc.problems.schema import Scalar
+from torc.processes import open_pool
 from torc.records import MAX_OBJECTS
 from torc.robots.description import RobotDescription
 from torc.robots.gripper import GripperDescription
+from torc.robots.names import DEFAULT_ROBOT
 from torc.sim.settling import UNSEEN, with_poses_of
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import build_world
+from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
 
 STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
 """How still a generated problem is: within what is allowed after 10 s, by a margin, since the watch may end early."""
@@ -62,12 +64,15 @@ class NotGenerated:
     rejections: dict[Reason, int]
 
 
+Made = GeneratedProblem | NotGenerated
+
+
 def generate_problem(
     config: GenerationConfig,
     seed: int,
     inspector: Inspector,
     progress: Callable[[int, Reason], None] = lambda attempt, reason: None,
-) -> GeneratedProblem | NotGenerated:
+) -> Made:
     """The problem that belongs to a configuration and a seed (at least 0); the same in every process.
 
     `progress` is told the number of each rejected attempt, from 1 on, and why it was rejected. Raises InputError if the
@@ -133,23 +138,18 @@ def _attempt(
         view = inspector.view(scene)
         target, reason, gone = _choose_target(view, config, inspector, rng)
         if target:
-            problem = _as_problem(scene, target)
+            model = next(o.model for o in scene.objects if o.name == target)
+            problem = replace(scene, target=target, description=object_description(model))
             world = build_world(problem, None, workspace, UNSEEN)
             report = watch_stillness(world, STILL)
             if report.still:
-                around = inspector.around(problem, target)
-                return problem, measure_difficulty(inspector, view, target, around)
+                return problem, inspector.difficulty(view, target)
             reason, scene = Reason.MOVED_LATER, with_poses_of(world)
             gone = (worst_mover(world, report, STILL),) if len(scene.objects) > wanted.fewest else ()
         elif not gone or len(scene.objects) - len(gone) < wanted.fewest:
             break
         scene = again_at_rest(scene, gone, wanted, workspace, clutter)
     raise RejectedError(reason)
-
-
-def _as_problem(scene: Problem, target: str) -> Problem:
-    model = next(o.model for o in scene.objects if o.name == target)
-    return replace(scene, target=target, description=object_description(model))
 
 
 def _choose_target(
@@ -210,3 +210,38 @@ def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict
         "wanted_hiddenness": config.hidden,
         **{name: value for name, value in unusual.items() if value},
     }
+
+
+@dataclass(frozen=True)
+class Job:
+    """One problem to make."""
+
+    config: GenerationConfig
+    seed: int
+
+
+def generate_batch(
+    jobs: Sequence[Job],
+    conditions: Conditions,
+    workers: int = 1,
+    progress: Callable[[Job, int, Reason], None] = lambda job, attempt, reason: None,
+) -> Iterator[tuple[Job, Made]]:
+    """The problems of some jobs, each as soon as it and those before it are done. With several workers (processes),
+    progress is not told. Raises TorcError if a process was ended from outside."""
+    if workers <= 1:
+        for job in jobs:
+            inspector = inspector_for(conditions.robot, conditions.workspace)
+            yield job, generate_problem(job.config, job.seed, inspector, partial(progress, job))
+        return
+    with open_pool(workers) as pool:
+        yield from zip(jobs, pool.map(_generate, jobs, [conditions] * len(jobs)))
+
+
+@cache
+def inspector_for(robot: str = DEFAULT_ROBOT, workspace: str = DEFAULT_WORKSPACE) -> Inspector:
+    """An inspector with that robot, one per process. Raises InputError for an unknown one."""
+    return Inspector(build_system(Conditions(robot=robot, workspace=workspace)))
+
+
+def _generate(job: Job, conditions: Conditions) -> Made:
+    return generate_problem(job.config, job.seed, inspector_for(conditions.robot, conditions.workspace))

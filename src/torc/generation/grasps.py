@@ -63,27 +63,17 @@ def _alone(
 ) -> tuple[SegmentedScene, OcclusionVolume]:
     """The records of a world in which one object has been seen from all sides and everything else is free."""
     grid, mount = workspace.grid, workspace.camera
-    blank = Observation(
-        rgb=np.zeros((1, 1, 3), np.uint8),
-        depth_m=np.zeros((1, 1), np.float32),
-        K=mount.K,
-        T_world_camera=mount.T_world_camera,
-        qpos=np.zeros(0),
-        stamp_s=0.0,
-    )
-    seen = SegmentedObject(
-        TARGET_ID,
-        points.astype(np.float32),
-        normals.astype(np.float32),
+    rgb, depth_m = np.zeros((1, 1, 3), np.uint8), np.zeros((1, 1), np.float32)
+    blank = Observation(rgb, depth_m, mount.K, mount.T_world_camera, qpos=np.zeros(0), stamp_s=0.0)
+    cloud, pixels = (
+        (points.astype(np.float32), normals.astype(np.float32)),
         np.zeros((len(points), 2), np.int32),
-        pixel_count=2 * len(points),
     )
+    seen = SegmentedObject(TARGET_ID, *cloud, pixels, pixel_count=2 * len(points))
     labels = np.full((1, 1), BACKGROUND, np.int16)
     scene = SegmentedScene(blank, labels, (seen,), TARGET_ID, np.zeros((0, 3), np.float32))
     surface = np.full(grid.shape, EMPTY, np.int16)
     index = grid.index_of(points)
     surface[tuple(index[grid.contains(index)].T)] = TARGET_ID
-    volume = OcclusionVolume(
-        grid, np.ones(grid.shape, dtype=bool), np.zeros(grid.shape, np.uint64), surface, 1
-    )
-    return scene, volume
+    known = np.ones(grid.shape, dtype=bool)
+    return scene, OcclusionVolume(grid, known, np.zeros(grid.shape, np.uint64), surface, 1)

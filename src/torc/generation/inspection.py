@@ -4,15 +4,18 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from jaxtyping import Float
 
+from torc.errors import UnknownNameError
 from torc.generation.config import Hiddenness, hiddenness_of
 from torc.generation.grasps import ModelGrasping
-from torc.generation.surroundings import Surroundings, surroundings
+from torc.generation.surfaces import placed, surface_cloud
+from torc.geometry.transforms import Pose
 from torc.grasping.protocol import GraspPlanner
+from torc.objects.library import load_object
 from torc.pipeline.building import System
 from torc.pipeline.look import Pipeline
-from torc.problems.made_for import NAME_KEY, SOURCE_KEY
-from torc.problems.problem import Problem
+from torc.problems.problem import NAME_KEY, SOURCE_KEY, ObjectPlacement, Problem
 from torc.problems.schema import Scalar
 from torc.records import TARGET_ID, GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
@@ -22,6 +25,57 @@ from torc.sim.rendering import CameraRenderer
 from torc.sim.visibility import Visibility, measure_visibility
 from torc.sim.world import build_world
 from torc.workspace.description import Workspace
+
+BESIDE_M = 0.15
+"""The paper's distance to the left or right."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Names of the objects around a target, in the problem's order; an object may be in several groups."""
+
+    in_front: tuple[str, ...]
+    beside: tuple[str, ...]
+    taller: tuple[str, ...]
+
+    @property
+    def all(self) -> tuple[str, ...]:
+        """All of them, each once."""
+        return tuple(dict.fromkeys((*self.in_front, *self.beside, *self.taller)))
+
+
+def surroundings(problem: Problem, target: str, T_world_camera: Pose) -> Surroundings:
+    """The objects around a target, seen from the robot's camera. Raises UnknownNameError for an unknown target."""
+    placements = {o.name: o for o in problem.objects}
+    if target not in placements:
+        raise UnknownNameError("object", target, list(placements))
+    eye = T_world_camera[:2, 3]
+    sight = np.asarray(placements[target].position[:2]) - eye
+    sight = sight / max(float(np.linalg.norm(sight)), 1e-9)
+    extents = {name: _extent(o, eye, sight) for name, o in placements.items()}
+    own = extents.pop(target)
+    in_front, beside, taller = [], [], []
+    for name, extent in extents.items():
+        # Distances between two objects' intervals; negative where they overlap.
+        azimuth, along, across, _ = np.maximum(extent[:, 0] - own[:, 1], own[:, 0] - extent[:, 1])
+        if extent[1, 0] < own[1, 0] and azimuth < 0:
+            in_front.append(name)
+        if along < 0 and across <= BESIDE_M:
+            beside.append(name)
+        if extent[3, 1] > own[3, 1] and np.hypot(max(along, 0.0), max(across, 0.0)) <= BESIDE_M:
+            taller.append(name)
+    return Surroundings(tuple(in_front), tuple(beside), tuple(taller))
+
+
+def _extent(
+    placement: ObjectPlacement, eye: Float[np.ndarray, "2"], sight: Float[np.ndarray, "2"]
+) -> Float[np.ndarray, "4 2"]:
+    """Least and largest azimuth, distance along and across a line of sight, and height, seen from the camera."""
+    points, _ = placed(*surface_cloud(load_object(placement.model)), placement.T_world_object)
+    offset = points[:, :2] - eye
+    along, across = offset @ sight, offset @ np.array([-sight[1], sight[0]])
+    values = np.stack([np.arctan2(across, along), along, across, points[:, 2]])
+    return np.stack([values.min(axis=1), values.max(axis=1)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -122,6 +176,13 @@ class Inspector:
         """The objects around a target that the paper's pruning rule asks about."""
         return surroundings(problem, target, self.workspace.camera.T_world_camera)
 
+    def difficulty(self, view: SceneView, target: str) -> "Difficulty":
+        """The facts of a problem with that target."""
+        around = self.around(view.problem, target)
+        counts = len(around.in_front), len(around.beside), len(around.taller)
+        group = self.hiddenness(view, target)
+        return Difficulty(len(view.problem.objects), group, view.fraction(target), *counts)
+
     @cached_property
     def _eyes(self) -> Pipeline:
         pipeline = self.system.pipeline
@@ -138,3 +199,49 @@ class _TargetOnly:
         # To the planner an object of no pixels is an obstacle that is too small to grasp.
         objects = tuple(o if o.id == TARGET_ID else replace(o, pixel_count=0) for o in scene.objects)
         return self.planner.plan(replace(scene, objects=objects), volume, rng)
+
+
+@dataclass(frozen=True)
+class Difficulty:
+    """Facts of a problem: the target's visible pixels against those it would have alone, and how many objects are
+    around it, see `surroundings`."""
+
+    objects: int
+    hiddenness: Hiddenness
+    visible_fraction: float
+    in_front: int
+    beside: int
+    taller: int
+
+    def facts(self) -> dict[str, Scalar]:
+        """As they are written into a problem file."""
+        return {
+            "hiddenness": self.hiddenness.value,
+            "visible_fraction": round(self.visible_fraction, 4),
+            "in_front": self.in_front,
+            "beside": self.beside,
+            "taller": self.taller,
+        }
+
+    def words(self) -> str:
+        """One line."""
+        seen = f"target {100 * self.visible_fraction:.0f} % in sight ({self.hiddenness.value})"
+        around = f"{self.in_front} in front, {self.beside} beside, {self.taller} taller"
+        return f"{self.objects} objects, {seen}, {around}"
+
+
+def difficulty_of(problem: Problem, inspector: Inspector) -> Difficulty:
+    """The facts of a problem: as its file states them, or measured where it does not."""
+    return stated_difficulty(problem) or inspector.difficulty(inspector.view(problem), problem.target)
+
+
+def stated_difficulty(problem: Problem) -> Difficulty | None:
+    """What `Difficulty.facts` wrote into the problem's origin; None if that is not there, or of another target."""
+    if problem.origin.get("target", problem.target) != problem.target:
+        return None
+    names = ("hiddenness", "visible_fraction", "in_front", "beside", "taller")
+    try:
+        group, fraction, *counts = (problem.origin[name] for name in names)
+        return Difficulty(len(problem.objects), Hiddenness(str(group)), float(fraction), *map(int, counts))
+    except (KeyError, ValueError):
+        return None

@@ -20,12 +20,7 @@ _WRITERS = "`torc problems solve PROBLEM --json` and benchmarks/oracle.py write 
 
 @dataclass(frozen=True)
 class OracleOrder:
-    """An order of picks for a problem.
-
-    Attributes:
-        names: what is picked, in order; PASS_NAME where nothing can be.
-        verdict: how good it is, in words.
-    """
+    """An order of picks (PASS_NAME where nothing can be), and how good it is, in words."""
 
     names: tuple[str, ...]
     verdict: str
@@ -41,11 +36,7 @@ def stated_order(problem: Problem) -> OracleOrder | None:
 
 def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleOrder]:
     """The orders in a directory of answer files (*.json), by the problem's name; of several seeds the first. Answers to
-    other problems are passed over.
-
-    Raises:
-        InputError: no such directory, a file that is no answer, an answer to a problem that had other objects or
-            another target, or no answer to any of these problems.
+    other problems are passed over. Raises InputError for files that are no answers or are outdated, or if none fits.
     """
     if not answers.is_dir():
         raise InputError(f"There is no directory '{answers}' of answers; {_WRITERS}.")

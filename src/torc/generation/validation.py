@@ -9,8 +9,7 @@ from torc.episode.oracle.solve import solve_problem
 from torc.episode.oracle.tree import DEFAULT_BUDGET, check_budget
 from torc.errors import InputError, PhysicsError
 from torc.generation.clutter import MAX_OVERLAP_M
-from torc.generation.difficulty import Difficulty, measure_difficulty
-from torc.generation.inspection import Inspector
+from torc.generation.inspection import Difficulty, Inspector
 from torc.problems.problem import Problem
 from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import UNSEEN
@@ -23,14 +22,8 @@ _SAME_FRACTION = 0.02
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was checked.
-
-    Attributes:
-        name: "contact", "rest", "sight", "first look", "target", "surroundings" or "solution"; "objects" where they
-            cannot be simulated.
-        passed: whether a valid problem looks like that.
-        text: what was found, in words.
-    """
+    """One thing that was checked: "contact", "rest", "sight", "first look", "target", "surroundings" or "solution"
+    ("objects" where they cannot be simulated), whether it passed, and what was found, in words."""
 
     name: str
     passed: bool
@@ -53,7 +46,6 @@ class ValidationReport:
 
 
 Resolve = Callable[[Problem], Check]
-"""Solves a problem again and says how that went."""
 
 
 def validate_problem(
@@ -64,16 +56,9 @@ def validate_problem(
     stillness: StillnessConfig | None = None,
     first_looks: int = 3,
 ) -> ValidationReport:
-    """Checks a problem: contact, rest, sight, first look, target, surroundings, and if wanted solves it again.
-
-    Args:
-        problem: as its file has it; nothing is moved before the checks.
-        inspector: the robot that has to solve it.
-        resolve: solves the problem again; without it that is not checked.
-        progress: told each check as it is made.
-        stillness: how far what may move, for how long.
-        first_looks: how many times grasps are planned from the first look, each with other random candidates.
-    """
+    """Checks a problem as its file has it: contact, rest, sight, first look (grasps planned `first_looks` times, each
+    with other random candidates), target, surroundings, and with `resolve` that it can be solved. `progress` is told
+    each check as it is made."""
     checks: list[Check] = []
     difficulty = None
 
@@ -95,7 +80,7 @@ def validate_problem(
         note("rest", False, f"The simulation breaks: {error}")
     else:
         around = inspector.around(problem, problem.target)
-        difficulty = measure_difficulty(inspector, view, problem.target, around)
+        difficulty = inspector.difficulty(view, problem.target)
         note("sight", *_sight(problem, difficulty))
         trivial = inspector.graspable_at_first(view, problem.target, first_looks)
         note("first look", not trivial, f"The target can{'' if trivial else 'not'} be grasped at once.")
@@ -121,13 +106,7 @@ def oracle_check(
     paper's people who tried each problem.
 
     "The scene was adjusted [...] until it admitted a solution with a task sequence of at least two steps." (Simulated
-    Dataset, step 5)
-
-    Args:
-        inspector: the robot and its workspace.
-        seed: of the trial.
-        budget: how much the oracle may try, in simulated picks. Raises InputError if it is no positive number.
-        say: told about progress.
+    Dataset, step 5) The budget is in simulated picks. Raises InputError if it is no positive number.
     """
     check_budget(budget)
 

@@ -67,16 +67,12 @@ def _render(
         for other in range(world.object_count):
             if other != TARGET_ID:
                 world.park(other, Presence.DROPPED)
-        alone = {
-            name: renderer.render(pose, color=False).label_image == TARGET_ID for name, pose in poses.items()
-        }
+        for name, view in views.items():
+            whole = renderer.render(poses[name], color=False).label_image == TARGET_ID
+            rgb = _outlined(view.rgb, whole, view.label_image == TARGET_ID, config.outline_px)
+            views[name] = replace(view, rgb=rgb)
         restore_state(world, state)
-    return {
-        name: replace(
-            view, rgb=_outlined(view.rgb, alone[name], view.label_image == TARGET_ID, config.outline_px)
-        )
-        for name, view in views.items()
-    }
+    return views
 
 
 def _near_poses(world: World, workspace: Workspace, config: ViewConfig) -> dict[ViewName, Pose]:

@@ -6,7 +6,6 @@ from numpy.typing import ArrayLike
 
 Pose = Float[np.ndarray, "4 4"]
 Poses = Float[np.ndarray, "*n 4 4"]
-Vector = Float[np.ndarray, "3"]
 
 
 def make_pose(R: Float[np.ndarray, "3 3"] | None = None, p: ArrayLike | None = None) -> Pose:

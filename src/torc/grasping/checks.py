@@ -17,8 +17,16 @@ from torc.grasping.cells import PointCells, gather
 from torc.grasping.clouds import ObjectCloud
 from torc.grasping.config import CheckConfig
 from torc.grasping.generators.common import RawCandidates
-from torc.grasping.hand import HandGeometry, reach_at, sweep_end_z
-from torc.grasping.hand_volume import between_pads, clear_of_support, hand_bounds, in_fingers, in_palm
+from torc.grasping.hand import (
+    HandGeometry,
+    between_pads,
+    clear_of_support,
+    hand_bounds,
+    in_fingers,
+    in_palm,
+    reach_at,
+    sweep_end_z,
+)
 
 
 class Fault(IntEnum):

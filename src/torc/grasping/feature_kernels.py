@@ -7,8 +7,7 @@ from jaxtyping import Bool, Float, UInt64
 from numba import njit
 
 from torc.grasping.cells import gather
-from torc.grasping.hand import reach_at
-from torc.grasping.hand_volume import between_pads
+from torc.grasping.hand import between_pads, reach_at
 
 CONTACT_M = 0.008
 ALIGNED_COS = 0.87

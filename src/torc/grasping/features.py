@@ -95,11 +95,6 @@ _COLUMN_M = 0.01
 _TOUCH_M = 0.008
 
 
-def feature_column(name: str) -> int:
-    """Column of a feature. Raises ValueError for an unknown name."""
-    return FEATURE_NAMES.index(name)
-
-
 def compute_features(
     candidates: RawCandidates,
     foreign: Int32[np.ndarray, "n 5"],

@@ -1,6 +1,8 @@
 """Geometric grasp planning: propose, check, measure, score, select."""
 
 from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +17,19 @@ from torc.grasping.generators import GENERATORS, GeneratorInput, RawCandidates
 from torc.grasping.hand import HandGeometry, hand_geometry
 from torc.grasping.hand_contacts import voxel_blockers
 from torc.grasping.protocol import GraspScorer
-from torc.grasping.scoring import HandScore, default_scorer
 from torc.grasping.selection import chosen, thinned
+from torc.grasping.trees import load_trees
 from torc.records import MAX_OBJECTS, GraspSet, OcclusionVolume, SegmentedScene
 from torc.robots.gripper import GripperDescription
+
+MODEL_PATH = Path(__file__).parent / "data" / "grasp_model.npz"
+
+
+@cache
+def default_scorer() -> GraspScorer:
+    """The shipped model, read once per process."""
+    return load_trees(MODEL_PATH, FEATURE_NAMES)
+
 
 GENERATOR_NAMES = tuple(GENERATORS)
 NO_GRASPS = GraspSet(
@@ -61,7 +72,7 @@ class GeometricGraspPlanner:
         gripper: the gripper.
         support_z_m: height of the table top.
         config: settings.
-        scorer: rates the candidates; the shipped model (or the hand-written score) by default.
+        scorer: rates the candidates; the shipped model by default.
     """
 
     def __init__(
@@ -80,7 +91,7 @@ class GeometricGraspPlanner:
 
     def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
         """Grasps of all visible objects that are large enough, the best of each object first."""
-        parts, config = self._propose(scene, volume, rng, self.scorer), self.config.selection
+        parts, config = self._propose(scene, volume, rng), self.config.selection
         kept = [thinned(p.grasps.scores, p.blocked, p.grasps.Ts_world_tcp, config) for p in parts]
         free = [k[~p.blocked[k]] for p, k in zip(parts, kept)]
         spread = _concatenated([_rows(p.grasps, k) for p, k in zip(parts, free)])
@@ -97,11 +108,8 @@ class GeometricGraspPlanner:
     def candidates(
         self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
     ) -> CandidateSet:
-        """What `plan` scores, before selection, with the hand-written score; for training.
-
-        The same candidates for the same generator state.
-        """
-        parts = self._propose(scene, volume, rng, HandScore())
+        """What `plan` selects from; for training. The same candidates for the same generator state."""
+        parts = self._propose(scene, volume, rng)
         return CandidateSet(
             _concatenated([p.grasps for p in parts]),
             np.concatenate([p.features for p in parts] or [np.zeros((0, len(FEATURE_NAMES)), np.float32)]),
@@ -111,14 +119,14 @@ class GeometricGraspPlanner:
         )
 
     def _propose(
-        self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator, scorer: GraspScorer
+        self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
     ) -> list[CandidateSet]:
         """The candidates of each object."""
         clouds = build_clouds(scene, volume, self.support_z_m, self.config.clouds)
         # A seed per id: what is drawn for one object does not depend on which others are seen.
         seeds = rng.integers(1 << 62, size=MAX_OBJECTS)
         return [
-            self._propose_for(cloud, clouds, volume, np.random.default_rng(seeds[cloud.id]), scorer)
+            self._propose_for(cloud, clouds, volume, np.random.default_rng(seeds[cloud.id]))
             for cloud in clouds.objects
         ]
 
@@ -128,7 +136,6 @@ class GeometricGraspPlanner:
         clouds: SceneClouds,
         volume: OcclusionVolume,
         rng: np.random.Generator,
-        scorer: GraspScorer,
     ) -> CandidateSet:
         checks, hand, z = self.config.checks, self.hand, self.support_z_m
         config = self.config.candidates.for_object(cloud.id)
@@ -153,7 +160,7 @@ class GeometricGraspPlanner:
         grasps = GraspSet(
             Ts_world_tcp=Ts,
             widths_m=np.minimum(kept.widths_m, hand.max_width_m),
-            scores=np.asarray(scorer.score(features), dtype=float),
+            scores=np.asarray(self.scorer.score(features), dtype=float),
             object_ids=np.full(len(kept), cloud.id, dtype=np.int16),
             contacts=np.stack([middle - half, middle + half], axis=1),
             generators=generators[keep],

@@ -1,29 +1,135 @@
 """The environment `torc/Retrieval-v0`: a step is one pick of the real pipeline, the action names the object."""
 
+import sys
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
-from jaxtyping import Bool, UInt8
+from jaxtyping import Bool, Float32, Int8, UInt8
 
-from torc.episode.loop import Episode
-from torc.episode.steps import EpisodeConfig
+from torc.episode.loop import Episode, rehearse
+from torc.episode.simulated import needs_color, pick_parts, simulated_robot
+from torc.episode.steps import EpisodeConfig, Steps
 from torc.errors import InputError, PhysicsError, UnknownNameError
-from torc.gym_env.features import SHARES, action_mask, observed
-from torc.gym_env.simulation import EpisodeSimulation
+from torc.occlusion.volume import hidden_volumes_m3
 from torc.perception.marking import mark_image
+from torc.pipeline.building import build_system
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason
+from torc.pipeline.warm_up import announced_compilation
+from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
-from torc.records import MAX_OBJECTS, Decision
+from torc.records import MAX_OBJECTS, TARGET_ID, Decision, GraspStatus, PlanningContext
+from torc.sim.closing import Closing
+from torc.sim.robot import RobotState, SimulatedRobot
 from torc.specs.conditions import Conditions
+from torc.task_planning.graph_building import build_dependency_graph
 from torc.workspace.files import load_workspace
+
+SHARES = ("best_score", "pixels", "hidden_volume", "blocked", "tried")
+PER_OBJECT = ("visible", "graspable", "target", *SHARES, "position")
+"""The keys with a row per object id; "position" has three columns."""
+
+
+def observed(context: PlanningContext, max_picks: int) -> dict[str, np.ndarray]:
+    """The features of a look, by the keys of the environment's observation space; docs/gym.md has their meaning."""
+    scene, report, grasps, ids = context.scene, context.report, context.grasps, list(context.scene.ids)
+    rows: dict[str, np.ndarray] = {
+        "visible": _ones(ids),
+        "graspable": action_mask(context),
+        "target": _ones([TARGET_ID]),
+        **{name: np.zeros(MAX_OBJECTS, np.float32) for name in SHARES},
+        "position": np.zeros((MAX_OBJECTS, 3), np.float32),
+        "edges": np.zeros((MAX_OBJECTS, MAX_OBJECTS), np.float32),
+        "picks_left": np.array([context.picks_left / max_picks], np.float32),
+    }
+    for edge in build_dependency_graph(context).edges:
+        rows["edges"][edge.source, edge.target] = edge.weight
+    unseen = max(1, int(np.count_nonzero(~context.volume.seen)))
+    grid = context.volume.grid
+    rows["hidden_volume"][ids] = hidden_volumes_m3(context.volume, ids) / (unseen * grid.voxel_size_m**3)
+    for o in scene.objects:
+        of = grasps.object_ids == o.id
+        valid = grasps.scores[of & (report.status == GraspStatus.VALID)]
+        rows["best_score"][o.id] = valid.max(initial=0.0)
+        rows["pixels"][o.id] = o.pixel_count / scene.label_image.size
+        if len(o.points):  # their middle, -1 to 1 along each side of the workspace
+            share = (o.points.mean(axis=0) - grid.origin) / (grid.upper - grid.origin)
+            rows["position"][o.id] = np.clip(2.0 * share - 1.0, -1.0, 1.0)
+        if of.any():
+            rows["blocked"][o.id] = report.blocked_total[report.object_ids.index(o.id)] / np.count_nonzero(of)
+    for object_id, times in Counter(outcome.object_id for outcome in context.history).items():
+        if object_id >= 0:
+            rows["tried"][object_id] = times / max_picks
+    return rows
+
+
+def action_mask(context: PlanningContext) -> Int8[np.ndarray, "64"]:
+    """1 for the objects that can be picked now; all 0 if nothing can, and then every action is a lost pick."""
+    return _ones(list(context.report.graspable_ids))
+
+
+def stacked(observation: dict[str, np.ndarray]) -> Float32[np.ndarray, "64 f"]:
+    """The per-object features of an observation side by side, for a network that looks at one object at a time.
+
+    The columns are those of PER_OBJECT and, last, the weight of the edge that the target has to the object.
+    """
+    columns = [observation[key].reshape(MAX_OBJECTS, -1) for key in PER_OBJECT]
+    return np.hstack([*columns, observation["edges"][TARGET_ID][:, None]]).astype(np.float32)
+
+
+def _ones(ids: list[int]) -> Int8[np.ndarray, "64"]:
+    flags = np.zeros(MAX_OBJECTS, np.int8)
+    flags[ids] = 1
+    return flags
+
 
 RESET_OPTIONS = ("problem", "episode_seed")
 _SEEDS = 2**31
 _NO_EPISODE = "There is no episode in progress: call reset() first."
+
+
+class EpisodeSimulation(Closing):
+    """Episodes with the parts that `run_trial` puts together: the same problem, seed and picks go the same way.
+
+    The world of the latest problem is kept: another episode in it need not be built anew.
+    """
+
+    def __init__(self, conditions: Conditions, *, color: bool) -> None:
+        """Without `color`, where no pictures are needed, each look is faster. Raises InputError."""
+        self._system = build_system(conditions)
+        self._color = color or needs_color(self._system)
+        self._open: tuple[str, SimulatedRobot, RobotState] | None = None  # problem, robot, state as built
+        self._rehearsed = False
+
+    def begin(self, problem: str, config: EpisodeConfig) -> Episode:
+        """The episode of a problem, before its first look; the one before it is over. The first one compiles kernels
+        where they are not cached, and says so on stderr.
+
+        Raises InputError for a problem that cannot be used, and PhysicsError if it breaks before the first pick.
+        """
+        if self._open is None or self._open[0] != problem:
+            self.close()
+            simulated = simulated_robot(self._system, load_problem(problem), color=self._color)
+            self._open = problem, simulated, simulated.save()
+        _, simulated, built = self._open
+        simulated.restore(built)
+        simulated.take_over()
+        parts = pick_parts(self._system, simulated)
+        if not self._rehearsed:
+            with announced_compilation(lambda text: print(text, file=sys.stderr)):
+                rehearse(parts)
+            self._rehearsed = True
+        return Episode(Steps(parts, simulated.world.problem.description, config))
+
+    def close(self) -> None:
+        """Frees the world and its camera."""
+        if self._open is not None:
+            self._open[1].close()
+            self._open = None
 
 
 class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
@@ -42,8 +148,7 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         simulation: begins the episodes; an `EpisodeSimulation` of these conditions if not given.
         conditions: what is around the agent (max_picks, noise, robot, perception, settings, ...), see `Conditions`.
 
-    Raises:
-        InputError: an argument or a problem cannot be used.
+    Raises InputError for an argument or a problem that cannot be used.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012 - Gymnasium's own form
@@ -67,10 +172,9 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
                 "pick_cost, drop_cost and retrieval_bonus must be at least 0; costs are subtracted."
             )
         for name in conditions:
-            if name not in Conditions.__dataclass_fields__:
-                raise UnknownNameError(
-                    "argument of the environment", name, [*Conditions.__dataclass_fields__]
-                )
+            known = [*Conditions.__dataclass_fields__]
+            if name not in known:
+                raise UnknownNameError("argument of the environment", name, known)
         chosen = Conditions(**conditions)
         self.problems = select_problems(problems if isinstance(problems, str) else ",".join(problems))
         self.max_picks, self.image, self.render_mode = chosen.max_picks, image, render_mode
@@ -79,8 +183,7 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         self._simulation = EpisodeSimulation(chosen, color=color) if simulation is None else simulation
         self.action_space = spaces.Discrete(MAX_OBJECTS)
         n, mount = MAX_OBJECTS, load_workspace(chosen.workspace).camera
-        shapes: dict[str, tuple[int, ...]] = {
-            **dict.fromkeys(SHARES, (n,)),
+        shapes: dict[str, tuple[int, ...]] = dict.fromkeys(SHARES, (n,)) | {
             "edges": (n, n),
             "picks_left": (1,),
         }
@@ -101,14 +204,9 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
     ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Begin an episode: problem and seed of the episode are drawn from the environment's own generator.
 
-        Args:
-            seed: seeds that generator.
-            options: "problem" and "episode_seed" name them instead; `torc run PROBLEM --seed N` with the same picks
-                goes the same way.
-
-        Raises:
-            InputError: an option is unknown, or the problem cannot be played.
-            PhysicsError: the simulation broke before the first pick.
+        `seed` seeds that generator. The options "problem" and "episode_seed" name them instead: `torc run PROBLEM
+        --seed N` with the same picks goes the same way. Raises InputError for an unknown option or a problem that
+        cannot be played, and PhysicsError if the simulation broke before the first pick.
         """
         super().reset(seed=seed)
         options = options or {}
@@ -118,10 +216,8 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         # Both are drawn whatever the options, so that they shift nothing.
         problem = self.problems[int(self.np_random.integers(len(self.problems)))]
         episode_seed = int(self.np_random.integers(_SEEDS))
-        problem, episode_seed = (
-            str(options.get("problem", problem)),
-            options.get("episode_seed", episode_seed),
-        )
+        problem = str(options.get("problem", problem))
+        episode_seed = options.get("episode_seed", episode_seed)
         if not isinstance(episode_seed, int) or episode_seed < 0:
             raise InputError(f"The episode's seed is {episode_seed!r}; it must be an integer, at least 0.")
         self._facts = {"problem": problem, "episode_seed": episode_seed}
@@ -137,9 +233,8 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
     def step(self, action: np.int64 | int) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """Pick the object of that id. An object that cannot be picked is a lost pick, as for a task planner.
 
-        Raises:
-            InputError: there is no episode in progress, or the action is no object id.
-            TorcError: a part failed otherwise than by broken physics, which truncates the episode.
+        Raises InputError without an episode in progress or for an action that is no object id, and another TorcError
+        if a part failed otherwise than by broken physics, which truncates the episode.
         """
         episode, look = self._episode, self._look
         if episode is None or look is None or episode.end is not None:

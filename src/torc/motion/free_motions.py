@@ -15,9 +15,8 @@ from torc.motion.line_context import LineContext
 from torc.motion.lines import LinePair
 from torc.motion.protocol import NoMotionError
 from torc.motion.space import FreeSpace, MotionQuery, free_space
-from torc.motion.timed_motions import timed_motion
+from torc.motion.timed_motions import timed_motion, way_out
 from torc.motion.timing import join, time_path
-from torc.motion.way_out import way_out
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik

@@ -6,8 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from torc.collision.checks import with_attached, world_arrays
-from torc.collision.edges import edges_batch
-from torc.collision.kernels import contacts_batch
+from torc.collision.kernels import contacts_batch, edges_batch
 from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays, joint_reach
 from torc.collision.world import CollisionWorld

@@ -53,11 +53,8 @@ sample where grasps are planned."""
 def save_object(
     model: ObjectModel, directory: Path | str, source: ObjectSource | None = None, overwrite: bool = False
 ) -> None:
-    """Write an object to a directory that bears its name; it appears complete or not at all.
-
-    Raises:
-        InputError: the directory exists (and not overwrite), is no object's, or cannot be written, or the model is
-            outside of the format's limits.
+    """Write an object to a directory that bears its name; it appears complete or not at all. Raises InputError if the
+    directory exists (and not overwrite), is no object's, or cannot be written, or the model is outside of the limits.
     """
     directory = Path(directory)
     if directory.name != model.name:
@@ -221,8 +218,7 @@ def _texture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
 
 def check_model(model: ObjectModel, directory: Path) -> None:
     """Raises InputError where the physics would not take the object, or takes it to be elsewhere than it is."""
-    fault = _fault(model)
-    if fault:
+    if fault := _fault(model):
         raise InputError(f"{directory}: {fault} Import the mesh again.")
 
 

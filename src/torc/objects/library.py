@@ -1,26 +1,36 @@
-"""All objects: those that come with torc, and whatever the user has imported (`torc.objects.store`).
+"""All objects: those that come with torc, and whatever the user has imported. Light to import.
 
 The shipped ones are object files too, in `data/shipped`; they were drawn once, by `tools/objects`. Their index makes
-`object_names()` and `object_facts()` cheap. `load_object(name)` reads a model once per process. A user's object never
-takes the place of a shipped one.
+`object_names()` and `object_facts()` cheap. A user's object never takes the place of a shipped one.
+
+`TORC_OBJECTS` names the user's directories of objects (several are separated as in PATH; the first is where imports
+go). Without it there is one: `torc/objects` in the user's data directory (`XDG_DATA_HOME`, or `~/.local/share`).
 """
 
 from __future__ import annotations
 
 import json
+import os
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from torc.errors import UnknownNameError
-from torc.objects.store import SHIPPED_OBJECTS, find_stored, load_stored, stored_objects
 
 if TYPE_CHECKING:  # the names alone need neither numpy nor Pillow
-    from pathlib import Path
-
     from torc.objects.models import ObjectModel
 
+SHIPPED_OBJECTS = Path(__file__).parent / "data" / "shipped"
+"""The objects that come with torc: drawn by `tools/objects`, never written to by torc."""
+ENVIRONMENT_VARIABLE = "TORC_OBJECTS"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}")
 INDEX_FILE = "index.json"
+FACTS_PATH = Path(__file__).parent / "data" / "graspable.json"
+"""Which models the gripper gets hold of with nothing else on the table, as measured in the simulator; whether the arm
+reaches is asked of each scene. Made by `python -m tools.grasp_model graspable`."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +66,6 @@ def has_object(name: str) -> bool:
     return name in _shipped() or find_stored(name) is not None
 
 
-def held_out_kinds() -> tuple[str, ...]:
-    """Shipped kinds that no grasp model is trained on."""
-    return tuple(dict.fromkeys(facts.kind for facts in _shipped().values() if facts.held_out))
-
-
 def object_facts(name: str) -> ObjectFacts:
     """Facts of a model. Raises UnknownNameError, or InputError if a stored one is damaged."""
     if name in _shipped():
@@ -86,3 +91,80 @@ def _directory(name: str) -> Path:
     if directory is None:
         raise UnknownNameError("object model", name, list(object_names()))
     return directory
+
+
+def store_directories() -> tuple[Path, ...]:
+    """Directories that hold the user's objects, in the order in which they are searched; they need not exist."""
+    given = [
+        Path(p).expanduser() for p in os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep) if p.strip()
+    ]
+    if given:
+        return tuple(given)
+    data = os.environ.get("XDG_DATA_HOME", "")
+    # The specification has relative paths ignored.
+    home = Path(data) if os.path.isabs(data) else Path("~/.local/share").expanduser()
+    return (home / "torc" / "objects",)
+
+
+def stored_objects() -> dict[str, Path]:
+    """Names of the user's objects, sorted, and their directories. They are not read: some may turn out damaged."""
+    stores = reversed(store_directories())  # the first one counts
+    found = {place.name: place for store in stores for place in store.glob("*") if _is_object(place)}
+    return dict(sorted(found.items()))
+
+
+def find_stored(name: str) -> Path | None:
+    """The directory of an object of the user, or None. Any text may be asked for: it never leads out of the store."""
+    if not _NAME.fullmatch(name):
+        return None
+    return next((store / name for store in store_directories() if _is_object(store / name)), None)
+
+
+def load_stored(directory: Path) -> ObjectModel:
+    """The object in a directory of a store; read once while its files are the same. Raises InputError."""
+    files = [directory / name for name in ("object.yaml", "geometry.npz")]
+    # A missing one is told of where it is read.
+    stamps = tuple(
+        (s.st_ino, s.st_mtime_ns, s.st_size) for s in (file.stat() for file in files if file.exists())
+    )
+    return _load(directory.absolute(), stamps)
+
+
+@lru_cache(maxsize=128)
+def _load(directory: Path, stamps: tuple[tuple[int, int, int], ...]) -> ObjectModel:
+    from torc.objects.files import load_object_directory
+
+    return load_object_directory(directory, trusted=directory.parent == SHIPPED_OBJECTS)
+
+
+def _is_object(directory: Path) -> bool:
+    return _NAME.fullmatch(directory.name) is not None and (directory / "object.yaml").is_file()
+
+
+@dataclass(frozen=True)
+class GraspFact:
+    """What came of trying to grasp a model that was alone on the table: the share of turns in which some grasp held,
+    where it stood in its natural pose, and where it was let go in a random orientation; and the digest of the model's
+    contact pieces and mass when that was measured."""
+
+    standing: float
+    tumbled: float
+    digest: str
+
+
+@cache
+def all_grasp_facts() -> Mapping[str, GraspFact]:
+    """What is known of the library's models, by name."""
+    return read_facts(FACTS_PATH)
+
+
+def read_facts(path: Path) -> Mapping[str, GraspFact]:
+    """Facts from a file."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    return {name: GraspFact(**fact) for name, fact in content["models"].items()}
+
+
+def graspable(name: str) -> bool | None:
+    """Whether a model can be grasped as it stands, with nothing around it; None if that was never measured."""
+    fact = all_grasp_facts().get(name)
+    return None if fact is None else fact.standing > 0.0

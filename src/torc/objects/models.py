@@ -20,13 +20,11 @@ Quat = tuple[float, float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class CollisionPiece:
-    """One convex contact piece.
+    """One convex contact piece, with its pose in the model frame.
 
     Attributes:
-        kind: shape.
         size: as in MuJoCo: box half edges; cylinder and capsule (radius, half length without caps) along the piece's
             z; sphere (radius,); ellipsoid half axes; mesh ().
-        position, wxyz: pose of the piece in the model frame.
         vertices: of a mesh, in the piece's frame; the piece is their convex hull. None for primitives.
         relative_density: against the object's other pieces, for the distribution of its mass.
     """
@@ -46,10 +44,7 @@ class CollisionPiece:
     @property
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Lower and upper corner of its axis-aligned bounding box in the model frame (exact)."""
-        directions = np.eye(3)
-        upper = self.support(directions)
-        lower = -self.support(-directions)
-        return np.stack([lower, upper])
+        return np.stack([-self.support(-np.eye(3)), self.support(np.eye(3))])
 
     def support(self, directions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
         """Support function: the largest p . direction over its points p, model frame; unit directions."""
@@ -125,15 +120,11 @@ class CollisionPiece:
 
 @dataclass(frozen=True, eq=False)
 class VisualMesh:
-    """One surface to look at, model frame. Triangles are counter-clockwise seen from outside.
+    """One surface to look at, model frame. Triangles are counter-clockwise seen from outside, normals (per vertex) of
+    unit length; `rgba` is the colour without a texture, white with one.
 
-    Attributes:
-        vertices, faces: the triangles.
-        uv: texture coordinates per vertex, u to the right and v *down* the texture: (0, 0) is the outer corner of
-            texture[0, 0]. That is also MuJoCo's convention for user data. None without texture.
-        texture: colours, or None.
-        rgba: colour without a texture, white with one.
-        normals: outward unit normals per vertex.
+    `uv` per vertex: u to the right and v *down* the texture; (0, 0) is the outer corner of texture[0, 0], which is also
+    MuJoCo's convention for user data.
     """
 
     vertices: Float[np.ndarray, "n 3"]
@@ -146,18 +137,13 @@ class VisualMesh:
 
 @dataclass(frozen=True, eq=False)
 class ObjectModel:
-    """One variant of one kind of object.
+    """One variant ("tuna_can_blue") of one kind ("tuna_can") of object.
 
     Attributes:
-        name: unique, e.g. "tuna_can_blue".
-        kind: its kind, e.g. "tuna_can".
         description: short and unique words, e.g. "the blue tuna can".
-        mass_kg: mass of the whole.
-        pieces: contact geometry.
-        visuals: what a camera sees; agrees with the pieces within about 2 mm.
+        visuals: what a camera sees; agrees with the pieces, its contact geometry, within about 2 mm.
         size_m: edge lengths of the bounding box of the pieces.
         rolls: round contacts: the simulator adds rolling friction.
-        friction: sliding friction coefficient.
         held_out: of a kind that the grasp model is never trained on.
     """
 

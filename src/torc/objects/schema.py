@@ -90,16 +90,8 @@ class VisualEntry(BaseModel):
 
 
 class ObjectSource(BaseModel):
-    """Where an imported object comes from. A point p of the mesh file is R(wxyz) (scale * p) + position in the model
-    frame.
-
-    Attributes:
-        file: the mesh's file name; empty if there is none.
-        sha256: of the mesh file; empty if not known.
-        note: for people, e.g. a licence.
-        scale: metres per unit of the mesh file.
-        position, wxyz: pose of the scaled mesh's frame in the model frame.
-    """
+    """Where an imported object comes from: a mesh file (empty if there is none), its hash, and a note for people, e.g.
+    a licence. A point p of it is R(wxyz) (scale * p) + position in the model frame."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
     file: Annotated[str, Field(max_length=255), AfterValidator(_line)] = ""

@@ -4,12 +4,14 @@ A voxel is unknown until a snapshot sees it free or on a surface; then it stays 
 there. An unknown voxel carries the bit of the object whose pixel hides it.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Int16, Int32, UInt64
+from jaxtyping import Bool, Float, Float32, Int16, Int32, UInt64
+from numba import njit
 
 from torc.errors import InputError
 from torc.geometry.arrays import kernel_array
@@ -219,3 +221,34 @@ def _moved_pixels(volume: OcclusionVolume, o: SegmentedObject, config: Occlusion
     if count < config.min_moved_points:
         return o.pixels[:0]
     return o.pixels if count >= config.moved_share * len(moved) else o.pixels[moved]
+
+
+def hidden_volumes_m3(volume: OcclusionVolume, ids: Iterable[int]) -> Float[np.ndarray, "n"]:
+    """OcclusionVolume.hidden_volume_m3 of many objects in one pass."""
+    counts = _count_bits(kernel_array(volume.hidden_by, np.uint64).ravel())
+    return counts[list(ids)] * volume.grid.voxel_size_m**3
+
+
+def hidden_near_m3(
+    volume: OcclusionVolume, ids: Iterable[int], points: Float[np.ndarray, "n 3"], reach_m: float
+) -> Float[np.ndarray, "k"]:
+    """The same, of the space in the box around some points (world frame) that is larger by `reach_m` all around."""
+    low = np.maximum(volume.grid.index_of(points.min(axis=0) - reach_m), 0)
+    high = np.maximum(volume.grid.index_of(points.max(axis=0) + reach_m) + 1, 0)
+    box = tuple(slice(a, b) for a, b in zip(low.tolist(), high.tolist()))
+    counts = _count_bits(kernel_array(volume.hidden_by[box], np.uint64).ravel())
+    return counts[list(ids)] * volume.grid.voxel_size_m**3
+
+
+@njit(cache=True)
+def _count_bits(masks):
+    """How many of the masks have each bit set."""
+    counts = np.zeros(64, np.int64)
+    for mask in masks:
+        bit = 0
+        while mask != np.uint64(0):
+            if mask & np.uint64(1):
+                counts[bit] += 1
+            mask >>= np.uint64(1)
+            bit += 1
+    return counts

@@ -59,26 +59,23 @@ def build_pipeline(
     noisy: bool = False,
     occlusion: OcclusionConfig | None = None,
 ) -> Pipeline:
-    """The parts between camera and task planner. Raises as `build_system`.
-
-    Args:
-        robot: whose reach counts; a gripper alone takes every pose as reachable.
-        noisy: add the noise of a stereo camera, and expect it.
-        occlusion: how snapshots change the occlusion volume, but for the settings; None for the default.
+    """The parts between camera and task planner; for a gripper alone every pose counts as reachable. `noisy` adds the
+    noise of a stereo camera, and expects it; `occlusion` takes the place of the default. Raises as `build_system`.
     """
     check_settings(stages, noisy)
     gripper = robot.gripper if isinstance(robot, RobotDescription) else robot
-    usual = FIXED_REAL_CAMERA if noisy else FIXED_CAMERA
+    occlusion = occlusion or (FIXED_REAL_CAMERA if noisy else FIXED_CAMERA)
+    support_z_m = workspace.support_z_m
     return Pipeline(
         perception=make_stage(stages, "perception", REAL_CAMERA if noisy else None),
         depth=make_stage(stages, "depth", workspace=workspace),
         grasp_planner=make_stage(
-            stages, "grasps", gripper=gripper, support_z_m=workspace.support_z_m, workspace=workspace
+            stages, "grasps", gripper=gripper, support_z_m=support_z_m, workspace=workspace
         ),
         robot=robot,
         workspace=workspace,
         noise=configured(stages, "noise", stereo_camera()) if noisy else None,
-        occlusion=configured(stages, "occlusion", usual if occlusion is None else occlusion),
+        occlusion=configured(stages, "occlusion", occlusion),
         failures=configured(stages, "failures", FailureConfig()),
         bets=configured(stages, "bets", BetConfig()),
         min_score=stages.min_score,
@@ -86,11 +83,8 @@ def build_pipeline(
 
 
 def make_stage(stages: PipelineSpec, stage: str, default: Any = None, **offered: Any) -> Any:
-    """The part of a stage, see `torc.stages.STAGES`.
-
-    Args:
-        default: its configuration without settings, for a part that takes this kind of `config`.
-        offered: handed to a part that has parameters of these names.
+    """The part of a stage, see `torc.stages.STAGES`; `default` is its configuration without settings, for a part that
+    takes this kind of `config`; what is `offered` goes to a part that has parameters of these names.
     """
     kind, name = STAGES[stage], getattr(stages, stage)
     settings = under(stages.settings, stage)

@@ -11,22 +11,17 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, UInt8
 
 from torc.errors import InputError
 from torc.geometry.transforms import Pose
-from torc.pipeline.report import with_status
 from torc.records import GraspReport, GraspSet, GraspStatus, PickOutcome, SegmentedScene
 
 
 @dataclass(frozen=True)
 class FailedGrasp:
-    """A grasp that failed.
-
-    Attributes:
-        seen_at: mean of the object's visible points at that time, world frame.
-        executed: the robot tried it; else no motion was found.
-        touched: points that a finger touched where nothing was seen, world frame; see torc.pipeline.touch.
+    """A grasp that was executed and failed, or else had no motion. `seen_at` is the mean of the object's visible points
+    then, `touched` are points that a finger touched where nothing was seen (`torc.pipeline.touch`); world frame.
     """
 
     object_id: int
@@ -57,6 +52,12 @@ class FailureConfig:
             raise InputError(f"A failure takes {self.log_odds} from the log-odds; it takes 0 or more.")
 
 
+def with_status(report: GraspReport, grasps: GraspSet, status: UInt8[np.ndarray, "n"]) -> GraspReport:
+    """The report with other statuses, its count of valid grasps per object brought in line."""
+    valid = [np.count_nonzero(status[grasps.object_ids == k] == GraspStatus.VALID) for k in report.object_ids]
+    return replace(report, status=status, valid_total=np.array(valid, dtype=np.int32))
+
+
 def still_valid(
     failed: tuple[FailedGrasp, ...], scene: SegmentedScene, config: FailureConfig
 ) -> tuple[FailedGrasp, ...]:
@@ -70,10 +71,7 @@ def still_valid(
 
 
 def lower_scores(
-    grasps: GraspSet,
-    failed: tuple[FailedGrasp, ...],
-    history: tuple[PickOutcome, ...],
-    config: FailureConfig,
+    grasps: GraspSet, failed: tuple[FailedGrasp, ...], history: tuple[PickOutcome, ...], config: FailureConfig
 ) -> GraspSet:
     """The grasps with lower scores where one like it, or any other with that object, was executed and failed. `failed`
     are the failures that still tell something, `history` all picks so far.

@@ -1,6 +1,8 @@
 """From one snapshot to a `PlanningContext` (paper: A Modular Pipeline, steps 1 and 2)."""
 
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,12 +19,10 @@ from torc.perception.asking import ask_depth, ask_perception
 from torc.perception.depth import AsMeasured
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import Depth, Perception, Wanted
-from torc.pipeline.better_bet import BetConfig, hold_back_worse_bets
-from torc.pipeline.failures import FailureConfig, lower_scores, still_valid, veto
-from torc.pipeline.report import hold_back_unlikely, with_status
+from torc.pipeline.better_bet import BetConfig, hold_back_unlikely, hold_back_worse_bets
+from torc.pipeline.failures import FailureConfig, lower_scores, still_valid, veto, with_status
 from torc.pipeline.seeding import stage_rng
 from torc.pipeline.state import EpisodeState, first_state
-from torc.pipeline.timing import StageClock
 from torc.pipeline.touch import with_touched
 from torc.records import (
     BACKGROUND,
@@ -40,15 +40,39 @@ from torc.specs.conditions import DEFAULT_MIN_SCORE
 from torc.workspace.description import Workspace
 
 
+@dataclass
+class Lap:
+    """One pass through a stage; `seconds` is known when it is over."""
+
+    seconds: float = 0.0
+
+
+class StageClock:
+    """Adds up the wall seconds spent in named stages; no result depends on them."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[Lap]:
+        """Count the time of the block, also when it raises."""
+        start, lap = time.perf_counter(), Lap()
+        try:
+            yield lap
+        finally:
+            lap.seconds = time.perf_counter() - start
+            self.add({name: lap.seconds})
+
+    def add(self, seconds: Mapping[str, float]) -> None:
+        """Count times that were measured elsewhere."""
+        for name, value in seconds.items():
+            self.seconds[name] = self.seconds.get(name, 0.0) + value
+
+
 @dataclass(frozen=True)
 class Look:
-    """What one snapshot tells.
-
-    Attributes:
-        context: what a task planner may see.
-        observation: the snapshot as perception was given it, with the labels of objects that are not in sight, too.
-        world: the collision world of this snapshot, for motion planning.
-        seconds: wall time by stage.
+    """What one snapshot tells: to task planners the context alone. `observation` is as perception was given it, with
+    the labels of objects that are not in sight, too; `world` is for motion planning; `seconds` are wall time by stage.
     """
 
     context: PlanningContext
@@ -99,14 +123,9 @@ class Pipeline:
     ) -> Look:
         """Perceive, update the occlusion volume, plan and check grasps.
 
-        Args:
-            state: what is known from earlier looks and picks; nothing if not given.
-            seed: with the number of picks so far it decides all random draws.
-            picks_left: attempts left, this one included.
-            labels: the user's own label per object id, for the planner's reasons; none in simulation.
-
-        Raises:
-            PartError, GraspPlannerError: a part crashed, or what it returned cannot be used.
+        `state` is what earlier looks and picks told; `seed` and the number of picks so far decide all random draws;
+        `picks_left` counts this one; `labels` are the user's own per object id, for the planner's reasons. Raises
+        PartError or GraspPlannerError if a part crashed, or what it returned cannot be used.
         """
         state = first_state(self.workspace.grid) if state is None else state
         history = tuple(outcome.as_felt for outcome in state.outcomes)

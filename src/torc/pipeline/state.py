@@ -20,12 +20,8 @@ class EndReason(StrEnum):
 
 @dataclass(frozen=True)
 class EpisodeState:
-    """All that an episode knows between two picks; with the state of the world it decides all that can follow.
-
-    Attributes:
-        volume: the occlusion volume as the latest look left it.
-        outcomes: of the picks so far, as they were; planners are told what the robot felt of them.
-        scene: what perception made of the latest snapshot; None before the first.
+    """All that an episode knows between two picks; with the state of the world it decides all that can follow. Volume
+    and scene are of the latest look. Outcomes are as they were; planners are told what the robot felt of them.
     """
 
     volume: OcclusionVolume

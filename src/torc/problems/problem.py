@@ -26,6 +26,9 @@ from torc.objects.models import Quat, Vec3
 from torc.problems.schema import FORMAT, Category, Scalar, read_problem_file
 from torc.problems.sets import problem_names, problem_sets, shipped_path
 
+ROBOT_KEYS = NAME_KEY, SOURCE_KEY = "robot", "robot_source"
+"""In a problem's origin: the robot's name, and the fingerprint of its files."""
+
 
 @dataclass(frozen=True)
 class ObjectPlacement:
@@ -45,17 +48,8 @@ class ObjectPlacement:
 
 @dataclass(frozen=True)
 class Problem:
-    """A retrieval problem.
-
-    Attributes:
-        name: e.g. "structured_003".
-        category: structured (most objects in a natural pose) or unstructured (a pile).
-        description: the target in words, e.g. "the blue tuna can".
-        target: name of the wanted placement.
-        objects: placements in file order.
-        notes: for people; may be empty.
-        origin: where it comes from (generator, seed, source ...).
-    """
+    """A retrieval problem: structured (most objects in a natural pose) or unstructured (a pile). It names the wanted
+    placement (target), describes it in words, and says where it comes from (origin: generator, seed, source ...)."""
 
     name: str
     category: Category
@@ -67,10 +61,7 @@ class Problem:
 
     def ordered(self) -> tuple[ObjectPlacement, ...]:
         """Placements by object id: the target first, then the others in file order."""
-        return (
-            *(o for o in self.objects if o.name == self.target),
-            *(o for o in self.objects if o.name != self.target),
-        )
+        return tuple(sorted(self.objects, key=lambda o: o.name != self.target))
 
 
 def load_problem(name_or_path: str | os.PathLike[str]) -> Problem:
@@ -87,15 +78,9 @@ def parse_problem(text: str, source: str = "problem") -> Problem:
         raise InputError(
             f"{source}, target: {UnknownNameError('object', parsed.target, names)} Use one of these names."
         )
-    return Problem(
-        name=parsed.name,
-        category=parsed.category,
-        description=parsed.description,
-        target=parsed.target,
-        objects=tuple(ObjectPlacement(o.name, o.model, o.position, o.wxyz) for o in parsed.objects),
-        notes=parsed.notes,
-        origin=parsed.origin,
-    )
+    objects = tuple(ObjectPlacement(o.name, o.model, o.position, o.wxyz) for o in parsed.objects)
+    facts = ("name", "category", "description", "target", "notes", "origin")
+    return Problem(objects=objects, **{fact: getattr(parsed, fact) for fact in facts})
 
 
 def problem_text(problem: Problem) -> str:
@@ -150,3 +135,18 @@ def _read(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path} cannot be read: {error}.") from None
+
+
+def robot_wanted(problem: Problem) -> str:
+    """Name of the robot of its own that a problem was made for; "" where it is the shipped one, or not known."""
+    return str(problem.origin.get(NAME_KEY, "")) if SOURCE_KEY in problem.origin else ""
+
+
+def robot_hint(problem: Problem, name: str, source: str) -> str:
+    """What to say of a problem that was not made for the robot of this name and fingerprint; "" where it was."""
+    if problem.origin.get(SOURCE_KEY, source) == source:
+        return ""
+    wanted = robot_wanted(problem)
+    if wanted == name:
+        return f"Made for the robot '{wanted}' before its files were changed: things may be out of reach."
+    return f"Made for the robot '{wanted}': give its file with --robot. For another one things may be out of reach."

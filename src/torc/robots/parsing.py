@@ -3,6 +3,10 @@ so that the simulator and the planners can never disagree about the robot.
 """
 
 import hashlib
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -17,9 +21,29 @@ from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.gripper_parsing import parse_gripper
 from torc.robots.kinematics import sphere_centers
 from torc.robots.model import Model
-from torc.robots.mujoco_log import warnings_in_the_log
 from torc.robots.schema import ArmEntry, RobotFile, read_robot_file
 from torc.robots.spheres import parse_spheres, static_spheres
+
+_LOG = logging.getLogger("torc.mujoco")
+_NONE_HERE = ("Attaching a spec with an empty prefix", "Attach conflict when attaching")
+"""Beginnings of warnings that are none here: a robot's parts keep their names, as no world is saved as XML; and a robot
+file's options are not the world's."""
+
+
+@contextmanager
+def warnings_in_the_log() -> Iterator[None]:
+    """Within, and for later steps of the simulation, warnings go to Python's log, not into a file that MuJoCo makes."""
+    mujoco.set_mju_user_warning(_warn)
+    with warnings.catch_warnings():
+        for text in _NONE_HERE:
+            warnings.filterwarnings("ignore", text)
+        yield
+
+
+def _warn(text: str) -> None:
+    if not text.startswith(_NONE_HERE):
+        _LOG.warning(text)
+
 
 _WHERE = ("paths", "npaths", "nbuffer")
 """Of a compiled model, what follows from where the files of its meshes and textures lie."""

@@ -1,7 +1,5 @@
 """The simulated arm and gripper: servos that follow what they are told, and stop on contact."""
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 from jaxtyping import Float
@@ -27,12 +25,8 @@ _EMPTY_WIDTH_M = 0.0015
 """Closed further than this, there is nothing between the pads."""
 
 
-@dataclass(frozen=True)
-class GripState:
-    """What a gripper was told last: whether to close, and with which actuator force at most."""
-
-    closed: bool
-    max_force: float
+GripState = tuple[bool, float]
+"""What a gripper was told last: whether to close, and with which actuator force at most."""
 
 
 class SimulatedGripper:
@@ -95,12 +89,12 @@ class SimulatedGripper:
     def save(self) -> GripState:
         """What it was told last; the rest is in the world's state."""
         force = self._stepper.world.model.actuator_forcerange[self._actuator, 1]
-        return GripState(self.closed, float(force))
+        return self.closed, float(force)
 
     def restore(self, state: GripState) -> None:
         """Be told the same again."""
-        self.closed = state.closed
-        self._limit_force(state.max_force)
+        self.closed, force = state
+        self._limit_force(force)
 
     def _limit_force(self, force: float) -> None:
         # A setting of the model, which the world's saved state does not hold.

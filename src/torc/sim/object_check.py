@@ -6,30 +6,22 @@ from torc.geometry.transforms import rotation_from_wxyz
 from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.settling import run
-from torc.sim.world import World, build_world
+from torc.sim.world import build_world
 from torc.workspace.files import load_workspace
 
 _STEADY_RAD, _STEADY_M = float(np.deg2rad(8.0)), 0.02
 
 
-def world_with(model: ObjectModel, yaw_rad: float = 0.0) -> World:
-    """A world with nothing but this object, 1 mm above the middle of the table. Raises InputError if MuJoCo does not
-    accept it.
+def stands(model: ObjectModel) -> bool:
+    """Whether the object, set 1 mm above the table, neither falls over nor rolls away within a second. Raises
+    InputError if MuJoCo does not accept it, and PhysicsError.
     """
     workspace = load_workspace()
     x, y, _ = workspace.table.center
     at = (x, y, workspace.support_z_m + model.size_m[2] / 2 + 0.001)
-    wxyz = (float(np.cos(yaw_rad / 2)), 0.0, 0.0, float(np.sin(yaw_rad / 2)))
-    placement = ObjectPlacement(model.name, model.name, at, wxyz)
+    placement = ObjectPlacement(model.name, model.name, at, (1.0, 0.0, 0.0, 0.0))
     problem = Problem(model.name, "structured", "", model.name, (placement,))
-    return build_world(problem, None, workspace, load_model=lambda _: model)
-
-
-def stands(model: ObjectModel) -> bool:
-    """Whether the object, set on the table, neither falls over nor rolls away within a second. Raises InputError if
-    MuJoCo does not accept it, and PhysicsError.
-    """
-    world = world_with(model)
+    world = build_world(problem, None, workspace, load_model=lambda _: model)
     before = world.positions[0]
     run(world, 1.0)
     up = rotation_from_wxyz(world.wxyz[0])[2, 2]

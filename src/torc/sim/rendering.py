@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float32, Int16, UInt8
 
 from torc.errors import InputError
-from torc.geometry.transforms import Pose, look_at
+from torc.geometry.transforms import Pose
 from torc.records import BACKGROUND
 from torc.sim.closing import Closing
 from torc.sim.gl import BACKENDS, gl_backend, make_context
@@ -78,20 +78,6 @@ class CameraRenderer(Closing):
         model = self._world.model
         depth, geoms, normals = cast(model, self._world.data, T_world_camera, directions, _FAR_M)
         return shade(model, geoms, normals).reshape(h, w, 3), depth.reshape(h, w), geoms.reshape(h, w)
-
-
-def render_view(
-    world: World,
-    eye: tuple[float, float, float],
-    at: tuple[float, float, float],
-    width: int = 960,
-    height: int = 720,
-    vertical_fov_rad: float = 0.8,
-) -> UInt8[np.ndarray, "h w 3"]:
-    """A colour picture from anywhere, for people. For many, keep a CameraRenderer: this one sets up GL every time."""
-    mount = CameraMount(look_at(eye, at), width, height, vertical_fov_rad)
-    with CameraRenderer(world, mount) as renderer:
-        return renderer.render_color()
 
 
 class _GlImages:

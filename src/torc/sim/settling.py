@@ -17,6 +17,8 @@ UNSEEN = WorldConfig(surfaces=False)
 COARSE = replace(UNSEEN, timestep_s=0.004, implicit=False)
 """Of worlds in which objects are only piled up, let down, and tried for whether they creep: half as dear to compute,
 and piles creep no less. Where numbers matter, the final word is that of a world like those of trials."""
+EASED_M, _EASING_STEPS = 0.002, 1000
+"""Ordinary settling copes with objects that are inside each other by this much."""
 
 
 @dataclass(frozen=True)
@@ -184,34 +186,19 @@ def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:
     )
 
 
-@dataclass(frozen=True)
-class EaseConfig:
-    """When to stop: nothing is deeper inside something else; ordinary settling copes with that."""
-
-    depth_m: float = 0.002
-    max_steps: int = 1000
-
-
-@dataclass(frozen=True)
-class EaseReport:
-    """How deep the deepest two bodies were inside each other before and after, and the time steps it took."""
-
-    before_m: float
-    after_m: float
-    steps: int
-
-
-def ease_apart(world: World, config: EaseConfig | None = None) -> EaseReport:
-    """Pushes overlapping objects apart without setting anything in motion: all are stopped after every time step."""
-    config = config or EaseConfig()
+def ease_apart(world: World) -> tuple[float, float]:
+    """Pushes overlapping objects apart until none is deeper in another than ordinary settling copes with, and sets
+    nothing in motion: all are stopped after every time step. Returns how deep the deepest two bodies were inside each
+    other before and after, metres.
+    """
     world.update_position_stage()
     before, steps = _deepest_m(world), 0
-    while _deepest_m(world) > config.depth_m and steps < config.max_steps:
+    while _deepest_m(world) > EASED_M and steps < _EASING_STEPS:
         mujoco.mj_step(world.model, world.data)
         world.data.qvel[:] = 0.0
         steps += 1
     world.update_position_stage()
-    return EaseReport(before, _deepest_m(world), steps)
+    return before, _deepest_m(world)
 
 
 def _deepest_m(world: World) -> float:

@@ -1,6 +1,7 @@
 """What goes into the simulated world: physics options, lights, table, bin, objects, as a MuJoCo specification."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import mujoco
 import numpy as np
@@ -8,7 +9,6 @@ import numpy as np
 from torc.objects.models import ObjectModel, VisualMesh
 from torc.problems.problem import Problem
 from torc.robots.description import RobotDescription
-from torc.sim.made_textures import checker_texture, sky_texture, wood_texture
 from torc.workspace.description import Box, Workspace
 
 VISUAL_GROUP, COLLISION_GROUP = 1, 3
@@ -241,3 +241,38 @@ def _add_texture(spec: mujoco.MjSpec, name: str, image: np.ndarray, kind: mujoco
     height, width = image.shape[:2]
     texture = spec.add_texture(name=name, type=kind, width=width, height=height, nchannel=3)
     texture.data = np.ascontiguousarray(image).tobytes()
+
+
+@cache
+def wood_texture(size: int = 256) -> np.ndarray:
+    """Planks with a grain, always the same: (size, size, 3) uint8, read-only."""
+    rng = np.random.default_rng(7)
+    v, u = np.meshgrid(np.arange(size) / size, np.arange(size) / size, indexing="ij")
+    plank = np.floor(v * 6).astype(int)
+    tone, phase = rng.uniform(-0.06, 0.06, 6)[plank], rng.uniform(0, 9, 6)[plank]
+    wave = 0.9 * np.sin(2 * np.pi * u + phase) + 0.5 * np.sin(4 * np.pi * u + 2 * phase)
+    grain = 0.5 + 0.5 * np.sin(2 * np.pi * (v * 38 + 0.35 * wave) + 3 * phase)
+    seam = np.where((v * 6) % 1 < 0.03, 0.75, 1.0)
+    light = (0.93 + tone + 0.07 * grain) * seam + 0.012 * rng.standard_normal((size, size))
+    color = light[..., None] * np.array([0.80, 0.66, 0.48])
+    texture = np.asarray(np.clip(color, 0, 1) * 255, dtype=np.uint8)
+    texture.flags.writeable = False
+    return texture
+
+
+def checker_texture(
+    a: tuple[float, float, float], b: tuple[float, float, float], size: int = 64
+) -> np.ndarray:
+    """Two by two squares of two colours: (size, size, 3) uint8."""
+    i, j = np.indices((size, size)) // (size // 2)
+    return np.asarray(np.where(((i + j) % 2)[..., None], a, b) * np.float64(255), dtype=np.uint8)
+
+
+def sky_texture(
+    low: tuple[float, float, float], high: tuple[float, float, float], size: int = 32
+) -> np.ndarray:
+    """Six faces of a sky box, stacked: sides shade upwards."""
+    t = np.linspace(1, 0, size)[:, None, None]
+    side = np.broadcast_to(t * np.array(high) + (1 - t) * np.array(low), (size, size, 3))
+    faces = [side, side, np.broadcast_to(high, side.shape), np.broadcast_to(low, side.shape), side, side]
+    return np.asarray(np.concatenate(faces) * 255, dtype=np.uint8)

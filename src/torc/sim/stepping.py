@@ -1,7 +1,6 @@
 """Running the world on in control periods, with the watchdog and an observer beside it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import mujoco
 
@@ -17,14 +16,9 @@ _CONTROL_S = 0.004
 _WATCHDOG_S, _OBSERVER_S = 0.02, 1.0 / 25.0
 
 
-@dataclass(frozen=True)
-class StepperState:
-    """What a stepper remembers: how many control periods went by, which decides when the watchdog looks next, and since
-    when two bodies have been too deep in each other (None if they are not).
-    """
-
-    count: int = 0
-    deep_since_s: float | None = None
+StepperState = tuple[int, float | None]
+"""What a stepper remembers: how many control periods went by, which decides when the watchdog looks next, and since
+when two bodies have been too deep in each other (None if they are not)."""
 
 
 class Stepper:
@@ -52,11 +46,11 @@ class Stepper:
 
     def save(self) -> StepperState:
         """What it remembers now."""
-        return StepperState(self._count, self._watchdog.deep_since_s)
+        return self._count, self._watchdog.deep_since_s
 
     def restore(self, state: StepperState) -> None:
         """Go on as from then; the world must be as it was then, too."""
-        self._count, self._watchdog.deep_since_s = state.count, state.deep_since_s
+        self._count, self._watchdog.deep_since_s = state
 
     def run(self, seconds: float) -> None:
         """Several control periods with the servos' commands as they are."""

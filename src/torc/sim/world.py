@@ -13,8 +13,7 @@ from torc.objects.models import ObjectModel
 from torc.problems.problem import Problem
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT
 from torc.robots.description import RobotDescription
-from torc.robots.mujoco_log import warnings_in_the_log
-from torc.sim.sleeping import wake_all
+from torc.robots.parsing import warnings_in_the_log
 from torc.sim.spec import WorldConfig, build_spec, object_body_name
 from torc.workspace.description import Box, Workspace
 
@@ -223,3 +222,38 @@ def _label_geoms(
     for object_id, body in enumerate(object_bodies):
         labels[model.geom_bodyid == body] = object_id
     return labels
+
+
+AWAKE = -1 - mujoco.mjMINAWAKE
+"""Of `tree_asleep`: awake, and as many steps of rest away from sleep as can be."""
+
+
+def wake_all(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Ends the sleep of everything."""
+    put_to_sleep(model, data, np.full(model.ntree, AWAKE))
+
+
+def put_to_sleep(model: mujoco.MjModel, data: mujoco.MjData, tree_asleep: Int[np.ndarray, "t"]) -> None:
+    """Declares what sleeps and what is awake, as `data.tree_asleep` was read from a world built alike; positions must
+    be up to date. What is derived from it is as `mj_updateSleep` makes it.
+    """
+    data.tree_asleep[:] = tree_asleep
+    tree_awake = data.tree_asleep < 0
+    data.tree_awake[:], data.ntree_awake = tree_awake, int(tree_awake.sum())
+    moving = model.body_treeid >= 0
+    data.body_awake[moving] = np.where(
+        tree_awake[model.body_treeid[moving]],
+        int(mujoco.mjtSleepState.mjS_AWAKE),
+        int(mujoco.mjtSleepState.mjS_ASLEEP),
+    )
+    computed = data.body_awake != int(mujoco.mjtSleepState.mjS_ASLEEP)
+    data.nbody_awake = _list(data.body_awake_ind, np.flatnonzero(computed))
+    parents = 1 + np.flatnonzero(computed[model.body_parentid[1:]])
+    data.nparent_awake = _list(data.parent_awake_ind, parents)
+    awake = moving & (data.body_awake == int(mujoco.mjtSleepState.mjS_AWAKE))
+    data.nv_awake = _list(data.dof_awake_ind, np.flatnonzero(awake[model.dof_bodyid]))
+
+
+def _list(into: Int[np.ndarray, "n"], indices: Int[np.ndarray, "k"]) -> int:
+    into[: len(indices)] = indices
+    return len(indices)

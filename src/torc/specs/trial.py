@@ -17,14 +17,8 @@ SIMULATED = "simulated "
 
 @dataclass(frozen=True)
 class PlannerSpec:
-    """Who chooses the object to pick.
-
-    Attributes:
-        name: in the registry of task planners, module:Class or path/to/file.py:Class.
-        vlm: the model that it asks, for planners that ask one.
-        settings: its own settings, by dotted path.
-        expert: the person's name, where the planner is a person.
-        outside_view: that person sees the scene from outside while playing.
+    """Who chooses: a name of the registry, module:Class or path/to/file.py:Class; the VLM that it asks. Where that is a
+    person: `expert` is the name, who may see the scene from outside while playing.
     """
 
     name: str

@@ -30,7 +30,7 @@ def ask_planner(planner: TaskPlanner, context: PlanningContext, rng: np.random.G
     """
     with _blamed(planner):
         answer: Any = planner.decide(context, rng)
-    faults = list(_faults(answer))
+    faults = list(decision_faults(answer))
     if faults:
         raise PlannerError(f"Task planner '{planner.name}' gave no valid decision: {faults[0]}. {_HELP}")
     return answer if answer.object_id is None else replace(answer, object_id=operator.index(answer.object_id))
@@ -46,8 +46,8 @@ def _blamed(planner: TaskPlanner) -> AbstractContextManager[None]:
     return blamed(f"Task planner '{planner.name}'", PlannerError, _HELP)
 
 
-def _faults(answer: Any) -> Iterator[str]:
-    """Why an answer cannot be used."""
+def decision_faults(answer: Any) -> Iterator[str]:
+    """Why an answer is no decision."""
     if not isinstance(answer, Decision):
         yield f"decide() returned {_kind(answer)}, not a torc.records.Decision"
         return

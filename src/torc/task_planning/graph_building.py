@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from torc.errors import InputError
-from torc.occlusion.hidden_space import hidden_near_m3, hidden_volumes_m3
+from torc.occlusion.volume import hidden_near_m3, hidden_volumes_m3
 from torc.records import TARGET_ID, PlanningContext
 from torc.task_planning.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 from torc.task_planning.relations import RelationConfig, find_relations

@@ -133,8 +133,7 @@ def sink_probabilities(
         lower += through @ onward
         upper += through_upper @ onward
     low = lower[sinks]
-    # All sums together are at most 1, so no sink can have more than the others leave.
-    high = np.maximum(np.minimum(upper[sinks], 1.0 - (low.sum() - low)), low) if hits else low
+    high = np.maximum(upper[sinks], low) if hits else low
     return SinkProbabilities(
         tuple(sinks), tuple(low.tolist()), tuple(high.tolist()), not hits, "; ".join(hits), work
     )

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from torc.records import Decision, PlanningContext
+from torc.task_planning.asking import decision_faults
 from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
 from torc.task_planning.random_choice import graspable_ids
 from torc.testing import contexts
@@ -57,24 +58,19 @@ def _violations(make: Callable[[], TaskPlanner], case: Case, seed: int) -> list[
 
 
 def _decision_faults(decision: Decision, context: PlanningContext) -> list[str]:
-    if not isinstance(decision, Decision):
-        return [f"it returned a {type(decision).__name__}, not a torc.records.Decision"]
-    found = []
+    if found := list(decision_faults(decision)):
+        return found
     offered, chosen = graspable_ids(context), decision.object_id
-    if chosen is not None and (isinstance(chosen, bool) or not isinstance(chosen, int)):
-        found.append(
-            f"object_id is a {type(chosen).__name__}; it must be an int or None (convert numpy's integers)"
-        )
+    if chosen is not None and not isinstance(chosen, int):
+        found.append(f"object_id is a {type(chosen).__name__}; it must be an int or None")
     elif chosen is not None and chosen not in offered:
         found.append(
             f"it named {chosen}, but the visible objects with a valid grasp are {offered}; else name None"
         )
-    if not isinstance(decision.attempts, int) or not 1 <= decision.attempts <= MAX_ATTEMPTS:
+    if not 1 <= decision.attempts <= MAX_ATTEMPTS:
         found.append(f"attempts is {decision.attempts!r}; it must be 1..{MAX_ATTEMPTS}")
-    if not isinstance(decision.reason, str) or not decision.reason.strip():
+    if not decision.reason.strip():
         found.append("it gave no reason; say in a sentence why")
-    if not isinstance(decision.give_up, bool):
-        found.append(f"give_up is {decision.give_up!r}; it must be True or False")
     if decision.give_up and chosen is not None:
         found.append("it named an object and gave up at once")
     try:

@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+import cv2
+import numpy as np
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
@@ -17,33 +19,34 @@ from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
+from torc.episode.pictures import crop_around_objects
 from torc.episode.recorded import RecordedTrial
+from torc.episode.viewer_links import REPORT, VIEWER
 from torc.errors import InputError
+from torc.files.reading import read_bytes
 from torc.web.access import Gate
-from torc.web.arrays import pack_view
-from torc.web.frames import FrameBoard
+from torc.web.frames import FrameBoard, jpeg, pack_view
 from torc.web.human_queue import HumanQueue
 from torc.web.pick_page import pick_page, trial_page
-from torc.web.report_page import POLICY, has_report, report_page
 from torc.web.session import Choice, RefusedError, Session
 from torc.web.shelf import Shelf
-from torc.web.thumbnails import thumbnail
 
 PAGE = Path(__file__).parent / "page"
 _POLL_S, _HEARTBEAT_S, _FRAME_WAIT_S = 0.05, 10.0, 8.0
 _FRAME_NUMBER = "X-Frame"
+_MAX_REPORT_BYTES = 128 * 2**20
+_REPORT_POLICY = (
+    "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'"
+)
+"""What a report may load: nothing, and no script. It may come from a stranger, with the trials."""
 _Body = TypeVar("_Body")
 
 
 @dataclass(frozen=True)
 class Site:
-    """What a server shows.
-
-    Attributes:
-        shelf: the trials on disk.
-        trials: those that are listed.
-        session: the expert's session; None: nothing is played here.
-        frames: pictures of the working robot from outside; None: nobody sees it.
+    """What a server shows: trials on disk, those that are listed, the session of the expert who plays, if one does,
+    and pictures of the working robot from outside, if anybody sees it.
     """
 
     shelf: Shelf
@@ -60,9 +63,7 @@ class _Start(BaseModel):
 def make_app(site: Site, token: str | None, port: int) -> Starlette:
     """The server's application; its `state.closing` is to be set when the server ends.
 
-    Args:
-        token: None where only this machine reaches the server.
-        port: where it listens.
+    `token` is None where only this machine reaches the server, which listens on `port`.
     """
     app = _App(site)
     pick = "/api/trials/{key}/picks/{pick:int}"
@@ -108,13 +109,18 @@ class _App:
         return FileResponse(PAGE / "index.html")
 
     def report(self, request: Request) -> Response:
-        page = report_page(self._site.shelf.root)
-        return Response(page, media_type="text/html", headers={"Content-Security-Policy": POLICY})
+        """As `torc report` left it there, its links leading to this server, whatever its host and port."""
+        root = self._site.shelf.root
+        if not self._has_report:
+            raise InputError(f"There is no report here yet: `torc report {root}` writes it.")
+        page = read_bytes(root / REPORT, _MAX_REPORT_BYTES, "the report")
+        page = page.replace(f'href="{VIEWER}'.encode(), b'href="/')
+        return Response(page, media_type="text/html", headers={"Content-Security-Policy": _REPORT_POLICY})
 
     def trials(self, request: Request) -> Response:
         site = self._site
         facts = {"mode": "human" if site.session else "view", "outside": site.frames is not None}
-        return _json({**facts, "report": has_report(site.shelf.root), "trials": site.trials.lines()})
+        return _json({**facts, "report": self._has_report, "trials": site.trials.lines()})
 
     def trial(self, request: Request) -> Response:
         return _json({"key": request.path_params["key"], **trial_page(self._read(request))})
@@ -183,6 +189,11 @@ class _App:
             await asyncio.sleep(_POLL_S)
             waited += _POLL_S
 
+    @property
+    def _has_report(self) -> bool:
+        report = self._site.shelf.root / REPORT
+        return report.is_file() and not report.parent.is_symlink()
+
     def _read(self, request: Request) -> RecordedTrial:
         trial = self._site.shelf.read(request.path_params["key"])
         if self._site.trials.withholds(trial):
@@ -213,3 +224,29 @@ async def _body(request: Request, model: TypeAdapter[_Body]) -> _Body:
 async def _explained(request: Request, error: Exception) -> Response:
     wrong = 404 if request.method == "GET" else 400
     return _json({"error": str(error)}, 409 if isinstance(error, RefusedError) else wrong)
+
+
+WIDTH = 200
+MAX_PIXELS = 4096 * 4096
+
+
+def thumbnail(trial: RecordedTrial, number: int) -> bytes:
+    """What the planner saw at a pick, cropped to the objects, what it chose ringed in white; JPEG.
+
+    Raises InputError where there is no picture.
+    """
+    png = trial.picture(number)
+    # Width and height stand in the first chunk: nothing huge is unpacked.
+    width, height = (int.from_bytes(png[i : i + 4], "big") for i in (16, 20))
+    small = width * height <= MAX_PIXELS
+    image = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR_RGB) if small else None
+    if image is None:
+        raise InputError("The picture of this pick is damaged or too large.")
+    view, decided = trial.view(number), trial.pick(number).decided
+    if view is not None and view.label_image.shape == image.shape[:2]:
+        if decided is not None and decided.object_id is not None:
+            mask = (view.label_image == decided.object_id).astype(np.uint8)
+            image[cv2.dilate(mask, np.ones((9, 9), np.uint8)) > mask] = 255
+        image = image[crop_around_objects(view.label_image.astype(np.int16))]
+    rows = max(1, round(WIDTH * image.shape[0] / image.shape[1]))
+    return jpeg(cv2.resize(image, (WIDTH, rows), interpolation=cv2.INTER_AREA).astype(np.uint8))

@@ -1,5 +1,7 @@
 """Watching the robot: small pictures from outside while it works, for whoever looks at that moment."""
 
+import json
+import struct
 import time
 from dataclasses import replace
 
@@ -8,6 +10,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from torc.episode import video
+from torc.episode.pick_view import POINT_UNIT_M, PickView
 from torc.sim.closing import Closing
 from torc.sim.rendering import CameraRenderer
 from torc.sim.world import World
@@ -75,3 +78,45 @@ def jpeg(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
     """A picture as JPEG."""
     bgr = cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
     return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
+
+
+_ALIGN = 8
+
+
+def pack_view(view: PickView) -> bytes:
+    """Bytes 0-3: length of a JSON header, little-endian; the header; then each array at the offset that it names.
+
+    Offsets count from the end of the header and are multiples of 8. Arrays are little-endian, C order. Masks of up to
+    64 bits come as two 32-bit halves, low one first.
+    """
+    cloud, unseen, grasps = view.cloud, view.unseen, view.grasps
+    arrays = {
+        "labels": view.label_image,
+        "points": cloud.points,
+        "colors": cloud.rgb,
+        "ids": cloud.ids,
+        "voxels": unseen.index,
+        "hider": unseen.hider,
+        "hiders": unseen.hiders.astype("<u8").view("<u4").reshape(-1, 2),
+        "grasps": grasps.Ts_world_tcp,
+        "grasp_ids": grasps.object_ids,
+        "grasp_widths": grasps.widths_m,
+        "grasp_status": grasps.status,
+    }
+    listed, data = [], b""
+    for name, array in arrays.items():
+        listed.append({"name": name, "type": array.dtype.str[1:], "shape": array.shape, "offset": len(data)})
+        raw = np.ascontiguousarray(array, array.dtype.newbyteorder("<")).tobytes()
+        data += raw + bytes(-len(raw) % _ALIGN)
+    header = {
+        "arrays": listed,
+        "point_unit_m": POINT_UNIT_M,
+        "origin": unseen.grid.origin.tolist(),
+        "voxel_size_m": unseen.grid.voxel_size_m,
+        "grid": list(unseen.grid.shape),
+        "K": view.K.tolist(),
+        "T_world_camera": view.T_world_camera.tolist(),
+    }
+    text = json.dumps(header).encode()
+    text += b" " * (-(len(text) + 4) % _ALIGN)
+    return struct.pack("<I", len(text)) + text + data

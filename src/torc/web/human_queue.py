@@ -46,7 +46,7 @@ class QueuedTrial:
 
     @property
     def completed(self) -> bool:
-        """It is not played again."""
+        """Whether it is not played again."""
         return self.ended["status"] == "completed"
 
     @property
@@ -120,9 +120,8 @@ def make_queue(
 ) -> HumanQueue:
     """Every expert's turn at every problem, expert by expert.
 
-    Raises:
-        InputError: an expert's name cannot be a file name, two problems share theirs, or a trial that is complete was
-            played otherwise.
+    Raises InputError: an expert's name cannot be a file name, two problems share theirs, or a complete trial was played
+    otherwise.
     """
     names = tuple(dict.fromkeys(experts)) or ("",)
     for name in names:

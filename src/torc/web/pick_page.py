@@ -8,9 +8,13 @@ from scipy.ndimage import find_objects
 from torc.episode.log_lines import LookedLine
 from torc.episode.pick_view import ObjectView, PickView
 from torc.episode.recorded import RecordedPick, RecordedTrial
-from torc.records import GraspStatus
-from torc.web.graph_page import graph_page, hex_color
+from torc.errors import InputError
+from torc.perception.palette import object_color
+from torc.records import MAX_OBJECTS, GraspStatus
+from torc.task_planning.graph import DependencyGraph
+from torc.task_planning.layout import lay_out
 
+MAX_EDGES = 1500
 WHY_NOT = {
     GraspStatus.UNREACHABLE: "out of the arm's reach",
     GraspStatus.BLOCKED: "blocked by other objects",
@@ -47,7 +51,7 @@ def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
     evidence = decided.evidence if decided else {}
     own = "graph" in evidence
     source = evidence["graph"] if own else view.graph if view else None
-    graph = graph_page(source, evidence.get("probabilities") or {}) if source is not None else None
+    graph = _graph(source, evidence.get("probabilities") or {}) if source is not None else None
     return {
         **_pick_line(number, pick, over),
         "objects": _objects(pick.looked, view),
@@ -84,7 +88,7 @@ def _objects(looked: LookedLine, view: PickView | None) -> list[dict[str, Any]]:
         rows.append(
             {
                 "id": seen.id,
-                "color": hex_color(seen.id),
+                "color": _hex_color(seen.id),
                 "pixels": seen.pixels,
                 "graspable": seen.id in looked.graspable,
                 "valid": valid,
@@ -99,12 +103,7 @@ def _objects(looked: LookedLine, view: PickView | None) -> list[dict[str, Any]]:
 
 
 def why_not(o: ObjectView | None, blocked: Mapping[int, int]) -> str:
-    """In words, why an object has no valid grasp: the most frequent reasons first.
-
-    Args:
-        o: what is known of it; None where it was not recorded.
-        blocked: how many of its grasps each other object blocks.
-    """
+    """In words, why an object has no valid grasp, the most frequent reasons first; `blocked`: grasps by blocker."""
     by = ", ".join(f"{k} ({n})" for k, n in sorted(blocked.items(), key=lambda b: -b[1]))
     words = {**WHY_NOT, GraspStatus.BLOCKED: f"blocked by {by}" if by else WHY_NOT[GraspStatus.BLOCKED]}
     if o is None:
@@ -117,3 +116,34 @@ def why_not(o: ObjectView | None, blocked: Mapping[int, int]) -> str:
 def _box(place: tuple[slice, slice] | None) -> list[int] | None:
     """Left, top, right, bottom."""
     return [place[1].start, place[0].start, place[1].stop - 1, place[0].stop - 1] if place else None
+
+
+def _graph(data: Mapping[str, Any], probabilities: Mapping[str, float]) -> dict[str, Any] | None:
+    """A graph as `DependencyGraph.to_dict` made it, laid out; None if it is none, or too large to draw.
+
+    `probabilities` are p(sink) by id, as text.
+    """
+    try:
+        if len(data["nodes"]) > MAX_OBJECTS + 1 or len(data["edges"]) > MAX_EDGES:
+            return None
+        graph = DependencyGraph.from_dict(data)
+        layout = lay_out(graph)
+        nodes = []
+        for n in graph.nodes:
+            p = probabilities.get(str(n.id)) if isinstance(probabilities, Mapping) else None
+            known = isinstance(p, int | float) and 0 <= p <= 1
+            facts = {"id": n.id, "color": _hex_color(n.id), "hidden": n.hidden, "graspable": n.graspable}
+            nodes.append({**facts, "place": layout.places[n.id], "p": p if known else None})
+        edges = [
+            edge | {"route": layout.routes[edge["source"], edge["target"]]}
+            for edge in graph.to_dict()["edges"]
+        ]
+    except (InputError, KeyError, TypeError, AttributeError):
+        return None
+    size = {"columns": layout.columns, "rows": layout.rows}
+    return {"target": graph.target, **size, "nodes": nodes, "edges": edges}
+
+
+def _hex_color(object_id: int) -> str:
+    """The color of an object in the marked image."""
+    return "#{:02x}{:02x}{:02x}".format(*object_color(object_id))

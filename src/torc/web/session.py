@@ -102,11 +102,7 @@ class Session:
         return self._ask(phase=Phase.READY, waiting=waiting, message=message)
 
     def choose(self, choice: Choice) -> None:
-        """Answer `ask_object`.
-
-        Raises:
-            RefusedError: another pick or trial, already answered, or not one of the allowed objects.
-        """
+        """Answer `ask_object`. Raises RefusedError: another pick or trial, answered already, or no allowed object."""
         with self._changed:
             self._check(choice)
             what = "The expert gave up" if choice.give_up else "Planning the motions"

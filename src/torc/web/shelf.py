@@ -19,11 +19,7 @@ from torc.errors import InputError
 
 @dataclass(frozen=True)
 class Shelf:
-    """Trials below `root`, or `root` itself if that is one.
-
-    Attributes:
-        only: name of the one trial in `root` that is shown, even before it begins; all of them if empty.
-    """
+    """Trials below `root`, or `root` itself if that is one; with `only` the one of that name, even before it begins."""
 
     root: Path
     only: str = ""

@@ -61,18 +61,9 @@ class CameraMount:
 
 @dataclass(frozen=True)
 class Workspace:
-    """Where the task takes place.
-
-    Attributes:
-        table: the table's board; its upper side is the support surface.
-        bin: where picked objects go.
-        camera: the one camera.
-        grid: the region the occlusion volume covers; its floor is the support surface.
-        drop_position: TCP position above the bin at which the gripper opens.
-        obstacles: further boxes that are always there.
-        name: of the set-up.
-        source: fingerprint of the file that it was read from.
-    """
+    """Where the task takes place. The upper side of the table's board is the support surface and the floor of the grid,
+    the region that the occlusion volume covers. Above the bin the gripper opens with its TCP at `drop_position`.
+    `source` is the fingerprint of the file."""
 
     table: Box
     bin: Bin

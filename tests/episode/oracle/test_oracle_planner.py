@@ -19,9 +19,7 @@ from torc.pipeline.building import build_system
 from torc.pipeline.state import EpisodeState
 from torc.problems.problem import load_problem
 from torc.records import PickOutcome, PickResult
-from torc.sim.actuation import GripState
 from torc.sim.robot import RobotState
-from torc.sim.stepping import StepperState
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.testing import contexts
@@ -77,7 +75,7 @@ def test_a_budget_that_is_none_is_refused(budget):
 
 def moment(world: float, *outcomes: PickOutcome) -> SimulatedState:
     """A moment whose world is one number."""
-    robot = RobotState(np.array([float(world)]), GripState(False, 1.0), StepperState())
+    robot = RobotState(np.array([float(world)]), (False, 1.0), (0, None))
     return SimulatedState(robot, EpisodeState(empty_volume(load_workspace().grid), (), outcomes))
 
 

@@ -95,11 +95,7 @@ LIFTED = TreeObject(44, make_pose(p=(0, 0, 0.3)) @ OBJECTS[3].T_table_mesh)
         ((upright(17, 0.0, 0.0),), QUICK, "one object only, so nothing stands around a target"),
         ((upright(17, 0.0, -0.9), upright(48, 0.0, 0.9)), QUICK, "2 of 2 objects fell off"),
         ((*OBJECTS[:3], LIFTED), replace(QUICK, settle=SettleConfig(limit_s=0.15)), "not at rest after 0 s"),
-        (
-            OBJECTS,
-            replace(QUICK, still=StillnessConfig(distance_m=0.0, seconds=0.3), patience=1),
-            "never still",
-        ),
+        (OBJECTS, replace(QUICK, still=StillnessConfig(0.0, seconds=0.3), patience=1), "never still"),
     ],
 )
 def test_a_scene_of_which_no_problem_can_be_made_says_why(tmp_path, scene, config, told):

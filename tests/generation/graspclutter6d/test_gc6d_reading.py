@@ -86,11 +86,7 @@ def _first(key, value):
         ("scene_gt", _first("cam_R_m2c", [2, 0, 0, 0, 1, 0, 0, 0, 1]), "no rotation"),
         ("scene_gt", _first("cam_R_m2c", [1, 0, 0, 0, 1, 0, 0, 0, -1]), "no rotation"),
         ("scene_gt", _first("cam_t_m2c", [0, 0, float("nan")]), "finite"),
-        (
-            "scene_gt",
-            lambda d: [e.update(cam_t_m2c=[0.1, 0.1, 0.6]) for e in d[USED]],
-            "are these millimetres",
-        ),
+        ("scene_gt", lambda d: [e.update(cam_t_m2c=[0.1, 0.1, 0.6]) for e in d[USED]], "millimetres"),
         ("scene_camera", lambda d: d[USED].pop("cam_R_w2c"), "cam_R_w2c: is missing"),
     ],
 )

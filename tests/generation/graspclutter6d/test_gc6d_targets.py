@@ -7,7 +7,7 @@ from settled_scenes import OBJECTS, QUICK, settled
 
 from torc.errors import InputError
 from torc.generation.graspclutter6d.making import choose_target, find_target, make_problem
-from torc.generation.surroundings import Surroundings
+from torc.generation.inspection import Surroundings
 from torc.problems.problem import parse_problem, problem_text
 
 

@@ -11,7 +11,7 @@ from mesh_files import L_OUTLINE, MUG, SIZE, box, prism, revolved, textured_box,
 from torc.errors import InputError, MissingDependencyError
 from torc.objects.files import load_object_directory, save_object
 from torc.objects.importing import MeshOptions, read_mesh
-from torc.objects.importing.child import answer
+from torc.objects.importing.making import answer
 from torc.objects.models import pieces_bounds
 
 
@@ -59,7 +59,7 @@ def test_the_source_tells_where_the_meshs_frame_lies(tmp_path: Path, here) -> No
     np.testing.assert_allclose(as_is.source.T_object_mesh[:3, :3], np.eye(3))
 
 
-def test_large_coloured_meshes_are_simplified(tmp_path: Path, here, monkeypatch) -> None:
+def test_large_colored_meshes_are_simplified(tmp_path: Path, here, monkeypatch) -> None:
     ball = trimesh.creation.icosphere(4, 0.04)
     ball.visual.vertex_colors = np.where(ball.vertices[:, 2:] > 0, (200, 30, 30, 255), (30, 30, 200, 255))
     ball.export(tmp_path / "ball.ply")
@@ -127,11 +127,8 @@ def test_absurd_sizes_are_refused_with_a_hint(size, options, message: str, tmp_p
 
 def test_what_crashes_the_decomposition_gets_its_convex_hull(tmp_path: Path, monkeypatch) -> None:
     def run(request, folder):
-        return (
-            answer(request, folder)
-            if request["undecomposed"]
-            else {"ended": "the process ended with code -11"}
-        )
+        crash = {"ended": "the process ended with code -11"}
+        return answer(request, folder) if request["undecomposed"] else crash
 
     monkeypatch.setattr("torc.objects.importing.mesh.run_child", run)
     revolved(MUG, 12).export(tmp_path / "mug.stl")

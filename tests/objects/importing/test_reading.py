@@ -58,9 +58,8 @@ def test_parts_of_a_scene_are_where_its_nodes_put_them(mirrored: bool, tmp_path:
     surfaces, _ = read(tmp_path / "a.glb", y_up=True)
     first, second = sorted((mesh_of([s]) for s in surfaces), key=lambda mesh: mesh.area)
     assert first.volume == pytest.approx(np.prod(SIZE), rel=1e-5)
-    assert second.volume == pytest.approx(
-        8 * np.prod(SIZE), rel=1e-5
-    )  # turned inside out, it would be negative
+    # Turned inside out, it would be negative.
+    assert second.volume == pytest.approx(8 * np.prod(SIZE), rel=1e-5)
     wanted = trimesh.transform_points(box(SIZE).vertices, T) @ Y_UP.T
     np.testing.assert_allclose(second.bounds, (wanted.min(axis=0), wanted.max(axis=0)), atol=1e-6)
 
@@ -81,7 +80,7 @@ def test_a_picture_is_the_right_way_up(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["a.ply", "a.obj", "a.glb"])
 @pytest.mark.parametrize("of", ["vertices", "faces"])
-def test_colours_of_corners_and_triangles_are_kept(name: str, of: str, tmp_path: Path) -> None:
+def test_colors_of_corners_and_triangles_are_kept(name: str, of: str, tmp_path: Path) -> None:
     mesh = box(SIZE)
     mesh.unmerge_vertices()
     top = (mesh.triangles_center if of == "faces" else mesh.vertices)[:, 2:] > 0
@@ -110,9 +109,7 @@ def test_pictures_are_read_from_the_imported_directory_and_below(tmp_path: Path)
     two_tone().save(tmp_path / "paper.png")
     path = textured(tmp_path / "meshes" / "box", "..\\..\\paper.png")
     assert read(path, tmp_path)[0][0].texture is not None
-    with pytest.raises(
-        InputError, match=r"names '.*paper.png', which is not below .*meshes. Import the directory"
-    ):
+    with pytest.raises(InputError, match=r"names '.*paper.png', which is not below .*meshes. Import"):
         read(path, tmp_path / "meshes")
     (path.parent / "link.png").symlink_to(tmp_path / "paper.png")
     for name in (str(tmp_path / "paper.png"), "link.png"):
@@ -149,9 +146,7 @@ def test_polygons_are_read_where_triangles_from_their_first_corner_make_them(wri
         assert mesh.is_watertight
     fan_fails = L_OUTLINE[1:] + L_OUTLINE[:1]
     for outline in (fan_fails, notch[1:] + notch[:1]):
-        with pytest.raises(
-            InputError, match=r"has concave polygons.* Export it triangulated, without compression\."
-        ):
+        with pytest.raises(InputError, match=r"has concave polygons.* Export it triangulated"):
             read(write(path, *prism(outline, 0.05)))
     vertices, polygons = prism(SQUARE, 0.1)
     dart = np.array([(0.05, 0.1, 0.05), (0.055, 0.1, 0.05), (0.051, 0.1, 0.051), (0.05, 0.1, 0.055)])
@@ -161,10 +156,7 @@ def test_polygons_are_read_where_triangles_from_their_first_corner_make_them(wri
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (
-            lambda h: h.update(extensionsRequired=["KHR_draco_mesh_compression"]),
-            "needs KHR_draco_mesh_compression",
-        ),
+        (lambda h: h.update(extensionsRequired=["KHR_draco_mesh_compression"]), "needs KHR_draco"),
         (lambda h: h["accessors"][0].update(sparse={"count": 1}), "sparse or compressed"),
         (lambda h: h["nodes"][0].update(skin=0), "skeleton"),
     ],

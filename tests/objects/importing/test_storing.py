@@ -78,19 +78,14 @@ def test_files_are_known_whatever_they_are_called(object_store: Path, tmp_path: 
 
 def test_meshes_are_found_once_with_distinct_names(tmp_path: Path) -> None:
     root = tmp_path / "meshes"
-    for folder in ("003_cracker_box/google_16k", "004_sugar_box/google_16k"):
+    for folder in ("003_box/google_16k", "004_box/google_16k"):
         (root / folder).mkdir(parents=True)
         box(SIZE).export(root / folder / "textured.obj")
         box(SIZE).export(root / folder / "textured.stl")
     box(SIZE).export(root / "Mug.STL")
     (root / "readme.txt").write_text("")
     found, left_out = find_meshes(root)
-    assert sorted(name for _, name in found) == [
-        "003_cracker_box_google_16k_textured",
-        "004_sugar_box_google_16k_textured",
-        "Mug",
-    ]
+    names = sorted(name for _, name in found)
+    assert names == [f"00{k}_box_google_16k_textured" for k in (3, 4)] + ["Mug"]
     assert {p.suffix for p, _ in found} == {".obj", ".STL"}
-    assert sorted(why for _, why in left_out) == [
-        *2 * ("textured.obj is taken: of files of one name only one is, GLB before OBJ, PLY and STL",),
-    ]
+    assert [why.split(":")[0] for _, why in left_out] == ["textured.obj is taken"] * 2

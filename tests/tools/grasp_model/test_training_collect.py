@@ -1,13 +1,21 @@
-"""Collecting: an interrupted collection ends like an uninterrupted one, and any snapshot can be taken again."""
+"""Collecting: an interrupted collection ends like an uninterrupted one, and what is written comes back."""
 
 import numpy as np
 import pytest
+from training_trials import make_trials
 
 from tools.grasp_model.collect import CollectConfig, collect
-from tools.grasp_model.dataset import column_names, concatenate, load_shard, shard_ranges
+from tools.grasp_model.dataset import (
+    column_names,
+    concatenate,
+    load_shard,
+    save_shard,
+    shard_ranges,
+)
 from tools.grasp_model.refresh import refresh
 from tools.grasp_model.sampling import SamplingConfig
 from tools.grasp_model.scenes import SceneConfig
+from torc.errors import InputError
 
 SMALL = CollectConfig(
     scenes=SceneConfig(min_objects=3, max_objects=4, structured_share=1.0),
@@ -47,3 +55,20 @@ def test_refreshed_trials_are_the_same_while_features_are(collected, tmp_path):
     assert np.array_equal(old.delivered[index], new.delivered)
     assert np.allclose(old.features[index], new.features, rtol=1e-4, atol=1e-5)
     assert np.array_equal(old.valid[index], new.valid)
+
+
+def test_shard_round_trip(tmp_path):
+    trials = make_trials(50, seed=1)
+    back = load_shard(save_shard(tmp_path, trials, 0, 19))
+    assert back.feature_names == trials.feature_names
+    for name in column_names():
+        a, b = getattr(trials, name), getattr(back, name)
+        assert np.array_equal(a, b), name
+        assert a.dtype == b.dtype or a.dtype.kind == "U", name
+
+
+def test_mixed_features_are_refused():
+    a, b = make_trials(5, seed=1), make_trials(5, seed=2)
+    object.__setattr__(b, "feature_names", ("extent", "contacts", "noise_a", "noise_b", "other"))
+    with pytest.raises(InputError, match="other"):
+        concatenate([a, b])

@@ -1,14 +1,20 @@
-"""The floating gripper: a perfect grasp holds, one beside the object misses, and no trial depends on another."""
+"""The floating gripper: what it gets hold of is told apart by trying, and no trial depends on another."""
 
 import numpy as np
 import pytest
 
 from tools.grasp_model.dataset import Cause
+from tools.grasp_model.facts import model_digest
+from tools.grasp_model.feasibility import FeasibilityConfig, measure
 from tools.grasp_model.floating import FloatingGripper
 from tools.grasp_model.floating_model import build_floating
+from torc.grasping.planner import GeometricGraspPlanner
+from torc.objects.library import GraspFact, all_grasp_facts, load_object
 from torc.objects.models import CollisionPiece, ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
+from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
+from torc.workspace.description import Workspace
 from torc.workspace.files import load_workspace
 
 SIZE = (0.05, 0.06, 0.10)
@@ -35,9 +41,8 @@ def pose(position, approach, closing) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def lone() -> FloatingGripper:
-    return FloatingGripper(
-        build_floating(problem((X, Y)), load_robot(), load_workspace(), load_model=lambda name: BOX)
-    )
+    box = problem((X, Y))
+    return FloatingGripper(build_floating(box, load_robot(), load_workspace(), load_model=lambda name: BOX))
 
 
 DOWN = (0, 0, -1)
@@ -54,12 +59,8 @@ def test_perfect_grasps_hold(lone):
 
 
 def test_trials_are_independent_and_repeat_bit_for_bit():
-    floating = build_floating(
-        problem((X, Y), (X, Y - 0.1), (X + 0.1, Y)),
-        load_robot(),
-        load_workspace(),
-        load_model=lambda name: BOX,
-    )
+    boxes = problem((X, Y), (X, Y - 0.1), (X + 0.1, Y))
+    floating = build_floating(boxes, load_robot(), load_workspace(), load_model=lambda name: BOX)
     grasp = pose((X, Y, TABLE + 0.065), (0.3, 0.1, -1), (0, 1, 0))
     a, b = FloatingGripper(floating), FloatingGripper(floating)
     first = a.trial(0, grasp, 0.06)
@@ -67,3 +68,25 @@ def test_trials_are_independent_and_repeat_bit_for_bit():
     b.trial(1, pose((X, Y - 0.1, TABLE + 0.05), (1, 0, 0), (0, 1, 0)), 0.06)
     assert b.trial(0, grasp, 0.06) == first
     assert np.array_equal(b.data.qpos, after_first)
+
+
+Bench = tuple[RobotDescription, GeometricGraspPlanner, Workspace]
+QUICK = FeasibilityConfig(turns=1, falls=1, tries=4)
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    robot, workspace = load_robot(), load_workspace()
+    return robot, GeometricGraspPlanner(robot.gripper, workspace.support_z_m), workspace
+
+
+def test_a_die_is_held_and_a_flat_plate_is_not(bench: Bench) -> None:
+    die = measure("die_white", *bench, QUICK)
+    assert die == GraspFact(1.0, 1.0, model_digest(load_object("die_white")))
+    assert measure("plate_white", *bench, QUICK).standing == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["teacup_blue", "book_blue", "toy_plane_red"])
+def test_the_shipped_facts_are_what_is_measured(name: str, bench: Bench) -> None:
+    assert measure(name, *bench) == all_grasp_facts()[name]

@@ -13,12 +13,7 @@ from torc.episode.viewer_links import trial_link
 
 @dataclass(frozen=True)
 class Link:
-    """Text with an address, if it has one.
-
-    Attributes:
-        kind: "code", or how a trial went, which colors its square; "" for plain text.
-        title: the same in words.
-    """
+    """Text with an address, if it has one; `kind` is "code", or how a trial went, which `title` says in words."""
 
     text: str
     address: str | None = None

@@ -21,12 +21,7 @@ _SPECIAL = re.compile(r"([\\`*_{}\[\]<>|#])")
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the report.
-
-    Attributes:
-        title: its heading; "" for none.
-        anchor: the page's navigation leads there; "" if it does not.
-    """
+    """A part of the report; the page's navigation leads to its `anchor`, if it has one."""
 
     title: str
     blocks: Sequence[Block]

@@ -67,11 +67,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Ranking:
-    """Planners in order, and the trials that count in it.
-
-    Attributes:
-        comparable: False where some planners share no problem with the others: then the order means nothing.
-    """
+    """Planners in order, and the trials that count. Where planners share no problem they are not `comparable`."""
 
     table: Table
     standings: list[Standing]

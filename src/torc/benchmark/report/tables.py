@@ -59,12 +59,12 @@ def _standing_cells(s: Standing, table: Table) -> tuple[str, ...]:
 
 def measures_table(table: Table, planners: Sequence[str]) -> TextTable:
     """Every measure, structured and unstructured scenes apart."""
-    rows = []
-    for planner in planners:
-        for category in (None, *CATEGORIES):
-            if done := table.completed(planner, category):
-                numbers = [m.of(done).text(m.digits) for m in MEASURES]
-                rows.append((planner, category or "all", str(len(done)), *numbers))
+    rows = [
+        (planner, category or "all", str(len(done)), *(m.of(done).text(m.digits) for m in MEASURES))
+        for planner in planners
+        for category in (None, *CATEGORIES)
+        if (done := table.completed(planner, category))
+    ]
     note = "; ".join(f"{m.name}: {m.help}" for m in MEASURES) + ". Brackets: 95 % intervals over problems."
     return TextTable("All measures", ("planner", "scenes", "trials", *(m.name for m in MEASURES)), rows, note)
 

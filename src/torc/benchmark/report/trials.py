@@ -46,12 +46,7 @@ def _square(table: Table, row: TrialRow) -> Link:
 
 @dataclass(frozen=True)
 class Failure:
-    """A failed trial in the gallery.
-
-    Attributes:
-        address: where the viewer shows the pick that failed, if it can.
-        jpeg: its picture, in base64; "" where there is none.
-    """
+    """A failed trial in the gallery: the address of the pick that failed, and its picture in base64, if any."""
 
     title: str
     text: str

@@ -40,10 +40,7 @@ _OBJECTIVE = (
 
 @dataclass(frozen=True)
 class Report:
-    """What was written: the HTML page in a directory, and as plain data answer, ranking, measures.
-
-    `view_command` makes the links to trials work; "" where there are none.
-    """
+    """What was written; `view_command` makes the links to trials work, "" where there are none."""
 
     directory: Path
     page: Path
@@ -52,16 +49,10 @@ class Report:
 
 
 def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
-    """Read the trials of some directories and write index.html, report.md, figures and tables.
+    """Write index.html, report.md, figures and tables of the trials of some directories (see `read_tables`) to `out`.
 
-    Args:
-        roots: of benchmarks, or with trials anywhere in them, or with the tables of an earlier report.
-        out: directory to write to.
-        gallery: failed trials that are shown in pictures, at most.
-
-    Raises:
-        InputError: there are no trials, or the directory cannot be written.
-        MissingDependencyError: matplotlib is not installed.
+    `gallery` is how many failed trials are shown in pictures, at most. Raises InputError: there are no trials, or
+    the directory cannot be written; MissingDependencyError: matplotlib is not installed.
     """
     table = read_tables(roots)
     ranking = rank_on_common_ground(table)

@@ -27,11 +27,10 @@ class ForeseenPick:
 
 @dataclass(frozen=True)
 class OracleAnswer:
-    """The best order of picks that was found. All numbers hold for the problem with this seed.
+    """The best order of picks that was found, for the problem with this seed; where not solved, what looked most
+    promising. `drops` are objects other than the target that fall off the table.
 
     Attributes:
-        foreseen: the picks in order; where not solved, those that looked most promising.
-        drops: objects other than the target that fall off the table.
         proved: no order needs fewer picks, or as many with fewer drops; where not solved, none (of at most `limit`
             picks) leads to the target.
         lower_bound: picks that every order needs; None if none that counts leads to the target.

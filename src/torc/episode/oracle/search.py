@@ -68,8 +68,7 @@ def search(
     """
     run: _Search[State]
     tell = tell or (lambda found: None)
-    tree = Tree(space, start, max_picks, budget, lambda: tell(run.found()))
-    run = _Search(tree)
+    run = _Search(Tree(space, start, max_picks, budget, lambda: tell(run.found())))
     run.run(likely_suffices)
     return run.found()
 
@@ -157,9 +156,8 @@ class _Search(Generic[State]):
         return self.tree.best is not None and self.unknown_plans() is None and self.most_promising() is None
 
     def rough_bound(self) -> int:
-        best = self.tree.best
         rough = self.promise.rough_bound or self.tree.max_picks
-        return min(rough, best.cost.picks) if best is not None else rough
+        return rough if self.tree.best is None else min(rough, self.tree.best.cost.picks)
 
     def proof_in_reach(self) -> bool:
         """Whether each open choice needs one more pick to be settled, and the budget allows for all of them."""

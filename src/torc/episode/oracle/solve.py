@@ -38,14 +38,9 @@ def solve_problem(
     """The order of picks that retrieves the target with the fewest picks, then the fewest drops; longer orders than
     the conditions allow do not count. A trial with the same seed that picks in this order goes exactly as foreseen.
 
-    Args:
-        budget: how much to try, in simulated picks (a look counts as half of one).
-        likely_suffices: end with an order that is likely the best, unless the budget allows for the proof.
-        say: told about progress.
-
-    Raises:
-        InputError: the budget is no positive number, or the problem cannot be played.
-        PhysicsError: the simulation broke before the first pick.
+    The budget is in simulated picks; a look counts as half of one. `likely_suffices` ends with an order that is likely
+    the best, unless the budget allows for the proof. Raises InputError for a budget that is no positive number or a
+    problem that cannot be played, and PhysicsError if the simulation broke before the first pick.
     """
     check_budget(budget)
     max_picks = system.conditions.max_picks
@@ -58,13 +53,9 @@ def best_order(
     sandbox: Sandbox, start: SimulatedState, max_picks: int, budget: float, say: Say, *, likely_suffices: bool
 ) -> Found[SimulatedState]:
     """The best order of at most max_picks picks from a state on."""
+    tell, space = _narration(say, budget), Branches(sandbox)
     return search(
-        Branches(sandbox),
-        start,
-        max_picks=max_picks,
-        budget=budget,
-        likely_suffices=likely_suffices,
-        tell=_narration(say, budget),
+        space, start, max_picks=max_picks, budget=budget, likely_suffices=likely_suffices, tell=tell
     )
 
 

@@ -19,8 +19,7 @@ from torc.generation.graspclutter6d.reading import (
 )
 from torc.generation.inspection import Inspector, SceneView, robot_facts
 from torc.objects.library import object_description
-from torc.problems.made_for import ROBOT_KEYS
-from torc.problems.problem import Problem, load_problem, save_problem
+from torc.problems.problem import ROBOT_KEYS, Problem, load_problem, save_problem
 from torc.problems.schema import Category, Scalar
 
 BY_USER = "the user"
@@ -33,13 +32,8 @@ def problem_name(scene: int, target: str) -> str:
 
 def how_imported(scene: int, config: ImportConfig) -> dict[str, Scalar]:
     """Entries of a problem's `origin`: which scene it is, and how it was taken over."""
-    return {
-        "source": "GraspClutter6D",
-        "scene": scene,
-        "annotation": config.annotation,
-        "camera": config.camera,
-        "placement": config.placement,
-    }
+    how = {name: getattr(config, name) for name in ("annotation", "camera", "placement")}
+    return {"source": "GraspClutter6D", "scene": scene, **how}
 
 
 def make_problem(
@@ -76,16 +70,11 @@ def make_problem(
 def find_target(scene: SettledScene, wanted: str) -> str:
     """The name of the object that a user means by "44_1", "obj_000044_1" or "44".
 
-    Raises:
-        InputError: it is not in the scene, several are meant, or it fell off the table.
+    Raises InputError if it is not in the scene, several are meant, or it fell off the table.
     """
     object_id, instance = parse_object_name(wanted)
-    names = [
-        name
-        for name in scene.annotated
-        if parse_object_name(name) == (object_id, instance)
-        or (instance is None and parse_object_name(name)[0] == object_id)
-    ]
+    parsed = {name: parse_object_name(name) for name in scene.annotated}
+    names = [name for name, (i, k) in parsed.items() if i == object_id and instance in (None, k)]
     if not names:
         raise InputError(
             f"Scene {scene.number} has no object {wanted}. It has: {', '.join(scene.annotated)}."
@@ -103,10 +92,8 @@ def choose_target(scene: SettledScene, view: SceneView, inspector: Inspector) ->
     """The least visible object that makes a problem by the paper's rules; ties go by file order.
 
     It and all objects around it (in front, within 15 cm beside, taller) can be grasped when they stand alone, or it
-    could never be retrieved; and it cannot be grasped at once, or there would be nothing to solve.
-
-    Raises:
-        InputError: there is none.
+    could never be retrieved; and it cannot be grasped at once, or there would be nothing to solve. Raises InputError if
+    there is none.
     """
     can_grasp = cache(partial(inspector.graspable_at_all, scene.problem))
     outcomes: Counter[str] = Counter()
@@ -192,8 +179,7 @@ def run_import(
     """Makes the problems that are asked for and saves them, one file each, named like the problem.
 
     A scene that cannot be read or settled does not stop the others. What an earlier call made is kept, unless
-    `overwrite`. `say` is told what takes long. Raises InputError if the request makes no sense, the root is no
-    GraspClutter6D, or `out` cannot be written.
+    `overwrite`. Raises InputError for a senseless request, a wrong root, or if `out` cannot be written.
     """
     wanted = request.wanted()
     check_root(request.root)
@@ -202,11 +188,8 @@ def run_import(
         out.mkdir(parents=True, exist_ok=True)
         for scene, targets in wanted.items():
             # Known before the work of settling, so that a run that was interrupted is soon where it was.
-            there = (
-                {}
-                if overwrite
-                else {t: a for t in targets if (a := _kept(request, inspector, scene, t, out))}
-            )
+            kept = [] if overwrite else [_kept(request, inspector, scene, t, out) for t in targets]
+            there = {t: a for t, a in zip(targets, kept) if a}
             attempts += there.values()
             for attempt in _attempts(request, scene, [t for t in targets if t not in there], inspector, say):
                 if attempt.problem is not None:

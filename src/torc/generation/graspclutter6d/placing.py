@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 
 from torc.errors import InputError, PhysicsError, UnknownNameError
 from torc.generation.graspclutter6d.reading import (
@@ -18,13 +17,12 @@ from torc.generation.graspclutter6d.reading import (
 )
 from torc.geometry.transforms import Pose, invert, transform_points, wxyz_from_rotation
 from torc.objects.files import load_source
-from torc.objects.importing.mesh import MeshImport, read_mesh
-from torc.objects.importing.options import MeshOptions
+from torc.objects.importing.mesh import MeshImport, MeshOptions, read_mesh
 from torc.objects.importing.storing import add_object
+from torc.objects.library import find_stored, load_stored, store_directories
 from torc.objects.models import ObjectModel
-from torc.objects.store import find_stored, load_stored, store_directories
 from torc.problems.problem import ObjectPlacement, Problem
-from torc.sim.settling import EaseConfig, SettleConfig, ease_apart, settle, with_poses_of
+from torc.sim.settling import EASED_M, SettleConfig, ease_apart, settle, with_poses_of
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import Presence, World, build_world
 from torc.workspace.files import load_workspace
@@ -43,22 +41,12 @@ _FOLDERS = {
 
 @dataclass(frozen=True, eq=False)
 class ConvertedObject:
-    """An object of the data set as one of ours.
-
-    Attributes:
-        model: the object, by its name in the store.
-        T_object_mesh: pose of the mesh frame (in metres) in the model frame.
-        notes: what was done to the mesh or odd about it, if it was converted just now.
-    """
+    """An object of the data set as one of ours: the model, the pose of the mesh frame (metres) in the model frame, and
+    what was done to the mesh or odd about it, if it was converted just now."""
 
     model: ObjectModel
     T_object_mesh: Pose
     notes: tuple[str, ...]
-
-    @property
-    def visible_points(self) -> Float[np.ndarray, "n 3"]:
-        """Vertices of its surfaces, model frame."""
-        return np.concatenate([visual.vertices for visual in self.model.visuals])
 
 
 def find_mesh(root: Path, object_id: int) -> tuple[Path, float]:
@@ -89,17 +77,10 @@ def check_meshes(root: Path, object_ids: Iterable[int]) -> None:
 
 
 def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], None]) -> ConvertedObject:
-    """An object of the data set: from the store, or converted now and put there.
+    """An object of the data set (1..200): from the store, or converted now, which takes up to a minute, and put there.
 
-    Args:
-        root: of the data set.
-        object_id: 1..200.
-        words: its description; gets a number if another object is described so.
-        say: told if it has to be converted, which takes seconds to a minute.
-
-    Raises:
-        InputError: it has no mesh, the mesh cannot be used, or the store holds something else of that name.
-        MissingDependencyError: the extra `import` is not installed.
+    `words` describe it. Raises InputError if it has no usable mesh, or the store holds something else of that name, and
+    MissingDependencyError without the extra `import`.
     """
     name, notes = model_name(object_id), tuple[str, ...]()
     stored = find_stored(name)
@@ -146,14 +127,13 @@ Say = Callable[[str], None]
 class ImportConfig:
     """How a scene is taken over: one of PLACEMENTS, and the picture whose annotation is taken, by default the paper's.
 
-    Objects inside each other are pushed apart first (`ease`). A scene that is not still after it has settled gets more
+    Objects inside each other are pushed apart first. A scene that is not still after it has settled gets more
     time, `patience` times in all.
     """
 
     placement: str = "torc"
     annotation: int = ANNOTATION
     camera: str = CAMERA
-    ease: EaseConfig = field(default_factory=EaseConfig)
     settle: SettleConfig = field(default_factory=lambda: SettleConfig(limit_s=10.0))
     still: StillnessConfig = field(default_factory=lambda: StillnessConfig(early_s=2.0))
     patience: int = 8
@@ -165,15 +145,8 @@ class ImportConfig:
 
 @dataclass(frozen=True)
 class SettledScene:
-    """A scene at rest on our table.
-
-    Attributes:
-        number: of the scene.
-        problem: what is still on the table, where it came to rest; its target is only a stand-in.
-        annotated: where the annotation had put all objects, by name.
-        fell: names of the objects that fell off the table.
-        notes: what was odd, for people.
-    """
+    """A scene at rest on our table: what is still there, as a problem whose target is only a stand-in; where the
+    annotation had put all objects, by name; which fell off the table; and what was odd, for people."""
 
     number: int
     problem: Problem
@@ -201,7 +174,7 @@ def settle_scene(
     say(f"scene {scene.number}: settling {len(placements)} objects")
     world = build_world(raw, None, load_workspace())
     try:
-        eased = ease_apart(world, config.ease)
+        before_m, after_m = ease_apart(world)
         _settle(world, config)
     except PhysicsError as error:
         raise InputError(f"could not be settled: {error}") from None
@@ -214,8 +187,8 @@ def settle_scene(
     rest = tuple(o for o in with_poses_of(world).objects if o.name in on_table)
     annotated = {o.name: o for o in placements}
     notes = [f"{o.model.name}: {note}" for o in objects.values() for note in o.notes]
-    if eased.steps:
-        before, after = 1000 * eased.before_m, 1000 * eased.after_m
+    if before_m > EASED_M:
+        before, after = 1000 * before_m, 1000 * after_m
         notes.append(f"objects up to {before:.0f} mm inside each other were eased apart, to {after:.0f} mm")
     if fell:
         notes.append(f"fell off the table and left out: {', '.join(fell)}")
@@ -229,7 +202,9 @@ def place_objects(
     """The scene's objects (by object id) in the world, in file order: turned as annotated, moved as a whole."""
     converted = [objects[o.object_id] for o in scene.objects]
     poses = [o.T_table_mesh @ invert(c.T_object_mesh) for o, c in zip(scene.objects, converted)]
-    points = np.concatenate([transform_points(T, c.visible_points) for T, c in zip(poses, converted)])
+    points = np.concatenate(
+        [transform_points(T, v.vertices) for T, c in zip(poses, converted) for v in c.model.visuals]
+    )
     lower, upper = points.min(axis=0), points.max(axis=0)
     x, y, above_m = PLACEMENTS[placement]
     shift = np.array([x, y, load_workspace().support_z_m + above_m]) - [*(lower + upper)[:2] / 2, lower[2]]

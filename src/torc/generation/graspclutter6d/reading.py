@@ -95,13 +95,8 @@ def _pose(rotation: list[float], translation_mm: list[float]) -> Pose:
 
 @dataclass(frozen=True)
 class SceneObject:
-    """One object of a scene.
-
-    Attributes:
-        object_id: which of the 200 objects.
-        instance: counts objects alike, from 0, in file order; this and nothing else tells them apart.
-        T_table_mesh: pose of the mesh frame in the frame of the table: z up, the origin wherever the data set has it.
-    """
+    """One object of a scene: which of the 200; its number among those alike, from 0, in file order, which alone tells
+    them apart; pose of the mesh frame in the table's: z up, the origin wherever the data set has it."""
 
     object_id: int
     instance: int
@@ -145,12 +140,8 @@ def check_root(root: Path) -> None:
 
 
 def read_scene(root: Path, scene: int, annotation: int = ANNOTATION, camera: str = CAMERA) -> AnnotatedScene:
-    """A scene by one of its pictures.
-
-    Raises:
-        InputError: files or entries missing, or not what they should be; or by these poses the camera is below the
-            objects, so that the frame is not that of a table.
-    """
+    """A scene by one of its pictures. Raises InputError for files or entries that are missing or not what they should
+    be, or if the camera is below the objects, so that the frame is not that of a table."""
     image = image_id(annotation, camera)
     directory = root / "scenes" / f"{scene:06d}"
     if not directory.is_dir():

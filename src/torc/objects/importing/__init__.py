@@ -4,7 +4,6 @@ Mesh files come from strangers, so each is made into an object in a child proces
 comes back is validated like any object file.
 """
 
-from torc.objects.importing.mesh import MeshImport, read_mesh
-from torc.objects.importing.options import FORMATS, MeshOptions
+from torc.objects.importing.mesh import FORMATS, MeshImport, MeshOptions, read_mesh
 
 __all__ = ["FORMATS", "MeshImport", "MeshOptions", "read_mesh"]

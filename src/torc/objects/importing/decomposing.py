@@ -36,13 +36,8 @@ _COACD_SHELL = {**_COACD_SOLID, "preprocess_mode": "on", "preprocess_resolution"
 
 
 def convex_pieces(net: trimesh.Trimesh, concavity: float, max_pieces: int) -> list[Points]:
-    """Corner points of convex pieces that together make the solid; of open parts, a shell around the surface.
-
-    Args:
-        net: a welded net, metres.
-        concavity: CoACD's threshold.
-        max_pieces: upper limit of their number.
-    """
+    """Corner points of convex pieces that together make the solid of a welded net, metres; of open parts, a shell
+    around the surface. `concavity` is CoACD's threshold."""
     if trimesh.graph.connected_component_labels(net.face_adjacency, len(net.faces)).max() >= max_pieces:
         return _coacd([net], concavity, max_pieces, _COACD_SHELL)
     hulls: list[Points] = []

@@ -1,7 +1,14 @@
-"""A mesh file to an object in the format `torc-object/1`: the child process's task."""
+"""A mesh file to an object in the format `torc-object/1`, as a child process within limits of time and memory.
 
+It is given a directory with the request, and leaves its answer and the object there; never pickles.
+"""
+
+import contextlib
+import json
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +22,7 @@ from torc.geometry.transforms import wxyz_from_rotation
 from torc.objects.files import save_object
 from torc.objects.importing.baking import baked
 from torc.objects.importing.decomposing import convex_pieces, few_corners, solid_enough
-from torc.objects.importing.mesh import MADE_DIRECTORY
-from torc.objects.importing.options import MeshOptions
+from torc.objects.importing.mesh import ANSWER_FILE, MADE_DIRECTORY, REQUEST_FILE, MeshOptions
 from torc.objects.importing.reading import Y_UP, read_surfaces
 from torc.objects.importing.resting import is_round, resting_rotation
 from torc.objects.importing.surfaces import (
@@ -43,6 +49,7 @@ _MAX_CONTACT_FACES = 4_000
 """Enough for contact; the decomposition's time grows with them."""
 _UNITS = (0.001, 0.01, 0.0254, 0.1, 10.0, 100.0, 1000.0)
 """What a scale may be off by: millimetres, centimetres, inches, or the other way about."""
+_MAX_FILE_BYTES = 2**30
 
 
 def make_object(request: Mapping[str, Any], directory: Path) -> list[str]:
@@ -224,3 +231,37 @@ def _moved(visual: VisualMesh, R: Float[np.ndarray, "3 3"], shift: Float[np.ndar
 def _vec3(values: np.ndarray) -> Vec3:
     x, y, z = (float(v) for v in values)
     return x, y, z
+
+
+def answer(request: Mapping[str, Any], directory: Path) -> dict[str, Any]:
+    """The notes of `make_object`, or why there is no object."""
+    try:
+        return {"notes": make_object(request, directory)}
+    except InputError as error:
+        return {"refused": str(error)}
+    except MemoryError:
+        return {"failed": "it needed more memory than is allowed"}
+    except Exception as error:  # third-party code on hostile files: anything may come
+        return {"failed": f"{type(error).__name__}: {str(error)[:300]}"}
+
+
+def _limit(memory_bytes: int, cpu_s: int) -> None:
+    try:
+        import resource
+    except ImportError:  # not on Windows; the time-out holds there too
+        return
+    for kind, limit in (
+        (resource.RLIMIT_AS, memory_bytes),
+        (resource.RLIMIT_CPU, cpu_s),
+        (resource.RLIMIT_FSIZE, _MAX_FILE_BYTES),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        with contextlib.suppress(ValueError, OSError):  # macOS knows some of them by name only
+            resource.setrlimit(kind, (limit, resource.getrlimit(kind)[1]))
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    order = json.loads((folder / REQUEST_FILE).read_text(encoding="utf-8"))
+    _limit(order["memory_bytes"], ceil(order["limit_s"]))
+    (folder / ANSWER_FILE).write_text(json.dumps(answer(order, folder)), encoding="utf-8")

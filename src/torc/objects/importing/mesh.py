@@ -3,6 +3,7 @@
 import importlib.util
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -10,13 +11,20 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from torc.errors import InputError, MissingDependencyError, extra_remedy
 from torc.objects.files import load_object_directory, load_source
-from torc.objects.importing.options import FORMATS, MeshOptions
 from torc.objects.models import ObjectModel
-from torc.objects.schema import ObjectSource
+from torc.objects.schema import (
+    MAX_DESCRIPTION,
+    MAX_FRICTION,
+    MAX_MASS_KG,
+    MIN_FRICTION,
+    MIN_MASS_KG,
+    NAME_PATTERN,
+    ObjectSource,
+)
 
 MAX_MESH_BYTES = 200 * 2**20
 LIMIT_S, MEMORY_BYTES = 300.0, 6 * 2**30
@@ -32,6 +40,76 @@ _ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "MALLOC_ARENA_MAX": "2",
 }
+UpAxis = Literal["auto", "y", "z"]
+FORMATS = ("obj", "glb", "stl", "ply")
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """How a mesh becomes an object. The defaults suit a solid, filled household thing in metres.
+
+    Attributes:
+        name, kind, description: by default the file's name, the same, and "the " and the name in words.
+        scale: metres per unit of the file, e.g. 0.001 for millimetres.
+        up: axis of the file that points up; "auto" is y for GLB, as its standard has it, and z otherwise.
+        stand: turn the object until it rests where it is set down; False keeps the file's axes.
+        mass_kg: by default volume of the contact pieces x density.
+        density_kg_m3: of filled containers, fruit and tools on average (0.5 to 2.4 g/cm3 one by one).
+        rolls: adds rolling friction; None: if it is round about some axis.
+        root: textures are read from this directory and below; by default from the mesh's own.
+    """
+
+    name: str | None = None
+    kind: str | None = None
+    description: str | None = None
+    scale: float = 1.0
+    up: UpAxis = "auto"
+    stand: bool = True
+    mass_kg: float | None = None
+    density_kg_m3: float = 850.0
+    friction: float = 0.8
+    rolls: bool | None = None
+    textures: bool = True
+    root: Path | None = None
+
+    def __post_init__(self) -> None:
+        for what, value, (low, high) in (
+            ("scale", self.scale, (1e-6, 1e6)),
+            ("mass", self.mass_kg, (MIN_MASS_KG, MAX_MASS_KG)),
+            ("density", self.density_kg_m3, (1.0, 25_000.0)),
+            ("friction", self.friction, (MIN_FRICTION, MAX_FRICTION)),
+        ):
+            if value is not None and not low <= value <= high:
+                raise InputError(f"The {what} must be between {low:g} and {high:g}, not {value}.")
+        words = self.description
+        if words is not None and not (
+            words.strip() and len(words) <= MAX_DESCRIPTION and words.isprintable()
+        ):
+            raise InputError(
+                f"A description is a line of 1 to {MAX_DESCRIPTION} characters that can be printed."
+            )
+        for what, name in (("name", self.name), ("kind", self.kind)):
+            if name is not None and not re.fullmatch(NAME_PATTERN, name):
+                raise InputError(
+                    f"'{name}' cannot be a {what}: 1 to 64 letters, digits, '_', '-' or '.', starting with a letter "
+                    "or digit."
+                )
+
+    def name_for(self, path: Path) -> str:
+        """The object's name: the one given, or made from the file's end. Raises InputError if none can be made."""
+        if self.name is not None:
+            return self.name
+        name = re.sub(r"[^A-Za-z0-9_.\-]+", "_", path.stem).strip("_.-").lower()
+        name = name[-64:].lstrip("_.-")  # files of a deep tree differ at the end
+        if not name:
+            raise InputError(f"No name can be made from '{path.name}'. Give one with --name.")
+        return name
+
+    def description_for(self, path: Path) -> str:
+        """The description given, or the name in words."""
+        if self.description is not None:
+            return self.description
+        return "the " + re.sub(r"[_.\-\s]+", " ", self.name_for(path)).strip()
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,17 +122,10 @@ class MeshImport:
 
 
 def read_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImport:
-    """Reads a mesh file: surfaces to look at, convex pieces for contact, mass, model frame, and what was done.
+    """An object of a mesh file: OBJ (its MTL and textures beside it), GLB, STL or PLY; always the same one.
 
-    The same file and options give the same object.
-
-    Args:
-        path: OBJ (its MTL and textures beside it), GLB, STL or PLY.
-        options: see `MeshOptions`.
-
-    Raises:
-        InputError: the file is missing, not readable, not safe to read, or no thing for a table.
-        MissingDependencyError: the extra `import` is not installed.
+    Raises InputError if the file is missing, not readable, not safe to read, or no thing for a table, and
+    MissingDependencyError without the extra `import`.
     """
     path, options = Path(path), options or MeshOptions()
     for library in _LIBRARIES:
@@ -62,16 +133,6 @@ def read_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImpor
             raise MissingDependencyError(
                 f"The library {library}, which reads meshes,", extra_remedy("import")
             )
-    _check_file(path)
-    path = path.resolve()
-    name = options.name_for(path)
-    with tempfile.TemporaryDirectory(prefix="torc-import-") as folder:
-        notes = _made(path, options, Path(folder))
-        made = Path(folder) / MADE_DIRECTORY / name
-        return MeshImport(load_object_directory(made), load_source(made), notes)
-
-
-def _check_file(path: Path) -> None:
     if path.suffix[1:].lower() not in FORMATS:
         raise InputError(f"{path} is not of a format that is read: {', '.join(f.upper() for f in FORMATS)}.")
     if not path.is_file():
@@ -81,20 +142,20 @@ def _check_file(path: Path) -> None:
         raise InputError(
             f"{path} is too large: {size // 2**20} MB; at most {MAX_MESH_BYTES // 2**20}. Simplify it first."
         )
+    path = path.resolve()
+    name = options.name_for(path)
+    with tempfile.TemporaryDirectory(prefix="torc-import-") as folder:
+        notes = _made(path, options, Path(folder))
+        made = Path(folder) / MADE_DIRECTORY / name
+        return MeshImport(load_object_directory(made), load_source(made), notes)
 
 
 def _made(path: Path, options: MeshOptions, folder: Path) -> tuple[str, ...]:
     """Has the object made in a child process; what its owner is told. Where that process crashes or takes too long,
     another one takes the convex hull instead of decomposing the mesh."""
     plain = {**asdict(options), "root": None if options.root is None else str(options.root.resolve())}
-    request = {
-        "path": str(path),
-        "options": plain,
-        "limit_s": LIMIT_S,
-        "memory_bytes": MEMORY_BYTES,
-        "undecomposed": None,
-    }
-    answer = run_child(request, folder)
+    request = {"path": str(path), "options": plain, "limit_s": LIMIT_S, "memory_bytes": MEMORY_BYTES}
+    answer = run_child({**request, "undecomposed": None}, folder)
     if "ended" in answer:
         answer = run_child({**request, "undecomposed": answer["ended"]}, folder)
     if "refused" in answer:
@@ -108,11 +169,11 @@ def _made(path: Path, options: MeshOptions, folder: Path) -> tuple[str, ...]:
 
 
 def run_child(request: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """The answer of `torc.objects.importing.child`, or how it ended without one."""
+    """The answer of `torc.objects.importing.making`, or how it ended without one."""
     (folder / REQUEST_FILE).write_text(json.dumps(request), encoding="utf-8")
     limit_s = request["limit_s"]
     # -P: nothing is imported from the working directory, which may be a stranger's too
-    command = [sys.executable, "-P", "-m", "torc.objects.importing.child", str(folder)]
+    command = [sys.executable, "-P", "-m", "torc.objects.importing.making", str(folder)]
     late = {"ended": f"it took longer than {limit_s:g} s of computing"}
     try:
         code = subprocess.run(

@@ -1,6 +1,8 @@
 """Mesh files to surfaces, by trimesh. Runs in a child process: the files are a stranger's."""
 
 import io
+import json
+import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -13,30 +15,30 @@ from PIL import Image
 from trimesh.resolvers import FilePathResolver
 
 from torc.errors import InputError
-from torc.objects.importing.misread import check_glb, check_obj, check_ply
 from torc.objects.importing.surfaces import Surface
 
 Y_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """y up and the front towards +z (glTF) to z up and the front towards -x."""
 _MAX_NOTES = 20
 _SEE_THROUGH = ("BLEND", "MASK")
+_REMEDY = "Export it triangulated, without compression"
+_FLOAT, _UNSIGNED_BYTE = 5126, 5121
+_READ_TYPES = {"POSITION": (_FLOAT,), "TEXCOORD_0": (_FLOAT,), "COLOR_0": (_FLOAT, _UNSIGNED_BYTE)}
+_READ_EXTENSIONS = re.compile(r"KHR_materials_\w+|KHR_lights_punctual|EXT_texture_webp|KHR_texture_transform")
+_OBJ_FACE = re.compile(rb"^f[ ]+(.+)$", re.MULTILINE)
+_OBJ_VERTEX = re.compile(rb"^v[ ]+(.+)$", re.MULTILINE)
+_FOLD = 0.01
+"""Share of the polygons' area that triangles which face the wrong way may cover: modelled things have bent ones."""
 
 
 def read_surfaces(
     path: Path, scale: float, y_up: bool, root: Path | None, texture_px: int
 ) -> tuple[list[Surface], list[str]]:
-    """The surfaces in a mesh file, metres, z up; and what a user should know about the reading.
+    """The surfaces in a mesh file (`scale` metres per unit), metres, z up; and what a user should know of the reading.
 
-    Args:
-        path: the file.
-        scale: metres per unit of it.
-        y_up: its y axis points up.
-        root: materials and textures are read from this directory and below; None: no colours at all.
-        texture_px: longest side of a texture.
-
-    Raises:
-        InputError: without triangles, misread by trimesh, or it points to files that it may not read. Of what is no
-            mesh file, trimesh raises anything.
+    Materials and textures, at most `texture_px` long, are read from `root` and below; None: no colours at all. Raises
+    InputError for a file without triangles, misread by trimesh, or that names files which it may not read. Of what is
+    no mesh file, trimesh raises anything.
     """
     neighbours = Neighbours(path, root or path.parent)
     try:
@@ -50,16 +52,14 @@ def read_surfaces(
             "(--no-textures)."
         )
     notes = [f"'{name[:120]}' is not there: its colours are missing." for name in neighbours.missing]
-    dressed = {}
-    for name, mesh in scene.geometry.items():
-        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            dressed[name] = _plain(mesh) if root is None else _dressed(mesh, path, texture_px, notes)
-    surfaces = []
+    dressed = {
+        name: _plain(mesh) if root is None else _dressed(mesh, path, texture_px, notes)
+        for name, mesh in scene.geometry.items()
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)
+    }
     R = scale * (Y_UP if y_up else np.eye(3))
-    for node in scene.graph.nodes_geometry:
-        T, name = scene.graph[node]
-        if name in dressed:
-            surfaces.append(_placed(dressed[name], R @ T[:3]))
+    placements = (scene.graph[node] for node in scene.graph.nodes_geometry)
+    surfaces = [_placed(dressed[name], R @ T[:3]) for T, name in placements if name in dressed]
     if not surfaces:
         raise InputError(f"{path} holds no triangles.")
     return surfaces, list(dict.fromkeys(notes))[:_MAX_NOTES]
@@ -178,3 +178,61 @@ def _picture(image: Image.Image, path: Path, texture_px: int) -> UInt8[np.ndarra
         ) from None
     colors.thumbnail((texture_px, texture_px), Image.Resampling.LANCZOS)
     return np.asarray(colors, np.uint8)
+
+
+def check_glb(data: bytes) -> None:
+    """Raises InputError for a GLB with what is not read, or ValueError if it has no readable header."""
+    header = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    for extension in header.get("extensionsRequired", ()):
+        if not _READ_EXTENSIONS.fullmatch(extension):
+            raise _refusal(f"It needs {extension[:80]}")
+    if any("skin" in node for node in header.get("nodes", ())):
+        raise _refusal("A skeleton bends it (skin)", "Apply the pose and export it without")
+    accessors = header.get("accessors", ())
+    for part in (part for mesh in header.get("meshes", ()) for part in mesh["primitives"]):
+        indices = {"indices": part["indices"]} if "indices" in part else {}
+        used = {name: accessors[i] for name, i in (part["attributes"] | indices).items()}
+        if any("sparse" in a or "bufferView" not in a for a in used.values()):
+            raise _refusal("It has sparse or compressed accessors")
+        if any(used[k]["componentType"] not in types for k, types in _READ_TYPES.items() if k in used):
+            raise _refusal("Its numbers are quantized")
+
+
+def check_obj(text: bytes) -> None:
+    """Raises InputError for an OBJ, tabs replaced, with concave polygons; ValueError for what is no OBJ."""
+    faces = [[int(word.split(b"/")[0]) for word in row.split()] for row in _OBJ_FACE.findall(text)]
+    vertices = np.array([row.split()[:3] for row in _OBJ_VERTEX.findall(text)], float)
+    _check_fans(vertices, [np.array(face) - (np.array(face) > 0) for face in faces])
+
+
+def check_ply(elements: dict[str, dict[str, Any]]) -> None:
+    """Raises InputError for a PLY whose elements, as trimesh read them, are not what they are taken for."""
+    if not elements.get("face", {}).get("length"):
+        return
+    faces = elements["face"]["data"]
+    column = faces[next(n for n in ("vertex_index", "vertex_indices") if n in elements["face"]["properties"])]
+    if not isinstance(faces, dict):  # binary: all lists were read as if they were as long as the first
+        if len(np.unique(column["f0"])) > 1:
+            raise _refusal("Its polygons have different numbers of corners")
+        column = column["f1"]
+    axes = [np.asarray(elements["vertex"]["data"][axis], float).ravel() for axis in "xyz"]
+    _check_fans(np.stack(axes, axis=1), list(column))
+
+
+def _check_fans(vertices: Float[np.ndarray, "n 3"], faces: list[np.ndarray]) -> None:
+    """Raises InputError where triangles from polygons' first corners do not make the polygons."""
+    whole = folded = 0.0
+    for count in {len(face) for face in faces if len(face) > 3}:
+        polygons = vertices[np.stack([face for face in faces if len(face) == count]).astype(np.int64)]
+        spokes = polygons[:, 1:] - polygons[:, :1]
+        triangles = np.cross(spokes[:, :-1], spokes[:, 1:])
+        normals = triangles.sum(axis=1)
+        area = np.linalg.norm(normals, axis=1)
+        facing = np.einsum("ntd,nd->nt", triangles, normals / np.maximum(area, 1e-300)[:, None])
+        whole, folded = whole + area.sum(), folded - np.minimum(facing, 0.0).sum()
+    if folded > _FOLD * whole:
+        raise _refusal("It has concave polygons")
+
+
+def _refusal(what: str, remedy: str = _REMEDY) -> InputError:
+    return InputError(f"{what}, which is not read. {remedy}.")

@@ -21,11 +21,8 @@ _ROUND = 0.95
 
 
 def resting_rotation(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> Float[np.ndarray, "3 3"]:
-    """The smallest rotation after which the solid rests steadily on a horizontal table.
-
-    Args:
-        hulls: corner points of its convex pieces, z up, of one density.
-    """
+    """The smallest rotation after which the solid of these convex pieces (corner points, z up, of one density) rests
+    steadily on a horizontal table."""
     faces = _steady_faces(hulls)
     if not faces:
         return np.eye(3)

@@ -9,10 +9,14 @@ from pathlib import Path
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint
 from torc.objects.files import check_replaceable, load_source, save_object
-from torc.objects.importing.mesh import MeshImport
-from torc.objects.importing.options import FORMATS
-from torc.objects.library import builtin_object_names, object_description, object_names
-from torc.objects.store import find_stored, store_directories
+from torc.objects.importing.mesh import FORMATS, MeshImport
+from torc.objects.library import (
+    builtin_object_names,
+    find_stored,
+    object_description,
+    object_names,
+    store_directories,
+)
 
 MAX_MESHES = 2_000
 _RICHER = ("glb", "obj", "ply", "stl")

@@ -27,15 +27,8 @@ _AGGRESSIONS = (5, 7, 10)
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """One surface of one material.
-
-    Attributes:
-        vertices, faces: the triangles, z up, metres.
-        uv: texture coordinates per vertex, v down, or None.
-        texture: its picture, or None.
-        rgba: colour; multiplies the texture.
-        colors: per vertex, or None; they take the place of rgba.
-    """
+    """One surface of one material, z up, metres; uv per vertex, v down; rgba multiplies the texture; colors, per
+    vertex, take the place of rgba."""
 
     vertices: Float[np.ndarray, "n 3"]
     faces: Int[np.ndarray, "m 3"]
@@ -98,23 +91,16 @@ def shaded(surface: Surface) -> VisualMesh:
         np.stack([around, patch], axis=1), axis=0, return_index=True, return_inverse=True
     )
     split, normals = surface.at(around[rows], inverse.reshape(-1, 3)), total[meeting.ravel()][rows]
-    lost = np.linalg.norm(normals, axis=1) < _FLAT * np.linalg.norm(
-        flat[rows // 3], axis=1
-    )  # a fold of itself
-    normals[lost] = flat[rows // 3][lost]
+    own = flat[rows // 3]
+    lost = np.linalg.norm(normals, axis=1) < _FLAT * np.linalg.norm(own, axis=1)  # a fold of itself
+    normals[lost] = own[lost]
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return VisualMesh(split.vertices, split.faces, split.uv, split.texture, split.rgba, normals)
 
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A welded net.
-
-    Attributes:
-        net: the triangles.
-        turned: the file's triangles faced inwards; here they face outwards.
-        closed_holes: how many holes were closed.
-    """
+    """A welded net; `turned` if the file's triangles faced inwards, which here face outwards."""
 
     net: trimesh.Trimesh
     turned: bool
@@ -143,9 +129,8 @@ def simplified(net: trimesh.Trimesh, max_faces: int) -> trimesh.Trimesh:
     if len(net.faces) <= max_faces:
         return net
     center, size = net.vertices.mean(axis=0), float(net.extents.max())
-    unit = trimesh.Trimesh(
-        (net.vertices - center) / size, net.faces, process=False
-    )  # its thresholds are absolute
+    # The thresholds of the simplification are absolute.
+    unit = trimesh.Trimesh((net.vertices - center) / size, net.faces, process=False)
     for aggression in _AGGRESSIONS:
         fewer = unit.simplify_quadric_decimation(face_count=max_faces, aggression=aggression)
         if len(fewer.faces) <= 1.1 * max_faces:

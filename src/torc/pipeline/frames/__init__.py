@@ -5,6 +5,6 @@ no object has that label, the frame is refused.
 """
 
 from torc.pipeline.frames.files import load_frame, save_frame
-from torc.pipeline.frames.record import Frame
+from torc.pipeline.frames.forms import Frame
 
 __all__ = ["Frame", "load_frame", "save_frame"]

@@ -8,8 +8,7 @@ from jaxtyping import Float, Float32, Int16
 
 from torc.errors import InputError
 from torc.perception.segmentation import PerceptionConfig
-from torc.pipeline.frames.forms import HIDDEN, StoredFrame, read_frame, write_frame
-from torc.pipeline.frames.record import Frame
+from torc.pipeline.frames.forms import HIDDEN, Frame, StoredFrame, read_frame, write_frame
 from torc.pipeline.frames.support_plane import estimate_support_z_m, grid_around, object_points
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, VoxelGrid
 

@@ -4,8 +4,9 @@ import difflib
 import json
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -26,8 +27,7 @@ from pydantic import (
 from torc.errors import InputError
 from torc.files.strict_yaml import Number, explain_faults
 from torc.geometry.transforms import make_pose, rotation_from_wxyz
-from torc.pipeline.frames.record import Frame
-from torc.records import BACKGROUND, ROBOT
+from torc.records import BACKGROUND, ROBOT, Observation, VoxelGrid
 from torc.records.serialization import to_plain
 
 HIDDEN = "hidden"
@@ -41,15 +41,8 @@ FILES = ("frame.json", "rgb.png", "depth.png", "labels.png")
 IMAGES = ("rgb", "labels", "depth_m", "depth")
 SETTINGS = ("K", "T_world_camera", "target", "target_description", "support_z_m", "background", "robot")
 FILE_KEYS: tuple[str, ...] = (*SETTINGS, "depth_scale", "grid_origin", "grid_voxel_size_m", "grid_shape")
-DIRECTORY_KEYS: tuple[str, ...] = (
-    *SETTINGS,
-    "intrinsics",
-    "camera_pose",
-    "depth_scale_m",
-    "names",
-    "grid",
-    "version",
-)
+_MORE = ("intrinsics", "camera_pose", "depth_scale_m", "names", "grid", "version")
+DIRECTORY_KEYS: tuple[str, ...] = (*SETTINGS, *_MORE)
 _INTEGERS = ("uint16", "int16", "uint32", "int32", "uint64", "int64")
 _NEEDED = {
     "rgb": (("uint8",), "uint8 (h, w, 3), red first"),
@@ -136,14 +129,30 @@ class Settings(BaseModel):
 
 
 @dataclass(frozen=True)
-class StoredFrame:
-    """A frame as it was stored.
+class Frame:
+    """One frame, ready for the pipeline: its label image holds object ids 0..63, the target being 0.
 
     Attributes:
-        where: the file, for messages.
-        depth_m: metres; NaN, infinite or 0 where there is no reading.
-        labels: instance per pixel, in the file's own numbers.
-        settings: the rest; its camera pose is not checked yet.
+        target_id: TARGET_ID, or None while the target is hidden.
+        support_z_m: height of the surface that the objects stand on.
+        grid: region of the occlusion volume.
+        labels, names: label in the file per object id, and name, where the file has one.
+    """
+
+    observation: Observation
+    target_id: int | None
+    target_description: str
+    support_z_m: float
+    grid: VoxelGrid
+    labels: Mapping[int, int] = field(default_factory=lambda: MappingProxyType({}))
+    names: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
+    support_estimated: bool = False
+
+
+@dataclass(frozen=True)
+class StoredFrame:
+    """A frame as it was stored in the file `where`: depth with NaN, infinity or 0 where there is no reading, and labels
+    in the file's own numbers.
     """
 
     where: str
@@ -195,21 +204,15 @@ def _checked(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings:
     """The frame of these images, each with its place for messages."""
     depth = "depth_m" if "depth_m" in images else "depth"
     if missing := [k for k in ("rgb", "labels", depth) if k not in images]:
-        more = (
-            "; that is depth_m (floats, metres), or depth (integers) with depth_scale"
-            if depth in missing
-            else ""
-        )
+        forms = "; that is depth_m (floats, metres), or depth (integers) with depth_scale"
+        more = forms if depth in missing else ""
         raise InputError(f"{where} lacks {', '.join(missing)}{more}.")
     shapes = {}
     for key in ("rgb", depth, "labels"):
         place, image = images[key]
         types, need = _NEEDED[key]
-        if (
-            image.ndim < 2
-            or image.shape[2:] != ((3,) if key == "rgb" else ())
-            or image.dtype.name not in types
-        ):
+        channels = (3,) if key == "rgb" else ()
+        if image.ndim < 2 or image.shape[2:] != channels or image.dtype.name not in types:
             raise InputError(f"{place}: {image.dtype} {image.shape}; need {need}.")
         h, w = image.shape[:2]
         if min(h, w) < MIN_SIDE_PX or max(h, w) > MAX_SIDE_PX or h * w > MAX_PIXELS:

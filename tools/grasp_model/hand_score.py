@@ -1,17 +1,9 @@
-"""Scores of candidates: probability that the object is delivered to the bin."""
-
-from functools import cache
-from pathlib import Path
+"""A score of grasps written by hand: the baseline that a trained one must beat."""
 
 import numpy as np
 from jaxtyping import Float, Float32
 
-from torc.grasping.features import FEATURE_NAMES, feature_column
-from torc.grasping.protocol import GraspScorer
-from torc.grasping.trees import TreeModel, load_trees
-
-MODEL_PATH = Path(__file__).parent / "data" / "grasp_model.npz"
-"""The shipped model."""
+from torc.grasping.features import FEATURE_NAMES
 
 # (feature, value that counts as 0, value that counts as 1, weight in log-odds)
 _TERMS = (
@@ -39,10 +31,10 @@ _BIAS = -1.6
 
 
 class HandScore:
-    """A hand-written log-odds sum of clipped terms. The baseline, and what there is before any training."""
+    """A log-odds sum of clipped terms."""
 
     def __init__(self) -> None:
-        self._columns = np.array([feature_column(name) for name, *_ in _TERMS])
+        self._columns = np.array([FEATURE_NAMES.index(name) for name, *_ in _TERMS])
         self._low = np.array([low for _, low, _, _ in _TERMS])
         self._range = np.array([high - low for _, low, high, _ in _TERMS])
         self._weight = np.array([weight for *_, weight in _TERMS])
@@ -51,14 +43,3 @@ class HandScore:
         """Something like a probability per row, 0..1."""
         x = np.clip((features[:, self._columns].astype(float) - self._low) / self._range, 0.0, 1.0)
         return 1.0 / (1.0 + np.exp(-(_BIAS + x @ self._weight)))
-
-
-def default_scorer() -> GraspScorer:
-    """The shipped model if there is one, else the hand-written score."""
-    return _loaded(MODEL_PATH) if MODEL_PATH.is_file() else HandScore()
-
-
-@cache
-def _loaded(path: Path) -> TreeModel:
-    """A model, read once per process."""
-    return load_trees(path, FEATURE_NAMES)
