@@ -1,11 +1,21 @@
 """Decisions for frames from anywhere."""
 
+import json
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.helpers.fake_episode import ScriptedPlanner
-from torc.brain import decide_frame
+from tests.helpers.fake_vlm import ScriptedVlm
+from torc.brain import answer_text, decide_frame
+from torc.brain.answer import evidence_in_labels
+from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.errors import InputError
+from torc.records import GraspStatus
+from torc.task_planning.registry import make_planner
+from torc.testing.contexts import box, make_context
 
 
 def test_the_answer_is_in_the_frames_own_labels(frame_of):
@@ -51,3 +61,139 @@ def test_the_volume_of_one_frame_goes_into_the_next(frame_of):
     second = decide_frame(frame_of(), volume=first.look.context.volume)
     assert second.look.context.volume.snapshots == 2
     assert np.array_equal(first.look.context.volume.seen, second.look.context.volume.seen)
+
+
+def test_json_tells_the_label_of_every_id(frame_of):
+    answer = json.loads(json.dumps(decide_frame(frame_of()).to_dict()))
+    assert {o["id"]: o["label"] for o in answer["objects"]} == {0: 512, 1: 40_000, 7: 7}
+    assert answer["label"] in (7, 512, 40_000)
+    assert answer["left_out"] == [23]
+    blockers = {int(k) for o in answer["objects"] for k in o["blocked_by"]}
+    assert blockers <= {7, 512, 40_000}
+    assert all(o["valid_grasps"] == o["grasps"].get("valid", 0) for o in answer["objects"])
+
+
+def test_pictures_are_of_what_the_planner_saw_and_of_its_graph(frame_of, tmp_path):
+    decide_frame(frame_of()).save_pictures(tmp_path)
+    assert {p.name for p in tmp_path.glob("*.png")} == {"seen.png", "graph.png"}
+    (tmp_path / "graph.png").unlink()
+    decide_frame(frame_of(), ScriptedPlanner([7])).save_pictures(tmp_path)
+    assert {p.name for p in tmp_path.glob("*.png")} == {"seen.png"}
+
+
+def context():
+    shapes = (box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.6, -0.1, (0.06, 0.08, 0.12)))
+    return make_context(shapes, valid={1: 2}, blocked={0: [(1,), (1,)]}, unreachable={0: 3})
+
+
+def test_every_status_is_counted_and_has_words():
+    assert set(STATUS_WORDS) == set(GraspStatus)
+    assert status_counts(context(), 0) == {GraspStatus.BLOCKED: 2, GraspStatus.UNREACHABLE: 3}
+    assert status_counts(context(), 1) == {GraspStatus.VALID: 2}
+    assert blockers_of(context(), 0) == {1: 2}
+    assert blockers_of(context(), 1) == {}
+
+
+@pytest.mark.parametrize("chosen", [0, 1, 7])
+def test_the_grasps_of_the_choice_are_its_valid_ones_best_first(frame_of, chosen):
+    answer = decide_frame(frame_of(), ScriptedPlanner([chosen]))
+    p = [grasp.p for grasp in answer.grasps]
+    assert p == sorted(p, reverse=True)
+    assert len(p) == answer.look.context.report.valid_total[answer.look.context.scene.ids.index(chosen)]
+    points = answer.look.context.scene.object(chosen).points
+    for grasp in answer.grasps:
+        distance = np.linalg.norm(points - grasp.T_world_tcp[:3, 3], axis=1).min()
+        assert distance < 0.06  # at the object, and nowhere else
+    assert answer.to_dict()["grasps"] == [grasp.to_dict() for grasp in answer.grasps]
+
+
+IDS = {"0", "1"}
+"""Ids that torc gives the labels 512 and 40000."""
+PLANNERS = {
+    "random": None,
+    "dg-select": None,
+    "vlm-select": '{"plan": [{"action": "remove", "input": 1}]}',
+    "vlm-fixes-dg": '{"relations": [{"source": 0, "relation": "below", "target": 7}]}',
+}
+
+
+def planner_of(name: str):
+    reply = PLANNERS[name]
+    return make_planner(name, **({} if reply is None else {"client": ScriptedVlm([reply])}))
+
+
+def numbers(value, key: str = "") -> set[str]:
+    """Whole numbers that stand for an object: under a key that names one, as a key, or in a sentence."""
+    if isinstance(value, dict):
+        keys = {k for k in value if k.isdigit()}
+        return keys.union(*(numbers(v, k) for k, v in value.items()))
+    if isinstance(value, list):
+        return set().union(*(numbers(v, key) for v in value))
+    if key in ("label", "source", "target", "id", "graspable"):
+        return {str(value)}
+    return set(re.findall(r"(?<=Pick )\d+|(?<=target )\d+|\d+(?= (?:below|behind))", str(value)))
+
+
+@pytest.mark.parametrize("target", [512, "hidden"])
+@pytest.mark.parametrize("name", PLANNERS)
+def test_reasons_and_json_hold_labels_alone(frame_of, name, target):
+    labels = {"7", "512", "40000", "23", "hidden"}
+    answer = decide_frame(frame_of(target=target), planner_of(name))
+    told = json.loads(json.dumps(answer.to_dict()))
+    for o in told["objects"]:
+        del o["id"]
+    found = numbers({k: v for k, v in told.items() if k not in ("exchanges", "seconds")})
+    assert found <= labels
+    assert "40000" in found
+    assert not IDS & set(re.findall(r"Pick (\d+)", answer_text(answer)))
+
+
+def test_what_somebodys_planner_leaves_passes_as_it_is():
+    evidence = {"graph": [1, 2], "probabilities": "none", "certainty": {}, "pixels": {"1": 40}}
+    assert evidence_in_labels(evidence, {0: 512, 1: 40_000}) == evidence
+
+
+def rows(text: str) -> list[list[str]]:
+    """Words of the table's lines, the heading first."""
+    return [line.replace(">", " ").split() for line in text.split("\n\n")[1].splitlines()]
+
+
+def test_the_choice_is_given_by_its_label(frame_of):
+    answer = decide_frame(frame_of(), ScriptedPlanner([1]))
+    assert answer_text(answer).startswith("Pick object 40000.\nWhy: told to pick 1\n")
+    x, y, z = answer.grasps[0].T_world_tcp[:3, 3]
+    assert f"Best grasp: at ({x:.3f}, {y:.3f}, {z:.3f}) m" in answer_text(answer)
+    assert answer_text(decide_frame(frame_of(), ScriptedPlanner([None]))).startswith("No choice.\n")
+
+
+def test_every_row_has_its_label(frame_of):
+    text = answer_text(decide_frame(frame_of(), ScriptedPlanner([1])))
+    heading, *found = rows(text)
+    assert heading[0] == "object"
+    assert [row[0] for row in found if row[0].isdigit()] == ["7", "512", "40000"]
+    assert [row[0] for row in found if "target" in row] == ["512"]
+    (marked,) = [line for line in text.splitlines() if line.startswith(" >")]
+    assert marked.split()[1] == "40000"
+
+
+def test_no_choice_tells_what_became_of_each_objects_grasps(frame_of):
+    text = answer_text(decide_frame(frame_of(), ScriptedPlanner([None])))
+    told = text.partition("What became of the grasps of each object:\n")[2]
+    starts = [line.split(":")[0].strip() for line in told.splitlines() if line[2].isdigit()]
+    assert starts == ["7", "512", "40000"]
+    assert "valid" in told
+    assert "Best grasp" not in text
+
+
+@pytest.mark.parametrize("chosen", [7, None])
+def test_lines_fit_eighty_columns(frame_of, chosen):
+    frame = replace(frame_of(), names={0: "red mug with a long name", 7: "box"})
+    text = answer_text(decide_frame(frame, ScriptedPlanner([chosen])))
+    assert "red mug" in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
+def test_a_target_that_shows_too_little_is_said_to_be_hidden(frame_of):
+    text = answer_text(decide_frame(frame_of(target=23))).replace("\n", " ")
+    assert "The target is object 23, shows too little to be found and counts as hidden." in text
+    assert "The target is hidden." in answer_text(decide_frame(frame_of(target="hidden")))

@@ -1,6 +1,8 @@
 """The command line as a user meets it: help, errors, exit codes."""
 
+import importlib
 import json
+import os
 import subprocess
 import sys
 
@@ -8,6 +10,9 @@ import pytest
 from torc_command import run_torc
 
 import torc
+from torc.cli.commands import Group
+from torc.cli.doctor import DoctorCommand
+from torc.cli.main import TORC
 from torc.problems.problem import load_problem, problem_text
 from torc.problems.sets import problem_names, problem_sets
 
@@ -74,3 +79,47 @@ def test_strangers_text_does_not_reach_the_terminal_raw(capsys, tmp_path):
     assert code == 2
     assert "\x1b" not in err
     assert "\\x1b]0;owned\\x07" in err
+
+
+_load = importlib.import_module
+
+
+def test_a_library_that_cannot_be_loaded_gets_its_remedy(monkeypatch, capsys):
+    def load(name, package=None):
+        if name == "cv2":
+            raise ModuleNotFoundError("No module named 'cv2'")
+        return _load(name, package)
+
+    monkeypatch.setattr(importlib, "import_module", load)
+    assert DoctorCommand().run() == 1
+    out = capsys.readouterr().out
+    assert "MISS  library: cv2: No module named 'cv2'\n      -> pip install opencv-python-headless\n" in out
+
+
+def leaves(group=TORC, path=()):
+    """Every command that is none but a group, by its words."""
+    for name, (_, command) in group.commands.items():
+        if isinstance(command, Group):
+            yield from leaves(command, (*path, name))
+        else:
+            yield (*path, name)
+
+
+@pytest.mark.parametrize("words", [(), ("problems",), ("objects",), *leaves()], ids=" ".join)
+def test_help_fits_eighty_columns(words, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    code, out, _ = run_torc(*words, "--help", capsys=capsys)
+    assert code == 0
+    assert f"usage: torc {' '.join(words)}".strip() in out
+    assert [line for line in out.splitlines() if len(line) > 80 and not line.startswith("usage:")] == []
+
+
+@pytest.mark.parametrize("words", [["--help"], ["objects", "list"], ["run", "--help"]], ids=" ".join)
+def test_a_reader_that_went_away_is_no_fault(words):
+    reader, writer = os.pipe()
+    os.close(reader)
+    torc = [sys.executable, "-m", "torc.cli.main", *words]
+    buffered = {k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"}
+    ended = subprocess.run(torc, stdout=writer, stderr=subprocess.PIPE, env=buffered, check=False)
+    os.close(writer)
+    assert (ended.returncode, ended.stderr) == (141, b"")

@@ -2,12 +2,16 @@
 
 import json
 from functools import partial
+from pathlib import Path
 
 import numpy as np
+import pytest
 import trimesh
 from PIL import Image
 from torc_command import run_torc
 
+from torc.cli import object_sheet
+from torc.cli.object_sheet import SheetCommand
 from torc.objects.library import builtin_object_names, load_object
 
 _torc = partial(run_torc, "objects")
@@ -81,3 +85,15 @@ def test_a_damaged_object_does_not_stop_the_list(object_store, capsys):
     assert len(out.splitlines()) == len(builtin_object_names())
     assert "thing" in err
     assert _torc("show", "thing", capsys=capsys)[0] == 2
+
+
+def test_a_sheet_of_a_kind_and_an_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "new" / "sheet.png"
+    assert SheetCommand(("die", "mug_red", "die_red"), path).run() == 0
+    assert str(path) in capsys.readouterr().out
+    with Image.open(path) as page:
+        width, height = object_sheet.CELL
+        assert page.size == (object_sheet.COLUMNS * width, height + object_sheet.CAPTION)
+        middles = [page.getpixel((k * width + width // 2, height // 2)) for k in range(object_sheet.COLUMNS)]
+        paper = (252, 252, 250)
+        assert [m == paper for m in middles] == [False] * 4 + [True]  # three dice and a mug

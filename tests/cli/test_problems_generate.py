@@ -7,12 +7,17 @@ from functools import partial
 import pytest
 from torc_command import run_torc
 
+from tests.helpers.graspclutter6d_tree import upright, write_tree
+from tests.helpers.plain_mesh_reader import read_plain_mesh
+from torc.episode.oracle.answer import ForeseenPick, OracleAnswer
 from torc.generation import generator, validation
 from torc.generation.config import Hiddenness, Reason
 from torc.generation.generator import GeneratedProblem, NotGenerated
+from torc.generation.graspclutter6d import placing
 from torc.generation.inspection import Difficulty
 from torc.generation.validation import Check, ValidationReport
 from torc.problems.problem import load_problem, save_problem
+from torc.records import PickOutcome, PickResult
 
 SHIPPED = load_problem("structured-04")
 DIFFICULTY = Difficulty(9, Hiddenness.PARTLY, 0.31, 2, 3, 4)
@@ -115,3 +120,78 @@ def test_validation_says_what_it_found_and_exits_accordingly(reports, tmp_path, 
     assert "BAD rest:" in out
     assert "NOT VALID" in out
     assert "1 of 2 are valid" in out
+
+
+@pytest.fixture
+def answer(monkeypatch):
+    """What the solver answers, whatever it is asked; the questions are noted."""
+    foreseen = (
+        ForeseenPick(
+            3, "box", PickOutcome(PickResult.REMOVED, 3, 3, True, True, (5,)), "the target is hidden"
+        ),
+        ForeseenPick(0, "can", PickOutcome(PickResult.RETRIEVED, 0, 0, True, True), ""),
+    )
+    given = {"asked": []}
+
+    def solve(problem, system, seed, budget, *, say):
+        given["asked"].append((problem.name, seed, budget, system.conditions.max_picks))
+        say("oracle: at it")
+        return OracleAnswer(problem.name, seed, budget, True, foreseen, 1, True, 2, 2, 4, 9)
+
+    monkeypatch.setattr("torc.episode.oracle.solve.solve_problem", solve)
+    return given
+
+
+def test_it_prints_the_order_and_how_good_it_is(answer, capsys):
+    code, out, err = run_torc(
+        "problems", "solve", "structured-01", "--seed", "3", "--budget", "5", capsys=capsys
+    )
+    assert code == 0
+    assert answer["asked"] == [("structured-01", 3, 5.0, 15)]
+    assert "structured-01, seed 3: 2 picks, 1 drop; no order does with less (proved)." in out
+    assert "1  box  removed, 1 drop; then the target is hidden" in out
+    assert "4 picks tried, 9 looks" in out
+    assert "at it" in err
+
+
+OBJECTS = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))
+
+
+_import = partial(run_torc, "problems", "import")
+
+
+@pytest.fixture
+def root(tmp_path, monkeypatch):
+    monkeypatch.setenv("TORC_OBJECTS", str(tmp_path / "store"))
+    monkeypatch.setattr(placing, "read_mesh", read_plain_mesh)
+    write_tree(tmp_path / "gc6d", {249: OBJECTS}, images=15)
+    return tmp_path / "gc6d"
+
+
+def test_a_scene_becomes_a_problem_file(root, tmp_path, capsys):
+    code, out, _ = _import(root, "--scene", 249, "--target", "48", "--out", tmp_path / "out", capsys=capsys)
+    assert code == 0
+    assert "the can of green beans" in out
+    assert "1 of 1 problems" in out
+    (file,) = (tmp_path / "out").iterdir()
+    assert str(file) in out.replace("\n", "")
+    code, out, _ = _import(root, "--scene", 249, "--target", "48", "--out", tmp_path / "out", capsys=capsys)
+    assert code == 0
+    assert f"there  scene 249, obj_000048_0: {file}" in out
+    assert "1 of 1 problems" in out
+
+
+def test_json_holds_what_was_made_and_what_was_not(root, tmp_path, capsys):
+    arguments = (root, "--paper", "--scene", 249, "--scene", 251, "--out", tmp_path / "out", "--json")
+    code, out, _ = _import(*arguments, capsys=capsys)
+    rows = json.loads(out)
+    assert code == 1
+    assert [(r["scene"], r["target"], bool(r["file"])) for r in rows] == [
+        (249, "obj_000017_0", True),
+        (249, "obj_000048_0", True),
+        (251, "obj_000046_0", False),
+        (251, "obj_000049_0", False),
+    ]
+    assert "is missing" in rows[2]["reason"]
+    assert rows[0]["category"] == "structured"
+    assert 0.0 <= rows[0]["in_sight"] <= 1.0

@@ -122,3 +122,16 @@ def test_hugging_face_datasets_loads_it(trials, tmp_path, monkeypatch, kind):
         found = sorted(json.dumps({c: row[c] for c in columns}) for row in loaded[split])
         assert found == sorted(json.dumps({c: r[c] for c in columns}) for r in rows if r["split"] == split)
         assert {row["image"].size for row in loaded[split]} == {(640, 480)}
+
+
+def test_pairs_are_of_the_same_look_and_differ(trials, tmp_path):
+    export_trials(trials, tmp_path / "out", ExportSpec("pairs"))
+    (row,) = rows_of(tmp_path / "out")
+    # Of "lost" the choice was the oracle's; of "wild" the first two named nothing in the picture, and the third came
+    # after other picks. Later looks of "random" are of other states.
+    who = row["problem"], row["pick"], row["chosen_by"], row["rejected_by"]
+    assert who == ("boxes", 0, "oracle", "random")
+    assert (read(row["chosen"]), read(row["rejected"])) == (1, 2) == (row["chosen_id"], row["rejected_id"])
+    picture = tmp_path / "out" / row["split"] / row["file_name"]
+    for planner in ("oracle", "random"):
+        assert picture.read_bytes() == (trials / "boxes" / planner / "picks" / "00_seen.png").read_bytes()

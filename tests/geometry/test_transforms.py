@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from torc.geometry.arrays import kernel_array
 from torc.geometry.projection import intrinsics, project, unproject
 from torc.geometry.transforms import (
     invert,
@@ -51,3 +52,33 @@ def test_camera_looks_where_it_should_with_the_image_upright():
     assert np.allclose(ahead[0, :2], 0)
     assert ahead[1, 1] < 0  # what is higher in the world is higher in the image
     assert np.isclose(np.linalg.det(T[:3, :3]), 1)
+
+
+def test_an_array_that_is_right_is_not_copied():
+    array = np.arange(6.0).reshape(2, 3)
+    assert kernel_array(array) is array
+    labels = np.zeros((3, 4), dtype=np.int16)
+    assert kernel_array(labels, np.int16) is labels
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        np.asfortranarray(np.arange(12).reshape(3, 4)),
+        np.arange(24).reshape(4, 6)[::2, ::3],
+        np.broadcast_to(np.arange(3.0), (1, 3)),
+        np.broadcast_to(np.arange(3.0), (5, 3)),
+        np.frombuffer(np.arange(4.0).tobytes()),
+        np.arange(3, dtype=">f8"),
+        [[1, 2], [3, 4]],
+        np.zeros((0, 3), dtype=np.float32),
+    ],
+)
+def test_all_others_become_plain(array):
+    out = kernel_array(array)
+    np.testing.assert_array_equal(out, array)
+    assert out.dtype == np.float64
+    assert out.dtype.isnative
+    assert out.flags.c_contiguous
+    assert out.flags.writeable
+    assert out.flags.aligned

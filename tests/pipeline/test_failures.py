@@ -9,6 +9,7 @@ from scipy.special import logit
 from torc.geometry.transforms import make_pose, rotation_about
 from torc.pipeline.better_bet import hold_back_unlikely
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
+from torc.pipeline.seeding import stage_rng
 from torc.records import (
     GraspReport,
     GraspSet,
@@ -113,3 +114,14 @@ def test_a_moved_object_is_a_new_chance(offset, kept):
     scene = SegmentedScene(observation, observation.label_image, (thing,), None, np.zeros((0, 3), np.float32))
     assert len(still_valid((_failed(True),), scene, CONFIG)) == kept
     assert still_valid((replace(_failed(True), object_id=5),), scene, CONFIG) == ()
+
+
+def _draw(*key):
+    return stage_rng(*key).integers(0, 2**60)
+
+
+def test_same_key_same_stream_other_key_other_stream():
+    keys = [(seed, pick, stage) for seed in (0, 1) for pick in (0, 1) for stage in ("grasps", "motion")]
+    draws = [_draw(*key) for key in keys]
+    assert draws == [_draw(*key) for key in keys]
+    assert len(set(draws)) == len(keys)

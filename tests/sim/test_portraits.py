@@ -1,10 +1,14 @@
 """A portrait shows the whole object, large, and is the same every time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from torc.geometry.projection import project
 from torc.objects.library import load_object, object_names
+from torc.objects.models import CollisionPiece
+from torc.sim.object_check import stands
 from torc.sim.portraits import portrait, portrait_camera
 from torc.workspace.files import load_workspace
 
@@ -34,3 +38,15 @@ def test_a_portrait_shows_the_object_in_its_colors():
     red = (picture[..., 0] > 90) & (picture[..., 1:].max(axis=2) < 0.5 * picture[..., 0])
     assert red.mean() > 0.15
     np.testing.assert_array_equal(picture, portrait(model, 120, 100))
+
+
+@pytest.mark.parametrize("name", ["mug_red", "banana_yellow", "soup_can_red"])
+def test_built_in_objects_stand(name):
+    assert stands(load_object(name))
+
+
+def test_what_leans_out_too_far_does_not_stand():
+    pole = CollisionPiece("box", (0.01, 0.01, 0.1))
+    arm = CollisionPiece("box", (0.04, 0.01, 0.01), (0.05, 0.0, 0.09))
+    model = replace(load_object("die_red"), pieces=(pole, arm), size_m=(0.1, 0.02, 0.2))
+    assert not stands(model)

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from sim_scenes import standing, world_of
+from sim_scenes import TABLE_Z, UPRIGHT, problem, standing, world_of
 
 from torc.problems.problem import ObjectPlacement
-from torc.sim.settling import settle
+from torc.sim.settling import EASED_M, ease_apart, settle
 from torc.sim.stillness import StillnessConfig, watch_stillness
-from torc.sim.world import Presence
+from torc.sim.world import Presence, build_world
 from torc.workspace.files import load_workspace
 
 STANDING = ("soup_can_red", "mug_red", "cracker_box_red")
@@ -52,3 +52,29 @@ def test_what_leaves_the_table_is_reported_and_what_was_gone_does_not_count():
     assert not report.still
     assert report.left == (1,)
     assert report.distances_m[2] == 0.0
+
+
+def _overlapping(depth_m: float):
+    """Two cans side by side, one pushed into the other, and one sunk into the table."""
+    radius = 0.033
+    z = TABLE_Z + 0.0515
+    cans = (
+        ObjectPlacement("a", "soup_can_red", (0.60, -0.10, z), UPRIGHT),
+        ObjectPlacement("b", "soup_can_red", (0.60, -0.10 + 2 * radius - depth_m, z), UPRIGHT),
+        ObjectPlacement("c", "soup_can_red", (0.75, -0.10, z - depth_m), UPRIGHT),
+    )
+    return build_world(problem(*cans), None, load_workspace())
+
+
+def test_overlapping_cans_come_apart_and_keep_standing():
+    world = _overlapping(0.02)
+    before = world.positions
+    before_m, after_m = ease_apart(world)
+    assert before_m > 0.015
+    assert after_m <= EASED_M
+    assert np.abs(world.velocities).max() == 0.0
+    moved = np.linalg.norm(world.positions - before, axis=1)
+    assert moved.max() < 0.03
+    assert settle(world).settled
+    upright = 1 - 2 * (world.wxyz[:, 1] ** 2 + world.wxyz[:, 2] ** 2)
+    assert upright.min() > 0.99
