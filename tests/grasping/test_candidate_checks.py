@@ -36,7 +36,7 @@ def test_every_kept_candidate_passes_the_checks_by_brute_force(seed, planner, gr
     found, clouds = candidates_of(planner, view)
     seen = {c.id: c.seen for c in clouds.objects}
     checks = CONFIG.checks
-    for _, T, width, own in some(found.grasps, 1, 150):
+    for _, T, width, own in some(found.grasps, 1, 60):
         points = in_grasp_frame(T, seen[own])
         outside_jaws = np.abs(points[:, 0]) > width / 2 + checks.own_slack_m
         assert not np.any(in_swept_fingers(gripper, points, width, -0.0005) & outside_jaws)
@@ -55,7 +55,7 @@ def test_every_kept_candidate_passes_the_checks_by_brute_force(seed, planner, gr
 def test_free_candidates_touch_nothing_and_blocked_ones_name_what_they_touch(planner, gripper, pile):
     found, clouds = candidates_of(planner, pile)
     checks = CONFIG.checks
-    for i, T, width, own in some(found.grasps, 2, 80):
+    for i, T, width, own in some(found.grasps, 2, 40):
         other = clouds.cells.tags != own
         points = in_grasp_frame(T, clouds.cells.points[other])
         touched = in_swept_fingers(gripper, points, width, checks.finger_margin_m - 0.0005)

@@ -41,7 +41,7 @@ def one_by_one(request: PickRequest, planner: SamplingMotionPlanner) -> np.ndarr
     return out
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_it_says_what_the_planner_finds(planner, request_for, robot, workspace, seed):
     request = request_for(seed)[0]
     found = asked(request, robot, workspace, planner.config)
@@ -52,7 +52,7 @@ def test_it_says_what_the_planner_finds(planner, request_for, robot, workspace, 
 def test_with_longer_lines_fewer_can_be_carried_out(request_for, robot, workspace):
     far = MotionConfig(cartesian=CartesianConfig(back_offs_m=(0.2, 0.16), lifts_m=(0.3, 0.25)))
     short = found = valid = 0
-    for seed in range(4):
+    for seed in range(2):
         request = request_for(seed)[0]
         short += np.count_nonzero(asked(request, robot, workspace, MotionConfig()))
         long = asked(request, robot, workspace, far)
@@ -96,7 +96,7 @@ def test_lines_exist_where_candidates_are_found(request_for, robot, workspace, m
         )
     for seed in range(3):
         request = request_for(seed)[0]
-        for grasp in range(0, len(request.grasps), 2):
+        for grasp in range(0, len(request.grasps), 5):
             own = replace(request, object_id=int(request.grasps.object_ids[grasp]))
             context = planner.context(own, grasp, planner.held(own))
             try:

@@ -58,7 +58,7 @@ REPLIES = {
 @pytest.mark.parametrize("case", REPLIES)
 def test_good_replies_come_through(provider, case):
     script, answer = REPLIES[case]
-    timeout_s = 2 if "time-out" in case else 20
+    timeout_s = 0.8 if "time-out" in case else 20
     with FakeVlmServer(provider, script, KEY) as server:
         reply = open_api_client(config_for(server, retries=2, timeout_s=timeout_s)).ask(QUESTION)
     assert len(server.asked) == len(script)
@@ -109,7 +109,7 @@ FAILURES = {
 @pytest.mark.parametrize("case", FAILURES)
 def test_failures_are_told_apart_and_hold_no_secret(provider, case, caplog):
     behavior, kind, requests = FAILURES[case]
-    timeout_s = 1 if kind is FailureKind.TIMEOUT else 20
+    timeout_s = 0.4 if kind is FailureKind.TIMEOUT else 20
     with FakeVlmServer(provider, [behavior], KEY) as server, caplog.at_level(logging.DEBUG):
         client = open_api_client(config_for(server, retries=2, timeout_s=timeout_s))
         with pytest.raises(VlmError) as caught:
