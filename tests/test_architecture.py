@@ -5,6 +5,7 @@ import ast
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -49,15 +50,17 @@ ROOT = Path(torc.__file__).parent
 MODULES = sorted(p for p in ROOT.rglob("*.py") if "testing" not in p.parts)
 
 
+@cache
 def _imported(path):
+    names = []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module == "torc":
+            names += [f"torc.{alias.name}" for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            if node.module == "torc":
-                yield from (f"torc.{alias.name}" for alias in node.names)
-            else:
-                yield "." * node.level + (node.module or "")
+            names.append("." * node.level + (node.module or ""))
+    return names
 
 
 def _package(path):

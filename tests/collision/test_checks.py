@@ -66,7 +66,7 @@ def _brute_force(world: CollisionWorld, robot: RobotDescription, q: np.ndarray, 
 @pytest.mark.parametrize("own", [-1, 1, 3])
 def test_blockers_agree_with_brute_force(world, robot, qpos, own, grasping):
     rng = np.random.default_rng(own + 10)
-    some = np.vstack([qpos[:25], grasping[:40]])
+    some = np.vstack([qpos[:12], grasping[:24]])
     width = rng.uniform(0.0, 0.085, len(some))
     found = blockers(world, robot, some, width, own)
     expected = [_brute_force(world, robot, q, w, own) for q, w in zip(some, width)]
@@ -179,8 +179,8 @@ def test_edges_collide_where_fine_samples_do(world, robot, qpos, grasping, scatt
         world = _with_voxels(world, kind, np.where(kind > 0, np.uint64(1), np.uint64(0)))
     q = np.vstack([qpos, grasping])
     q = q[~collides(world, robot, q, 0.085, attached=attached)]
-    a, b = q[rng.integers(len(q), size=300)], q[rng.integers(len(q), size=300)]
-    b = a + rng.uniform(0.05, 1.0, (300, 1)) * (b - a)
+    a, b = q[rng.integers(len(q), size=150)], q[rng.integers(len(q), size=150)]
+    b = a + rng.uniform(0.05, 1.0, (150, 1)) * (b - a)
     found = edges_collide(world, robot, a, b, 0.085, attached=attached)
     lines = a[:, None] + np.linspace(0, 1, 400)[:, None] * (b - a)[:, None]
     fine = np.array([collides(world, robot, line, 0.085, attached=attached).any() for line in lines])

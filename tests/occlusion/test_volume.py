@@ -69,7 +69,7 @@ def coarse_grid():
     return VoxelGrid(GRID.origin, 0.03, (20, 34, 14))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_equals_the_definition_voxel_by_voxel(seed, reference_update):
     """Two snapshots with moved objects, robot pixels, holes and mad readings."""
     rng = np.random.default_rng(seed)
@@ -111,9 +111,7 @@ def test_the_options_equal_the_definition_too(flag, reference_update):
     assert fast.seen.sum() > plain.seen.sum()
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_unknown_never_grows_while_objects_are_only_taken_away(seed):
-    rng = np.random.default_rng(seed)
+def test_unknown_never_grows_while_objects_are_only_taken_away(rng):
     shapes = list(random_clutter(rng, 14))
     volume = look(shapes)
     while shapes:

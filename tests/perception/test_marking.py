@@ -2,6 +2,7 @@
 
 from itertools import combinations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -141,6 +142,7 @@ def test_a_number_with_room_in_its_mask_covers_no_other_object(seed):
     places = place_labels(scene.label_image, dict.fromkeys(scene.ids, SIZES))
     for i, place in places.items():
         height, width = SIZES[1]
-        views = np.lib.stride_tricks.sliding_window_view(scene.label_image == i, (height + 8, width + 8))
-        if views.all(axis=(2, 3)).any():
+        mask = (scene.label_image == i).astype(np.uint8)
+        window = np.ones((height + 8, width + 8))
+        if cv2.erode(mask, window, borderType=cv2.BORDER_CONSTANT, borderValue=0).any():
             assert np.all(scene.label_image[box_slices(place)] == i)

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import count
+from functools import lru_cache
+from itertools import count, product
 from typing import Any
 
 import mujoco
@@ -10,8 +11,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int16, UInt8
 
 from torc.errors import InputError
+from torc.geometry.projection import project
 from torc.geometry.transforms import make_pose, rotation_from_wxyz
-from torc.records import BACKGROUND, Observation
+from torc.records import BACKGROUND, MAX_OBJECTS, Observation
 from torc.sim.raycasting import cast, pixel_directions
 from torc.workspace.description import CameraMount
 from torc.workspace.files import load_workspace
@@ -99,26 +101,63 @@ def raycast(
     """
     workspace = load_workspace()
     mount = mount or workspace.camera
-    (x, y, z), size = workspace.table.center, workspace.table.size
-    z = z if support_z_m is None else support_z_m - size[2] / 2
-    floor = SyntheticBox(BACKGROUND, (0, 0, -0.5), (40, 40, 1))
-    wall = SyntheticBox(BACKGROUND, (6.5, 0, 0), (1, 40, 40))
-    scene = [SyntheticBox(BACKGROUND, (x, y, z), size), floor, wall, *shapes]
     if flat := [s for s in shapes if min(half_sizes(s)) <= 0]:
         raise InputError(f"{flat[0]} has no volume; give it positive sizes.")
+    view = (mount.T_world_camera.tobytes(), mount.width, mount.height, mount.vertical_fov_rad)
+    room = _room(view, workspace.support_z_m if support_z_m is None else support_z_m)
+    depth_m, label_image, normals = room.depth_m.copy(), room.label_image.copy(), room.normals.copy()
+    near = np.zeros(depth_m.shape, dtype=bool)
+    for shape in shapes:
+        near[_around(shape, mount)] = True
+    if shapes:
+        found = _cast(shapes, mount, near.ravel())
+        ahead = (found[0] > 0) & ((found[0] < depth_m[near]) | (depth_m[near] == 0))
+        at = np.flatnonzero(near)[ahead]
+        for image, values in zip((depth_m.ravel(), label_image.ravel(), normals.reshape(-1, 3)), found):
+            image[at] = values[ahead]
+    return Raycast(depth_m, label_image, normals)
+
+
+@lru_cache(maxsize=8)
+def _room(view: tuple[bytes, int, int, float], support_z_m: float) -> Raycast:
+    """The same without shapes, by what makes a mount."""
+    pose, width, height, vertical_fov_rad = view
+    mount = CameraMount(np.frombuffer(pose).reshape(4, 4), width, height, vertical_fov_rad)
+    (x, y, _), size = load_workspace().table.center, load_workspace().table.size
+    floor = SyntheticBox(BACKGROUND, (0, 0, -0.5), (40, 40, 1))
+    wall = SyntheticBox(BACKGROUND, (6.5, 0, 0), (1, 40, 40))
+    table = SyntheticBox(BACKGROUND, (x, y, support_z_m - size[2] / 2), size)
+    depth_m, label_image, normals = _cast((table, floor, wall), mount, np.ones(width * height, dtype=bool))
+    shape = (height, width)
+    return Raycast(depth_m.reshape(shape), label_image.reshape(shape), normals.reshape(*shape, 3))
+
+
+def _cast(
+    shapes: Sequence[Shape], mount: CameraMount, pixels: Bool[np.ndarray, "n"]
+) -> tuple[Float32[np.ndarray, "m"], Int16[np.ndarray, "m"], Float32[np.ndarray, "m 3"]]:
+    """Depth, id and normal at the pixels that are marked, row by row."""
     world = mujoco.MjSpec()
-    for part in scene:
-        _add_geom(world, part)
+    for shape in shapes:
+        _add_geom(world, shape)
     model = world.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    directions = pixel_directions(mount.K, mount.width, mount.height)
+    directions = pixel_directions(mount.K, mount.width, mount.height)[pixels]
     depth_m, hit, normals = cast(model, data, mount.T_world_camera, directions, mujoco.mjMAXVAL)
-    ids = np.array([*(s.id for s in scene), BACKGROUND], dtype=np.int16)
-    shape = (mount.height, mount.width)
-    return Raycast(
-        depth_m.reshape(shape), ids[hit].reshape(shape), normals.astype(np.float32).reshape(*shape, 3)
-    )
+    ids = np.array([*(s.id for s in shapes), BACKGROUND], dtype=np.int16)
+    return depth_m, ids[hit], normals.astype(np.float32)
+
+
+def _around(shape: Shape, mount: CameraMount) -> tuple[slice, slice]:
+    """Rows and columns of a rectangle around the image of a shape; all of them where it reaches behind the camera."""
+    signs = np.array(list(product((-1.0, 1.0), repeat=3)))
+    T = shape_pose(shape)
+    corners = signs * half_sizes(shape) @ T[:3, :3].T + T[:3, 3]
+    cols, rows, depths = project(corners, mount.K, mount.T_world_camera)
+    if depths.min() <= 0:
+        return slice(None), slice(None)
+    (r0, c0), (r1, c1) = ([int(f(a)) for a in (rows, cols)] for f in (np.min, np.max))
+    return slice(max(r0 - 1, 0), max(r1 + 3, 0)), slice(max(c0 - 1, 0), max(c1 + 3, 0))
 
 
 def synthetic_observation(
@@ -173,10 +212,10 @@ def _add_geom(world: Any, shape: Shape) -> None:
 def _shade(image: Raycast, T_world_camera: Float[np.ndarray, "4 4"]) -> UInt8[np.ndarray, "h w 3"]:
     """Lambert's shading under a light at the camera; hue by the golden angle of the id."""
     light = np.abs(image.normals @ (-T_world_camera[:3, 2]))
-    hue = (image.label_image.astype(float) * 0.381966) % 1.0
+    hue = (np.arange(MAX_OBJECTS) * 0.381966) % 1.0
     k = np.array([0.0, 2 / 3, 1 / 3])
-    color = 0.55 + 0.35 * np.cos(2 * np.pi * (hue[..., None] + k))
-    color[image.label_image < 0] = (0.62, 0.58, 0.52)
+    colors = 0.55 + 0.35 * np.cos(2 * np.pi * (hue[:, None] + k))
+    color = np.vstack([colors, (0.62, 0.58, 0.52)])[np.maximum(image.label_image, -1)]
     color[image.depth_m == 0] = (0.75, 0.8, 0.85)
     light[image.depth_m == 0] = 1.0
     return np.clip(255 * color * (0.35 + 0.65 * light[..., None]), 0, 255).astype(np.uint8)
