@@ -7,7 +7,7 @@ from grasping_scenes import TABLE_Z, standing_box
 from torc.grasping.axes import approach_directions, grasp_frames, normal_clusters
 from torc.grasping.clouds import build_clouds
 from torc.grasping.config import CandidateConfig, CloudConfig
-from torc.grasping.generators import GENERATORS, GeneratorInput, propose_boxes, propose_slices
+from torc.grasping.generators import GENERATORS, GeneratorInput, antipodal, propose_boxes, propose_slices
 from torc.grasping.generators.boxes import upright_box
 from torc.testing.synthetic import SyntheticBox, SyntheticCylinder, SyntheticSphere
 from torc.testing.views import view_of
@@ -136,3 +136,26 @@ def test_frames_are_orthonormal_in_the_cone_and_keep_the_axes_of_the_faces(rng):
     assert on_a_face.mean() > 0.2
     # Approaches are turned by 30 degrees at most.
     assert np.all(np.max(turned @ approaches.T, axis=1) > np.cos(np.deg2rad(30.1)))
+
+
+def test_contacts_oppose_each_other_within_25_degrees_and_each_has_its_best_partner(rng):
+    """The pairs of the antipodal generator, by brute force: a tilted ellipsoid with rough normals."""
+    around = rng.normal(size=(160, 3))
+    around /= np.linalg.norm(around, axis=1, keepdims=True)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    points = around * (0.02, 0.03, 0.05) @ turn
+    normals = around / (0.02, 0.03, 0.05) @ turn + rng.normal(0, 4.0, (160, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    pairs = antipodal._pairs(points, normals, np.arange(160), rng.integers(0, 160, 160), 0.085)
+
+    way = points[None] - points[:, None]
+    gap = np.linalg.norm(way, axis=-1)
+    with np.errstate(invalid="ignore"):
+        a, b = -np.einsum("ik,ijk->ij", normals, way) / gap, np.einsum("jk,ijk->ij", normals, way) / gap
+    good = (a >= np.cos(np.deg2rad(25))) & (b >= np.cos(np.deg2rad(25))) & (gap > 0.004) & (gap <= 0.085)
+    total = np.where(good, a + b, 0)
+    assert set(pairs[:, 0]) == set(np.flatnonzero(total.max(axis=1) > 2 * np.cos(np.deg2rad(25)) + 1e-3))
+    assert 20 < len(pairs) < 150
+    for i, j in pairs:
+        assert good[i, j]
+        assert total[i, j] >= total[i].max() - 1.1e-3
