@@ -102,6 +102,7 @@ def test_the_page_on_frames_names_every_key():
     assert {key for key in keys if f"`{key}`" not in text} == set()
 
 
+@pytest.mark.long
 def test_the_robot_on_the_page_works(beside_the_examples, capsys):
     for name, language in (("my_robot.yaml", "yaml"), ("my_robot.xml", "xml")):
         (beside_the_examples / name).write_text(_blocks("robots.md", language)[0])

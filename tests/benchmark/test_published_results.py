@@ -16,6 +16,7 @@ SHOWN = "planner,scenes,trials,retrieved,with no drop,picks to retrieval,drops,m
 SHOWN += ",delivered,held of unseen kinds,delivered of unseen kinds"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("directory", RESULTS, ids=lambda path: path.name)
 def test_the_page_of_a_set_shows_its_results(directory):
     table = read_table(directory)

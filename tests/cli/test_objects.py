@@ -38,6 +38,7 @@ def test_built_in_objects_are_listed_and_shown(capsys):
     assert not facts["own"]
 
 
+@pytest.mark.long
 def test_a_directory_is_imported_with_a_summary(tmp_path, object_store, capsys):
     meshes = tmp_path / "meshes"
     meshes.mkdir()

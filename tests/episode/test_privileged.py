@@ -58,6 +58,7 @@ def _trial(planner, directory, listeners=()):
     return comparable_log(trial.directory)
 
 
+@pytest.mark.long
 def test_a_trial_and_the_sandbox_go_the_same_way_and_do_not_disturb_each_other(sandbox, tmp_path):
     seen, done = [], []
 

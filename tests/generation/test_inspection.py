@@ -40,6 +40,7 @@ def test_fractions_are_those_of_the_picture(view):
         assert 0.0 <= view.fraction(placement.name) <= 1.0
 
 
+@pytest.mark.long
 def test_graspable_at_first_is_what_the_pipeline_finds_among_all_objects(inspector, view):
     pipeline = replace(inspector.system.pipeline, min_score=0.0)
     answers = []

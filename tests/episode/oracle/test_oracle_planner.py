@@ -32,6 +32,7 @@ REMOVED, RETRIEVED = (
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "seed", "picks"),
     [("structured-04", 3, 2), pytest.param("structured-05", 0, 3, marks=pytest.mark.slow)],

@@ -59,6 +59,7 @@ def test_the_source_tells_where_the_meshs_frame_lies(tmp_path: Path, here) -> No
     np.testing.assert_allclose(as_is.source.T_object_mesh[:3, :3], np.eye(3))
 
 
+@pytest.mark.long
 def test_large_colored_meshes_are_simplified(tmp_path: Path, here, monkeypatch) -> None:
     ball = trimesh.creation.icosphere(4, 0.04)
     ball.visual.vertex_colors = np.where(ball.vertices[:, 2:] > 0, (200, 30, 30, 255), (30, 30, 200, 255))

@@ -30,6 +30,8 @@ from torc.robots.loading import load_robot
 from torc.workspace.description import Workspace
 from torc.workspace.files import load_workspace
 
+pytestmark = pytest.mark.long
+
 SMALL = CollectConfig(
     scenes=SceneConfig(min_objects=3, max_objects=4, structured_share=1.0),
     sampling=SamplingConfig(first_trials=9, later_trials=4),
