@@ -22,7 +22,7 @@ from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
 from torc.pipeline.building import build_pipeline
 from torc.pipeline.look import Look
-from torc.pipeline.seeding import stage_rng
+from torc.pipeline.state import stage_rng
 from torc.problems.problem import Problem, load_problem
 from torc.problems.sets import problem_names
 from torc.records import PickPlan

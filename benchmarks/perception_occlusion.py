@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from torc.geometry.projection import project
+from torc.geometry.transforms import project
 from torc.occlusion.volume import empty_volume, update_volume
 from torc.perception.marking import mark_image
 from torc.perception.privileged import LabelPerception

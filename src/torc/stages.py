@@ -23,7 +23,7 @@ DEPTHS = PartKind(
     "depth",
     "torc.depths",
     "measure(observation)",
-    {"as-measured": "torc.perception.depth:AsMeasured"},
+    {"as-measured": "torc.perception.protocol:AsMeasured"},
 )
 GRASP_PLANNERS = PartKind(
     "grasp planner",

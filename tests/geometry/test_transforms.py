@@ -3,15 +3,17 @@
 import numpy as np
 import pytest
 
-from torc.geometry.arrays import kernel_array
-from torc.geometry.projection import intrinsics, project, unproject
 from torc.geometry.transforms import (
+    intrinsics,
     invert,
+    kernel_array,
     look_at,
     make_pose,
+    project,
     rotation_about,
     rotation_from_wxyz,
     transform_points,
+    unproject,
     wxyz_from_rotation,
 )
 

@@ -1,7 +1,6 @@
 """While tests run, annotated arrays are checked: kind of number, number of axes, sizes that must agree.
 
-jaxtyping's own import hook does the same, but makes the tests a third slower: it binds every call's arguments, also
-where no array is annotated.
+jaxtyping's own import hook does the same, but makes the tests a third slower.
 """
 
 import functools
@@ -47,8 +46,6 @@ def _wrap_all(holder: Any, module: str) -> None:
             setattr(holder, name, type(value)(checked(value.__func__)))
         elif isinstance(value, property) and value.fget is not None:
             setattr(holder, name, property(checked(value.fget), value.fset, doc=value.__doc__))
-        elif isinstance(value, functools.cached_property):
-            value.func = checked(value.func)
         elif getattr(value, "__module__", None) == module and inspect.isclass(value):
             _wrap_all(value, module)
         elif getattr(value, "__module__", None) == module and inspect.isfunction(value):

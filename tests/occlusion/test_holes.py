@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation, binary_erosion, distance_transform_edt
 
-from torc.geometry.projection import project
+from torc.geometry.transforms import project
 from torc.occlusion.holes import bridge_holes
 from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception

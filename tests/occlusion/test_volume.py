@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.geometry.projection import project
+from torc.geometry.transforms import project
 from torc.occlusion.volume import (
     FIXED_REAL_CAMERA,
     OcclusionConfig,
@@ -16,7 +16,8 @@ from torc.occlusion.volume import (
     update_volume,
 )
 from torc.perception.noise import add_sensor_noise, stereo_camera
-from torc.perception.privileged import REAL_CAMERA, LabelPerception
+from torc.perception.privileged import LabelPerception
+from torc.perception.segmentation import REAL_CAMERA
 from torc.records import BACKGROUND, EMPTY, ROBOT, VoxelGrid
 from torc.testing import contexts
 from torc.testing.synthetic import (

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.geometry.projection import project
+from torc.geometry.transforms import project
 from torc.perception.noise import NoiseConfig, add_sensor_noise
-from torc.perception.privileged import LabelPerception, PerceptionConfig
+from torc.perception.privileged import LabelPerception
+from torc.perception.segmentation import PerceptionConfig
 from torc.records import BACKGROUND, ROBOT
 from torc.testing.synthetic import (
     SyntheticBox,

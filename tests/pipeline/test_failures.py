@@ -9,7 +9,7 @@ from scipy.special import logit
 from torc.geometry.transforms import make_pose, rotation_about
 from torc.pipeline.better_bet import hold_back_unlikely
 from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto
-from torc.pipeline.seeding import stage_rng
+from torc.pipeline.state import stage_rng
 from torc.records import (
     GraspReport,
     GraspSet,

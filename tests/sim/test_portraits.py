@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.geometry.projection import project
+from torc.geometry.transforms import project
 from torc.objects.library import load_object, object_names
 from torc.objects.models import CollisionPiece
-from torc.sim.object_check import stands
-from torc.sim.portraits import portrait, portrait_camera
+from torc.sim.portraits import portrait, portrait_camera, stands
 from torc.workspace.files import load_workspace
 
 TABLE = np.array(load_workspace().table.center)

@@ -5,7 +5,7 @@ import pytest
 from sim_scenes import row, standing, world_of
 
 from torc.errors import InputError
-from torc.geometry.projection import project
+from torc.geometry.transforms import project
 from torc.records import BACKGROUND, ROBOT
 from torc.robots.loading import load_robot
 from torc.sim.gl import gl_backend

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.perception.depth import AsMeasured
+from torc.perception.protocol import AsMeasured
 from torc.testing.conformance import NonConformanceError
 from torc.testing.depth_conformance import check_depth
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.geometry.projection import unproject
-from torc.geometry.transforms import rotation_about, wxyz_from_rotation
+from torc.geometry.transforms import rotation_about, unproject, wxyz_from_rotation
 from torc.records import BACKGROUND
 from torc.testing.synthetic import (
     SyntheticBox,

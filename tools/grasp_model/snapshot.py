@@ -10,7 +10,8 @@ from torc.grasping.features import FEATURE_NAMES
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, empty_volume, update_volume
 from torc.perception.noise import add_sensor_noise, stereo_camera
-from torc.perception.privileged import REAL_CAMERA, LabelPerception
+from torc.perception.privileged import LabelPerception
+from torc.perception.segmentation import REAL_CAMERA
 from torc.problems.problem import Problem
 from torc.records import GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.gripper import GripperDescription

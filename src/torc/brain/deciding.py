@@ -9,8 +9,7 @@ from torc.perception.segmentation import PerceptionConfig
 from torc.pipeline.building import build_pipeline
 from torc.pipeline.frames import Frame
 from torc.pipeline.look import Pipeline
-from torc.pipeline.seeding import stage_rng
-from torc.pipeline.state import EpisodeState
+from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.warm_up import rehearse_look
 from torc.records import OcclusionVolume
 from torc.robots.description import RobotDescription

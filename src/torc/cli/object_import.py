@@ -155,7 +155,7 @@ class ImportCommand:
     def _import_one(self, path: Path, options: "MeshOptions", start: str) -> dict[str, Any]:
         from torc.objects.importing import read_mesh
         from torc.objects.importing.storing import add_object, check_name
-        from torc.sim.object_check import stands
+        from torc.sim.portraits import stands
 
         check_name(str(options.name), self.library, self.overwrite)
         self._say(f"{start}: reading ...")

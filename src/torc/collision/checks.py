@@ -10,7 +10,7 @@ from torc.collision.obstacles import SELF, STATIC, WorldArrays, clear_touched
 from torc.collision.placement import RobotArrays, joint_reach, place_spheres, scratch_for
 from torc.collision.world import CollisionWorld
 from torc.errors import InputError
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.robots.description import RobotDescription
 
 

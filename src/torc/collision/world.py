@@ -9,7 +9,7 @@ from scipy.ndimage import distance_transform_edt
 
 from torc.collision.obstacles import sum_up_blocks
 from torc.errors import InputError
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.records import BACKGROUND, OcclusionVolume, VoxelGrid
 from torc.workspace.description import Box, Workspace
 

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from torc.episode.events import Decided, Ended, EpisodeResult, Event, Listener, Started
 from torc.episode.steps import EpisodeConfig, PickParts, Steps, pick_request
 from torc.pipeline.look import Look
-from torc.pipeline.seeding import stage_rng
-from torc.pipeline.state import EndReason, EpisodeState, first_state
+from torc.pipeline.state import EndReason, EpisodeState, first_state, stage_rng
 from torc.pipeline.warm_up import rehearse_look
 from torc.plugins import warm_up
 from torc.records import TARGET_ID, Decision

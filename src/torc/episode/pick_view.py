@@ -12,8 +12,7 @@ from jaxtyping import Float, Float32, Int8, Int16, UInt8, UInt16, UInt32, UInt64
 from pydantic import Field, FiniteFloat, NonNegativeInt, TypeAdapter, ValidationError
 
 from torc.errors import InputError
-from torc.geometry.projection import project
-from torc.geometry.transforms import Pose
+from torc.geometry.transforms import Pose, project
 from torc.occlusion.volume import hidden_volumes_m3
 from torc.records import BACKGROUND, MAX_OBJECTS, GraspStatus, PlanningContext, VoxelGrid
 from torc.records.serialization import load_checked, to_plain

@@ -8,8 +8,7 @@ from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.perception.asking import ask_camera
 from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.look import Look, Pipeline, StageClock
-from torc.pipeline.seeding import stage_rng
-from torc.pipeline.state import EpisodeState
+from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.touch import touched_points
 from torc.records import Decision, GraspStatus, PickOutcome, PickPlan, PickResult, PlanFailure
 from torc.robots.description import RobotDescription

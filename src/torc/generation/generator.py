@@ -22,7 +22,7 @@ from torc.generation.inspection import Difficulty, Inspector, SceneView, robot_f
 from torc.generation.sampling import allowed_models, sample_models
 from torc.objects.library import object_description
 from torc.pipeline.building import build_system
-from torc.pipeline.seeding import stage_rng
+from torc.pipeline.state import stage_rng
 from torc.problems.problem import Problem
 from torc.problems.schema import Scalar
 from torc.processes import open_pool

@@ -1,8 +1,19 @@
-"""Rigid transforms as 4x4 matrices; quaternions are wxyz."""
+"""Rigid transforms as 4x4 matrices, quaternions wxyz; the pinhole camera in the OpenCV frame; arrays for kernels."""
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
+
+
+def kernel_array(array: ArrayLike, dtype: DTypeLike = np.float64) -> np.ndarray:
+    """The array in C order, of one data type, and writable; copied only where it is not.
+
+    numba compiles a kernel anew for every other memory order, data type or protection of an argument: what comes from
+    outside, or from functions like `np.broadcast_to` and `np.argwhere`, goes through here on its way to a kernel.
+    """
+    out = np.ascontiguousarray(array, dtype=dtype)
+    return out if out.flags.writeable else out.copy()
+
 
 Pose = Float[np.ndarray, "4 4"]
 Poses = Float[np.ndarray, "*n 4 4"]
@@ -85,3 +96,28 @@ def look_at(eye: ArrayLike, at: ArrayLike) -> Pose:
         raise ValueError("The camera looks straight up or down: its roll is not defined.")
     x /= np.linalg.norm(x)
     return make_pose(np.stack([x, np.cross(z, x), z], axis=1), eye)
+
+
+def intrinsics(width: int, height: int, vertical_fov_rad: float) -> Float[np.ndarray, "3 3"]:
+    """K of an ideal camera with square pixels and its principal point at the image centre."""
+    f = 0.5 * height / np.tan(0.5 * vertical_fov_rad)
+    return np.array([[f, 0, 0.5 * (width - 1)], [0, f, 0.5 * (height - 1)], [0, 0, 1.0]])
+
+
+def unproject(
+    rows: np.ndarray, cols: np.ndarray, depth_m: np.ndarray, K: np.ndarray, T_world_camera: Pose
+) -> Float[np.ndarray, "*shape 3"]:
+    """World points of pixels with a depth along the optical axis; rows, cols and depth_m have one shape."""
+    x = (cols - K[0, 2]) / K[0, 0] * depth_m
+    y = (rows - K[1, 2]) / K[1, 1] * depth_m
+    return np.stack([x, y, depth_m], axis=-1) @ T_world_camera[:3, :3].T + T_world_camera[:3, 3]
+
+
+def project(
+    points: Float[np.ndarray, "n 3"], K: np.ndarray, T_world_camera: Pose
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Columns, rows (subpixel) and depths of world points; meaningless where depth <= 0."""
+    T = invert(T_world_camera)
+    p = points @ T[:3, :3].T + T[:3, 3]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return K[0, 0] * p[:, 0] / p[:, 2] + K[0, 2], K[1, 1] * p[:, 1] / p[:, 2] + K[1, 2], p[:, 2]

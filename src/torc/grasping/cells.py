@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int64
 from numba import njit
 
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 
 
 class PointCells(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Float32, Int32
 from numba import njit
 
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.grasping.cells import PointCells
 from torc.grasping.clouds import ObjectCloud
 from torc.grasping.feature_kernels import UnseenSpace, candidate_features

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int64, UInt8, UInt64
 from numba import njit
 
 from torc.collision.world import FREE, SURFACE, CollisionWorld
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.grasping.hand import HandGeometry, reach_at
 from torc.records import OcclusionVolume, VoxelGrid
 

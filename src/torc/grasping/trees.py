@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Float32, Int32
 from numba import njit
 
 from torc.errors import InputError
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 
 MODEL_VERSION = 1
 _LEAF = -1

@@ -11,8 +11,7 @@ from torc.collision.checks import blockers, collides, robot_arrays
 from torc.collision.placement import RobotArrays
 from torc.collision.world import CollisionWorld
 from torc.errors import InputError
-from torc.geometry.arrays import kernel_array
-from torc.geometry.transforms import invert
+from torc.geometry.transforms import invert, kernel_array
 from torc.grasping.cells import box_reached
 from torc.grasping.clouds import scene_cells
 from torc.grasping.config import ValidityConfig

@@ -14,7 +14,7 @@ from numba import njit
 from torc.collision.checks import blockers, robot_arrays, static_contacts
 from torc.collision.placement import RobotArrays, place_spheres, scratch_for
 from torc.collision.world import CollisionWorld
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.grasping.validity import tool0_targets
 from torc.motion.config import MotionConfig
 from torc.motion.following import follow_lines, waypoints_of

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from torc.collision.placement import RobotArrays, forward
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.motion.config import CartesianConfig
 from torc.robots.description import ArmDescription
 from torc.robots.kernels import jacobian_kernel, pose_error

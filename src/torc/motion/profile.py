@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit
 
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 
 
 @njit(cache=True)

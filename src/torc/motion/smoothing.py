@@ -6,7 +6,7 @@ from numba import njit
 
 from torc.collision.kernels import edge_collides
 from torc.collision.placement import scratch_for
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.motion.space import FreeSpace
 
 

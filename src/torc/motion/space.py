@@ -10,7 +10,7 @@ from torc.collision.kernels import contacts_batch, edges_batch
 from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays, joint_reach
 from torc.collision.world import CollisionWorld
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from torc.errors import InputError
 from torc.perception.protocol import Wanted
-from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig, segment
+from torc.perception.segmentation import PerceptionConfig, segment
 from torc.records import Observation, SegmentedScene
 
 
@@ -22,6 +22,3 @@ class LabelPerception:
                 "or use a perception that finds the masks itself."
             )
         return segment(observation, observation.label_image, self.config)
-
-
-__all__ = ["REAL_CAMERA", "LabelPerception", "PerceptionConfig"]

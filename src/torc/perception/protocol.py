@@ -1,4 +1,4 @@
-"""What every perception offers, and what is asked of it."""
+"""What every perception and depth offers, and what is asked of them."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -43,3 +43,11 @@ class Depth(Protocol):
     def measure(self, observation: Observation) -> Observation:
         """The observation with its depth in metres along the optical axis, 0 or NaN for no reading."""
         ...
+
+
+class AsMeasured:
+    """Leaves the camera's depth as it is."""
+
+    def measure(self, observation: Observation) -> Observation:
+        """The observation itself."""
+        return observation

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int16, Int32
 
 from torc.errors import InputError
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.perception.kernels import estimate_normals, keep_background, keep_objects, lift_pixels
 from torc.records import (
     BACKGROUND,

@@ -16,13 +16,11 @@ from torc.motion.config import MotionConfig
 from torc.motion.executable import without_lines
 from torc.occlusion.volume import FIXED_CAMERA, OcclusionConfig, update_volume
 from torc.perception.asking import ask_depth, ask_perception
-from torc.perception.depth import AsMeasured
 from torc.perception.noise import NoiseConfig, add_sensor_noise
-from torc.perception.protocol import Depth, Perception, Wanted
+from torc.perception.protocol import AsMeasured, Depth, Perception, Wanted
 from torc.pipeline.better_bet import BetConfig, hold_back_unlikely, hold_back_worse_bets
 from torc.pipeline.failures import FailureConfig, lower_scores, still_valid, veto, with_status
-from torc.pipeline.seeding import stage_rng
-from torc.pipeline.state import EpisodeState, first_state
+from torc.pipeline.state import EpisodeState, first_state, stage_rng
 from torc.pipeline.touch import with_touched
 from torc.records import (
     BACKGROUND,

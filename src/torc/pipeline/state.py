@@ -1,11 +1,22 @@
-"""What an episode carries from one pick to the next."""
+"""What an episode carries from one pick to the next, and the random streams of its stages."""
 
+import zlib
 from dataclasses import dataclass
 from enum import StrEnum
+
+import numpy as np
 
 from torc.occlusion.volume import empty_volume
 from torc.pipeline.failures import FailedGrasp
 from torc.records import OcclusionVolume, PickOutcome, PickResult, SegmentedScene, VoxelGrid
+
+
+def stage_rng(seed: int, pick: int, stage: str) -> np.random.Generator:
+    """Generator for one stage of one pick.
+
+    Streams are independent of each other, so a stage that draws more numbers changes no other stage.
+    """
+    return np.random.default_rng([seed, pick, zlib.crc32(stage.encode())])
 
 
 class EndReason(StrEnum):

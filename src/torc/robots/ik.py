@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from torc.errors import InputError
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.robots.description import ArmDescription
 from torc.robots.ik_ranking import add_turns, rank_solutions, wrap_into_limits
 from torc.robots.ik_srs import SrsStructure, detect_srs, srs_ik_kernel

@@ -3,8 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from torc.geometry.arrays import kernel_array
-from torc.geometry.transforms import Pose
+from torc.geometry.transforms import Pose, kernel_array
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.kernels import link_poses_kernel
 

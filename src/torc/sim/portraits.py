@@ -1,13 +1,14 @@
-"""Portraits of single objects: each alone on the table, seen from the front and above, filling the picture."""
+"""Single objects, each alone on the table: a portrait that fills the picture; whether it stands where it is put."""
 
 import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image
 
-from torc.geometry.transforms import look_at
+from torc.geometry.transforms import look_at, rotation_from_wxyz
 from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.rendering import CameraRenderer
+from torc.sim.settling import run
 from torc.sim.spec import WorldConfig
 from torc.sim.world import World, build_world
 from torc.workspace.description import CameraMount
@@ -71,3 +72,23 @@ def _focus_shadow(world: World, center: Float[np.ndarray, "3"]) -> None:
     light = world.model.light("key_light")
     light.pos[:] = center - 2.0 * light.dir
     world.model.vis.map.shadowclip = _SHADOW_REACH_M / world.model.stat.extent
+
+
+_STEADY_RAD, _STEADY_M = float(np.deg2rad(8.0)), 0.02
+
+
+def stands(model: ObjectModel) -> bool:
+    """Whether the object, set 1 mm above the table, neither falls over nor rolls away within a second. Raises
+    InputError if MuJoCo does not accept it, and PhysicsError.
+    """
+    workspace = load_workspace()
+    x, y, _ = workspace.table.center
+    at = (x, y, workspace.support_z_m + model.size_m[2] / 2 + 0.001)
+    placement = ObjectPlacement(model.name, model.name, at, (1.0, 0.0, 0.0, 0.0))
+    problem = Problem(model.name, "structured", "", model.name, (placement,))
+    world = build_world(problem, None, workspace, load_model=lambda _: model)
+    before = world.positions[0]
+    run(world, 1.0)
+    up = rotation_from_wxyz(world.wxyz[0])[2, 2]
+    moved_m = float(np.linalg.norm(world.positions[0, :2] - before[:2]))
+    return bool(np.arccos(np.clip(up, -1.0, 1.0)) < _STEADY_RAD and moved_m < _STEADY_M)

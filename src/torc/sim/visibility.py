@@ -8,8 +8,7 @@ from itertools import product
 import numpy as np
 from jaxtyping import Bool, Float, Int, Int16
 
-from torc.geometry.projection import project
-from torc.geometry.transforms import make_pose, rotation_from_wxyz, transform_points
+from torc.geometry.transforms import make_pose, project, rotation_from_wxyz, transform_points
 from torc.records import BACKGROUND
 from torc.sim.raycasting import cast, pixel_directions
 from torc.sim.state import restore_state, save_state

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.task_planning.path_kernels import MAX_NODES, best_first_sums, merged_sums, subset_sums
 from torc.task_planning.path_trimming import neighbours, strong_parts, trim
 

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float32, Int32, Int64
 
 from torc.errors import InputError
-from torc.geometry.arrays import kernel_array
+from torc.geometry.transforms import kernel_array
 from torc.records import SegmentedScene
 from torc.task_planning.graph import DependencyEdge, EdgeKind
 from torc.task_planning.relation_kernels import measure_boundaries, nearby_labels

@@ -11,8 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int16, UInt8
 
 from torc.errors import InputError
-from torc.geometry.projection import project
-from torc.geometry.transforms import make_pose, rotation_from_wxyz
+from torc.geometry.transforms import make_pose, project, rotation_from_wxyz
 from torc.records import BACKGROUND, MAX_OBJECTS, Observation
 from torc.sim.raycasting import cast, pixel_directions
 from torc.workspace.description import CameraMount
@@ -150,9 +149,9 @@ def _cast(
 
 def _around(shape: Shape, mount: CameraMount) -> tuple[slice, slice]:
     """Rows and columns of a rectangle around the image of a shape; all of them where it reaches behind the camera."""
-    signs = np.array(list(product((-1.0, 1.0), repeat=3)))
+    half = np.array(half_sizes(shape))
     T = shape_pose(shape)
-    corners = signs * half_sizes(shape) @ T[:3, :3].T + T[:3, 3]
+    corners = np.array(list(product(*zip(-half, half)))) @ T[:3, :3].T + T[:3, 3]
     cols, rows, depths = project(corners, mount.K, mount.T_world_camera)
     if depths.min() <= 0:
         return slice(None), slice(None)

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torc.geometry.projection import intrinsics
-from torc.geometry.transforms import Pose
+from torc.geometry.transforms import Pose, intrinsics
 from torc.records import VoxelGrid
 
 

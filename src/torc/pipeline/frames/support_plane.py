@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from torc.errors import InputError
-from torc.geometry.projection import unproject
+from torc.geometry.transforms import unproject
 from torc.records import BACKGROUND, Observation, VoxelGrid
 
 _HORIZONTAL_COS = 0.966
