@@ -4,17 +4,6 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike, DTypeLike
 
-
-def kernel_array(array: ArrayLike, dtype: DTypeLike = np.float64) -> np.ndarray:
-    """The array in C order, of one data type, and writable; copied only where it is not.
-
-    numba compiles a kernel anew for every other memory order, data type or protection of an argument: what comes from
-    outside, or from functions like `np.broadcast_to` and `np.argwhere`, goes through here on its way to a kernel.
-    """
-    out = np.ascontiguousarray(array, dtype=dtype)
-    return out if out.flags.writeable else out.copy()
-
-
 Pose = Float[np.ndarray, "4 4"]
 Poses = Float[np.ndarray, "*n 4 4"]
 
@@ -121,3 +110,13 @@ def project(
     p = points @ T[:3, :3].T + T[:3, 3]
     with np.errstate(divide="ignore", invalid="ignore"):
         return K[0, 0] * p[:, 0] / p[:, 2] + K[0, 2], K[1, 1] * p[:, 1] / p[:, 2] + K[1, 2], p[:, 2]
+
+
+def kernel_array(array: ArrayLike, dtype: DTypeLike = np.float64) -> np.ndarray:
+    """The array in C order, of one data type, and writable; copied only where it is not.
+
+    numba compiles a kernel anew for every other memory order, data type or protection of an argument: what comes from
+    outside, or from functions like `np.broadcast_to` and `np.argwhere`, goes through here on its way to a kernel.
+    """
+    out = np.ascontiguousarray(array, dtype=dtype)
+    return out if out.flags.writeable else out.copy()

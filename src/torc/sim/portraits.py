@@ -22,23 +22,31 @@ _FILL = 0.86
 """Share of the picture that the object fills."""
 _SUPERSAMPLING = 2
 _SHADOW_REACH_M = 0.4
+_STEADY_RAD, _STEADY_M = float(np.deg2rad(8.0)), 0.02
 
 
 def portrait(model: ObjectModel, width: int = 300, height: int = 250) -> UInt8[np.ndarray, "h w 3"]:
     """The object in its natural pose on the table, as the simulator draws it. Raises InputError for a model that MuJoCo
     does not accept.
     """
-    center = _standing_at(model)
-    x, y, z = (float(v) for v in center)
-    placement = ObjectPlacement("thing", model.name, (x, y, z), (1.0, 0.0, 0.0, 0.0))
-    problem = Problem("portrait", "structured", "", "thing", (placement,))
-    config = WorldConfig(shadow_size=2048)
-    world = build_world(problem, None, load_workspace(), config, load_model=lambda _: model)
-    _focus_shadow(world, center)
+    world = _alone(model, above_m=0.0, config=WorldConfig(shadow_size=2048))
+    _focus_shadow(world, _standing_at(model))
     mount = portrait_camera(model, _SUPERSAMPLING * width, _SUPERSAMPLING * height)
     with CameraRenderer(world, mount) as renderer:
         large = renderer.render_color()
     return np.asarray(Image.fromarray(large).resize((width, height), Image.Resampling.BOX))
+
+
+def stands(model: ObjectModel) -> bool:
+    """Whether the object, set 1 mm above the table, neither falls over nor rolls away within a second. Raises
+    InputError if MuJoCo does not accept it, and PhysicsError.
+    """
+    world = _alone(model, above_m=0.001, config=WorldConfig())
+    before = world.positions[0]
+    run(world, 1.0)
+    up = rotation_from_wxyz(world.wxyz[0])[2, 2]
+    moved_m = float(np.linalg.norm(world.positions[0, :2] - before[:2]))
+    return bool(np.arccos(np.clip(up, -1.0, 1.0)) < _STEADY_RAD and moved_m < _STEADY_M)
 
 
 def portrait_camera(model: ObjectModel, width: int, height: int) -> CameraMount:
@@ -60,6 +68,14 @@ def portrait_camera(model: ObjectModel, width: int, height: int) -> CameraMount:
     return CameraMount(look_at(center + np.max(needs) * toward, center), width, height, _FOV_RAD)
 
 
+def _alone(model: ObjectModel, above_m: float, config: WorldConfig) -> World:
+    """The object in its natural pose in the middle of the table, or a little above it."""
+    x, y, z = (float(v) for v in _standing_at(model))
+    placement = ObjectPlacement("thing", model.name, (x, y, z + above_m), (1.0, 0.0, 0.0, 0.0))
+    problem = Problem("alone", "structured", "", "thing", (placement,))
+    return build_world(problem, None, load_workspace(), config, load_model=lambda _: model)
+
+
 def _standing_at(model: ObjectModel) -> Float[np.ndarray, "3"]:
     """Where the object's frame is: in the middle of the table."""
     workspace = load_workspace()
@@ -72,23 +88,3 @@ def _focus_shadow(world: World, center: Float[np.ndarray, "3"]) -> None:
     light = world.model.light("key_light")
     light.pos[:] = center - 2.0 * light.dir
     world.model.vis.map.shadowclip = _SHADOW_REACH_M / world.model.stat.extent
-
-
-_STEADY_RAD, _STEADY_M = float(np.deg2rad(8.0)), 0.02
-
-
-def stands(model: ObjectModel) -> bool:
-    """Whether the object, set 1 mm above the table, neither falls over nor rolls away within a second. Raises
-    InputError if MuJoCo does not accept it, and PhysicsError.
-    """
-    workspace = load_workspace()
-    x, y, _ = workspace.table.center
-    at = (x, y, workspace.support_z_m + model.size_m[2] / 2 + 0.001)
-    placement = ObjectPlacement(model.name, model.name, at, (1.0, 0.0, 0.0, 0.0))
-    problem = Problem(model.name, "structured", "", model.name, (placement,))
-    world = build_world(problem, None, workspace, load_model=lambda _: model)
-    before = world.positions[0]
-    run(world, 1.0)
-    up = rotation_from_wxyz(world.wxyz[0])[2, 2]
-    moved_m = float(np.linalg.norm(world.positions[0, :2] - before[:2]))
-    return bool(np.arccos(np.clip(up, -1.0, 1.0)) < _STEADY_RAD and moved_m < _STEADY_M)
