@@ -23,7 +23,10 @@ DEPTHS = PartKind(
     "depth",
     "torc.depths",
     "measure(observation)",
-    {"as-measured": "torc.perception.protocol:AsMeasured"},
+    {
+        "as-measured": "torc.perception.protocol:AsMeasured",
+        "sgbm": "torc.perception.stereo:SgbmDepth",
+    },
 )
 GRASP_PLANNERS = PartKind(
     "grasp planner",

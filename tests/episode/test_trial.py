@@ -65,6 +65,14 @@ def test_another_seed_or_sensor_noise_makes_another_log(tmp_path):
     assert len(digests) == 3
 
 
+def test_depth_can_come_from_the_two_pictures_of_a_stereo_camera(tmp_path):
+    conditions = Conditions(depth="sgbm", settings={"depth.block_px": 7, "simulation.rig.baseline_m": 0.05})
+    spec = replace(SPEC, conditions=replace(conditions, max_picks=1))
+    for name in "ab":
+        assert run_trial(spec, tmp_path / name, say=_silent).result["status"] == "completed"
+    assert _log(tmp_path / "a") == _log(tmp_path / "b")
+
+
 def test_ctrl_c_leaves_a_readable_partial_log(tmp_path):
     def interrupt(event):
         if isinstance(event, Decided):

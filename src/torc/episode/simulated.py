@@ -18,9 +18,11 @@ def simulated_robot(
     times per simulated second. Raises InputError if the problem cannot be built, or the camera cannot be made.
     """
     config = configured(system.conditions, "simulation", SimulatedRobotConfig())
+    pairs = getattr(system.pipeline.depth, "needs_pair", False)
+    config = replace(config, color=color and config.color, pairs=pairs or config.pairs)
     world = build_world(problem, system.robot, system.workspace)
     world.model.geom_friction[:, 0] *= system.conditions.friction
-    simulated = SimulatedRobot(world, replace(config, color=color and config.color), observer)
+    simulated = SimulatedRobot(world, config, observer)
     camera = make_stage(system.conditions, "camera", camera=simulated.camera, workspace=system.workspace)
     simulated.look_through(camera)
     return simulated

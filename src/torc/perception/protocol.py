@@ -38,7 +38,12 @@ class Perception(Protocol):
 
 @runtime_checkable
 class Depth(Protocol):
-    """Makes the depth image that the later stages read: as it is, mended, or from two pictures."""
+    """Makes the depth image that the later stages read: as it is, mended, or from two pictures.
+
+    A class may have two attributes: `needs_pair`, true if it reads the observation's stereo pair, which a simulated
+    camera takes only then; and `rough`, true if its depth has a sensor's errors, for which perception and occlusion
+    volume have settings of their own.
+    """
 
     def measure(self, observation: Observation) -> Observation:
         """The observation with its depth in metres along the optical axis, 0 or NaN for no reading."""

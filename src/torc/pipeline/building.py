@@ -63,12 +63,14 @@ def build_pipeline(
     noise of a stereo camera, and expects it; `occlusion` takes the place of the default. Raises as `build_system`.
     """
     check_settings(stages, noisy)
+    depth = make_stage(stages, "depth", workspace=workspace)
+    rough = noisy or getattr(depth, "rough", False)
     gripper = robot.gripper if isinstance(robot, RobotDescription) else robot
-    occlusion = occlusion or (FIXED_REAL_CAMERA if noisy else FIXED_CAMERA)
+    occlusion = occlusion or (FIXED_REAL_CAMERA if rough else FIXED_CAMERA)
     support_z_m = workspace.support_z_m
     return Pipeline(
-        perception=make_stage(stages, "perception", REAL_CAMERA if noisy else None),
-        depth=make_stage(stages, "depth", workspace=workspace),
+        perception=make_stage(stages, "perception", REAL_CAMERA if rough else None),
+        depth=depth,
         grasp_planner=make_stage(
             stages, "grasps", gripper=gripper, support_z_m=support_z_m, workspace=workspace
         ),

@@ -15,6 +15,7 @@ from numba.core import event
 
 from torc.collision.kernels import contacts_batch
 from torc.geometry.transforms import make_pose
+from torc.perception.stereo import made_up_pair
 from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.state import EpisodeState
 from torc.records import BACKGROUND, TARGET_ID, Observation
@@ -74,4 +75,5 @@ def _snapshot(workspace: Workspace, column: int, qpos: np.ndarray) -> Observatio
         qpos=qpos,
         stamp_s=0.0,
         label_image=label,
+        pair=made_up_pair(depth_m, focal),
     )

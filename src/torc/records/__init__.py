@@ -1,6 +1,6 @@
 """Immutable records that flow through the pipeline: every stage takes records and returns records."""
 
-from torc.records.camera import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation
+from torc.records.camera import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, StereoPair
 from torc.records.decisions import Decision, Exchange, PlanningContext
 from torc.records.grasps import GraspReport, GraspSet, GraspStatus
 from torc.records.outcomes import FeltOutcome, PickOutcome, PickResult, Touch
@@ -30,6 +30,7 @@ __all__ = [
     "PlanningContext",
     "SegmentedObject",
     "SegmentedScene",
+    "StereoPair",
     "Touch",
     "Trajectory",
     "VoxelGrid",

@@ -16,6 +16,20 @@ MAX_OBJECTS = 64
 
 
 @dataclass(frozen=True)
+class StereoPair:
+    """Two rectified grey pictures, taken at once; the left one shares the observation's frame and intrinsics.
+
+    Attributes:
+        left, right: the pictures. A point at depth z appears baseline_m * fx / z pixels further left in the right one.
+        baseline_m: distance of the two cameras along the left one's x axis.
+    """
+
+    left: UInt8[np.ndarray, "h w"]
+    right: UInt8[np.ndarray, "h w"]
+    baseline_m: float
+
+
+@dataclass(frozen=True)
 class Observation:
     """One RGB-D snapshot. Camera frame: OpenCV (x right, y down, z forward).
 
@@ -26,6 +40,7 @@ class Observation:
         qpos: joint positions of the arm at that moment, radians; empty if there is no robot.
         label_image: object id per pixel where the source knows it (a simulator, an annotated data set), else
             None: BACKGROUND, ROBOT, or 0..63 with 0 the target.
+        pair: what a stereo camera saw, for a depth that is made from it; None where there is none.
     """
 
     rgb: UInt8[np.ndarray, "h w 3"]
@@ -35,3 +50,4 @@ class Observation:
     qpos: Float[np.ndarray, "n"]
     stamp_s: float
     label_image: Int16[np.ndarray, "h w"] | None = None
+    pair: StereoPair | None = None

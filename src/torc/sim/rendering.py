@@ -61,6 +61,14 @@ class CameraRenderer(Closing):
         labels = np.append(self._world.geom_labels, np.int16(BACKGROUND))[geoms]
         return View(rgb, depth, labels)
 
+    def look_from(self, mount: CameraMount) -> None:
+        """Further pictures are of another camera, with images of the same size. Raises ValueError for another size."""
+        if (mount.width, mount.height) != (self._mount.width, self._mount.height):
+            raise ValueError("A renderer's images keep their size.")
+        self._mount = mount
+        if self._gl is not None:
+            self._gl.mount = mount
+
     def render_color(self) -> UInt8[np.ndarray, "h w 3"]:
         """Colour alone, for videos."""
         self._world.update_kinematics()
@@ -84,7 +92,7 @@ class _GlImages:
     """MuJoCo's scene and GL buffers for one image size."""
 
     def __init__(self, model: mujoco.MjModel, mount: CameraMount, backend: str) -> None:
-        self._model, self._mount = model, mount
+        self._model, self.mount = model, mount
         self._context = make_context(backend, mount.width, mount.height)
         self._context.make_current()
         self._scene = mujoco.MjvScene(model, maxgeom=_MAX_SCENE_GEOMS)
@@ -96,7 +104,7 @@ class _GlImages:
         self._buffers.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
 
     def color(self, data: mujoco.MjData, T_world_camera: Pose) -> UInt8[np.ndarray, "h w 3"]:
-        rgb = np.empty((self._mount.height, self._mount.width, 3), np.uint8)
+        rgb = np.empty((self.mount.height, self.mount.width, 3), np.uint8)
         self._draw(data, T_world_camera, numbers=False)
         mujoco.mjr_readPixels(rgb, None, self._rect, self._buffers)
         return np.ascontiguousarray(rgb[::-1])
@@ -105,7 +113,7 @@ class _GlImages:
         self, data: mujoco.MjData, T_world_camera: Pose
     ) -> tuple[np.ndarray, Float32[np.ndarray, "h w"]]:
         """Geom per pixel (-1 = none) and depth, metres."""
-        shape = (self._mount.height, self._mount.width)
+        shape = (self.mount.height, self.mount.width)
         rgb, z = np.empty((*shape, 3), np.uint8), np.empty(shape, np.float32)
         self._draw(data, T_world_camera, numbers=True)
         mujoco.mjr_readPixels(rgb, z, self._rect, self._buffers)
@@ -126,7 +134,7 @@ class _GlImages:
         )
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = numbers
         self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = numbers
-        half = _NEAR_M * np.tan(0.5 * self._mount.vertical_fov_rad)
+        half = _NEAR_M * np.tan(0.5 * self.mount.vertical_fov_rad)
         for eye in self._scene.camera:  # MuJoCo averages the two eyes
             eye.pos[:] = T_world_camera[:3, 3]
             eye.forward[:], eye.up[:] = T_world_camera[:3, 2], -T_world_camera[:3, 1]

@@ -7,24 +7,36 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
-from torc.records import TARGET_ID, FeltOutcome, Observation, PickOutcome, PickPlan, PickResult
+from torc.records import (
+    TARGET_ID,
+    FeltOutcome,
+    Observation,
+    PickOutcome,
+    PickPlan,
+    PickResult,
+    StereoPair,
+)
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, Phase, PhaseTrace, execute_pick
 from torc.robots.protocols import Camera
 from torc.sim.actuation import GripState, SimulatedArm, SimulatedGripper
 from torc.sim.closing import Closing
 from torc.sim.contacts import ContactReader
-from torc.sim.rendering import CameraRenderer
+from torc.sim.rendering import CameraRenderer, View
 from torc.sim.settling import SettleConfig
 from torc.sim.state import refresh, restore_state, save_state
 from torc.sim.stepping import Observer, Stepper, StepperState
+from torc.sim.stereo_camera import StereoRig, stereo_pair
 from torc.sim.world import Presence, World
+
+_NOISE = 455
+"""Of the stereo camera: first number of its seed."""
 
 
 @dataclass(frozen=True)
 class SimulatedRobotConfig:
     """The simulated robot. An object that is `risen_m` higher after the lift is held, if it touches the gripper;
-    `backend` is how to render, None for the best there is.
+    `backend` is how to render, None for the best there is. With `pairs` the camera is the left one of the stereo `rig`.
     """
 
     execution: ExecutionConfig = field(default_factory=ExecutionConfig)
@@ -32,6 +44,8 @@ class SimulatedRobotConfig:
     risen_m: float = 0.02
     backend: str | None = None
     color: bool = True
+    rig: StereoRig = field(default_factory=StereoRig)
+    pairs: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,7 +75,8 @@ class SimulatedRobot(Closing):
         self._stepper = Stepper(world, observer)
         self.gripper = SimulatedGripper(self._stepper, world.robot)
         self.arm = SimulatedArm(self._stepper, world.robot, self.gripper)
-        self.camera = SimulatedCamera(world, self.config.backend, self.config.color)
+        rig = self.config.rig if self.config.pairs else None
+        self.camera = SimulatedCamera(world, self.config.backend, self.config.color, rig)
         self._eye: Camera = self.camera
         self._contacts = ContactReader(world, world.robot)
         self.last_trace: ExecutionTrace | None = None
@@ -195,9 +210,13 @@ def _choose_held(carried: dict[int, bool], delivered: set[int], wanted: int) -> 
 class SimulatedCamera(Closing):
     """The `Camera` of torc.robots.protocols: exact colour, depth and labels. Close it, or use it in a `with`."""
 
-    def __init__(self, world: World, backend: str | None = None, color: bool = True) -> None:
-        """Looks from the workspace's mount; GL starts at the first picture. Without colour it may be black."""
-        self._world, self._backend, self._color = world, backend, color
+    def __init__(
+        self, world: World, backend: str | None = None, color: bool = True, rig: StereoRig | None = None
+    ) -> None:
+        """Looks from the workspace's mount; GL starts at the first picture. Without colour it may be black. With a rig
+        snapshots hold a stereo pair, too.
+        """
+        self._world, self._backend, self._color, self._rig = world, backend, color or rig is not None, rig
         self._renderer: CameraRenderer | None = None
 
     def capture(self) -> Observation:
@@ -206,7 +225,9 @@ class SimulatedCamera(Closing):
         if self._renderer is None:
             self._renderer = CameraRenderer(self._world, mount, self._backend)
         view = self._renderer.render(color=self._color)
+        pair = None if self._rig is None else self._pair(self._rig, self._renderer, view)
         return Observation(
+            pair=pair,
             rgb=view.rgb,
             depth_m=view.depth_m,
             K=mount.K,
@@ -221,6 +242,15 @@ class SimulatedCamera(Closing):
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
+
+    def _pair(self, rig: StereoRig, renderer: CameraRenderer, left: View) -> StereoPair:
+        mount = self._world.workspace.camera
+        T = mount.T_world_camera.copy()
+        T[:3, 3] += rig.baseline_m * T[:3, 0]
+        right = renderer.render(T)
+        # The noise depends on the moment alone: a trial that is played again sees the same.
+        rng = np.random.default_rng([_NOISE, round(1e6 * self._world.time_s)])
+        return stereo_pair(rig, (left.rgb, right.rgb), (left.depth_m, right.depth_m), mount.K, rng)
 
     def _arm_qpos(self) -> np.ndarray:
         robot = self._world.robot

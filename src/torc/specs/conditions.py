@@ -23,7 +23,8 @@ class PipelineSpec:
     """
 
     depth: str = "as-measured"
-    """Depth: as-measured (what the camera gives), or your own as module:Class or path/to/file.py:Class."""
+    """Depth: as-measured (what the camera gives; exact in simulation), sgbm (semi-global block matching of the two
+    pictures of a stereo camera), or your own as module:Class or path/to/file.py:Class."""
     perception: str = "labels"
     """Perception: labels (masks that come with the picture), or your own."""
     grasps: str = "geometric"

@@ -1,11 +1,13 @@
 """What every depth must do, as checks that the author of one runs on it: `check_depth(MyDepth)`."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from torc.perception.asking import observation_faults
 from torc.perception.protocol import Depth
+from torc.perception.stereo import made_up_pair
 from torc.records import Observation
 from torc.testing.conformance import called_twice, made, require, unit_faults
 from torc.testing.contexts import box, small_mount
@@ -17,6 +19,7 @@ def check_depth(make: Callable[..., Depth]) -> None:
     """Measures a snapshot of two boxes twice, with `workspace` if the class takes it. Raises NonConformanceError."""
     shapes = (box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12)))
     given = synthetic_observation(shapes, small_mount())
+    given = replace(given, pair=made_up_pair(given.depth_m, float(given.K[0, 0])))
     depth = made(make, workspace=load_workspace())
     measured, found = called_twice(lambda: depth.measure(given), given, "the observation")
     found += [fault for observation in measured for fault in observation_faults(observation, "measure()")]

@@ -1,0 +1,147 @@
+"""Depth from a rectified stereo pair: the stage `--depth sgbm`, and what any matcher offers.
+
+What a matcher did not find stays without a reading. Filled-in depth (as by a WLS filter) invents surfaces, which a
+collision check would believe.
+"""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, Protocol
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, UInt8
+
+from torc.errors import InputError
+from torc.records import Observation, StereoPair
+
+
+class StereoMatcher(Protocol):
+    """Finds for each pixel of the left picture where the right one shows the same point."""
+
+    def match(
+        self, left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]
+    ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
+        """Disparity, pixels (0 where none was found), and confidence, 0 to 1."""
+        ...
+
+
+@dataclass(frozen=True)
+class SgbmConfig:
+    """Semi-global block matching, as OpenCV has it.
+
+    Attributes:
+        block_px: side of the compared blocks, odd.
+        smooth_1, smooth_2: price of a disparity that changes by one pixel, and by more; times block_px squared.
+        unique_percent: the best match must be better than any other by this.
+        speckle_px, speckle_range: patches smaller than this whose disparity differs by more from all around are no
+            readings.
+        full: search paths in eight directions (twice the time) instead of three.
+        min_depth_m, max_depth_m: nearer and further there is no reading. The nearer, the longer it takes.
+    """
+
+    block_px: int = 5
+    smooth_1: int = 8
+    smooth_2: int = 32
+    unique_percent: int = 10
+    speckle_px: int = 100
+    speckle_range: int = 2
+    full: bool = False
+    min_depth_m: float = 0.3
+    max_depth_m: float = 3.0
+
+    def __post_init__(self) -> None:
+        if self.block_px < 1 or self.block_px % 2 == 0:
+            raise InputError(f"SgbmConfig.block_px is {self.block_px}; it must be odd.")
+        if not 0 < self.min_depth_m < self.max_depth_m:
+            raise InputError(f"Depth range {self.min_depth_m}..{self.max_depth_m} m is not a range above 0.")
+
+
+class SgbmMatcher:
+    """OpenCV's StereoSGBM, with the left margin kept: the pictures are widened by the largest disparity."""
+
+    def __init__(self, disparities: int, config: SgbmConfig | None = None) -> None:
+        """Looks for disparities of 1 to so many pixels, which are rounded up to a multiple of 16."""
+        c = SgbmConfig() if config is None else config
+        self._disparities = -(-disparities // 16) * 16
+        area = c.block_px**2
+        self._sgbm = cv2.StereoSGBM.create(
+            minDisparity=0,
+            numDisparities=self._disparities,
+            blockSize=c.block_px,
+            P1=c.smooth_1 * area,
+            P2=c.smooth_2 * area,
+            disp12MaxDiff=1,
+            preFilterCap=31,
+            uniquenessRatio=c.unique_percent,
+            speckleWindowSize=c.speckle_px,
+            speckleRange=c.speckle_range,
+            mode=cv2.StereoSGBM_MODE_HH if c.full else cv2.StereoSGBM_MODE_SGBM_3WAY,
+        )
+
+    def match(
+        self, left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]
+    ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
+        """Disparity and confidence (1 where there is one); see StereoMatcher."""
+        n = self._disparities
+        wide = [cv2.copyMakeBorder(p, 0, 0, n, 0, cv2.BORDER_REPLICATE) for p in (left, right)]
+        found = self._sgbm.compute(*wide)[:, n:].astype(np.float32) / 16
+        # A point that the right picture cannot show, left of its margin, has no match.
+        found[(found <= 0) | (found > np.arange(left.shape[1]))] = 0
+        return found, (found > 0).astype(np.float32)
+
+
+def depth_of_disparity(
+    disparity_px: Float32[np.ndarray, "h w"], fx: float, baseline_m: float
+) -> Float32[np.ndarray, "h w"]:
+    """Depth along the optical axis, metres; 0 where there is no disparity."""
+    with np.errstate(divide="ignore"):
+        depth = np.float32(fx * baseline_m) / disparity_px
+    return np.where(disparity_px > 0, depth, np.float32(0))
+
+
+class SgbmDepth:
+    """The stage `--depth sgbm`: depth from the camera's two pictures by semi-global block matching."""
+
+    needs_pair: ClassVar[bool] = True
+    """A simulated camera takes both pictures."""
+    rough: ClassVar[bool] = True
+    """Perception and occlusion volume take their settings for real cameras."""
+
+    def __init__(self, config: SgbmConfig | None = None) -> None:
+        self.config = SgbmConfig() if config is None else config
+
+    def measure(self, observation: Observation) -> Observation:
+        """The observation with depth from its pair. Raises InputError if it has none."""
+        pair = observation.pair
+        if pair is None:
+            raise InputError(
+                "--depth sgbm needs the two pictures of a stereo camera, and this snapshot has none. Use a stereo "
+                "camera, or --depth as-measured for the depth that the camera gives."
+            )
+        return replace(observation, depth_m=sgbm_depth(pair, float(observation.K[0, 0]), self.config))
+
+
+def sgbm_depth(pair: StereoPair, fx: float, config: SgbmConfig) -> Float32[np.ndarray, "h w"]:
+    """Depth of the left picture along its optical axis, metres; 0 for no reading."""
+    disparities = int(np.ceil(fx * pair.baseline_m / config.min_depth_m))
+    disparity, _ = SgbmMatcher(disparities, config).match(pair.left, pair.right)
+    depth = depth_of_disparity(disparity, fx, pair.baseline_m)
+    good = (depth >= config.min_depth_m) & (depth <= config.max_depth_m)
+    return np.where(good, depth, np.float32(0))
+
+
+def made_up_pair(depth_m: Float32[np.ndarray, "h w"], fx: float, baseline_m: float = 0.095) -> StereoPair:
+    """Two pictures of random dots that show a depth: for rehearsals and tests. What the left one does not see is other
+    dots in the right one.
+    """
+    h, w = depth_m.shape
+    rng = np.random.default_rng(0)
+    left, hidden = (cv2.GaussianBlur(rng.integers(0, 256, (h, w), np.uint8), (0, 0), 0.8) for _ in range(2))
+    disparity = np.divide(np.float32(fx * baseline_m), depth_m, out=np.zeros_like(depth_m), where=depth_m > 0)
+    columns, rows = np.meshgrid(np.arange(w, dtype=np.float32), np.arange(h, dtype=np.float32))
+    shown = np.rint(columns - disparity).astype(int)
+    inside = (shown >= 0) & (disparity > 0)
+    in_right = np.zeros_like(disparity)
+    np.maximum.at(in_right, (rows[inside].astype(int), shown[inside]), disparity[inside])
+    moved = cv2.remap(left, columns + in_right, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return StereoPair(left, np.where(in_right > 0, moved, hidden), baseline_m)

@@ -1,0 +1,68 @@
+"""The simulated stereo camera: its pictures fit the scene, and matching them gives the scene's depth with holes."""
+
+import numpy as np
+import pytest
+
+from torc.errors import InputError
+from torc.perception.stereo import SgbmConfig, sgbm_depth
+from torc.problems.problem import load_problem
+from torc.sim.robot import SimulatedCamera
+from torc.sim.stereo_camera import StereoRig, stereo_pair
+from torc.sim.world import build_world
+from torc.workspace.files import load_workspace
+
+
+@pytest.fixture(scope="module")
+def snapshot():
+    world = build_world(load_problem("structured-04"), None, load_workspace())
+    with SimulatedCamera(world, rig=StereoRig()) as camera:
+        yield camera.capture(), camera.capture()
+
+
+def _error(observation, rig_depth):
+    both = (rig_depth > 0) & (observation.label_image >= 0)
+    return np.abs(rig_depth - observation.depth_m)[both], np.mean(rig_depth[observation.label_image >= 0] > 0)
+
+
+def test_matching_gives_the_depth_of_objects_within_millimetres_with_holes_and_flying_edges(snapshot):
+    observation = snapshot[0]
+    depth = sgbm_depth(observation.pair, float(observation.K[0, 0]), SgbmConfig())
+    error, share = _error(observation, depth)
+    assert np.median(error) < 0.003
+    assert 0.85 < share < 1.0
+    assert 0.0 < np.mean(error > 0.02) < 0.1
+
+
+def test_the_same_moment_gives_the_same_pair(snapshot):
+    first, second = (o.pair for o in snapshot)
+    np.testing.assert_array_equal(first.left, second.left)
+    np.testing.assert_array_equal(first.right, second.right)
+    assert not np.array_equal(first.left, first.right)
+
+
+def test_dots_do_not_reach_into_the_shadow_of_the_projector():
+    """A wall behind a post: beside the post's picture is a strip that the left camera sees and no dot reaches."""
+    rig = StereoRig(baseline_m=0.12, light=0.0, shot_noise=0.0, read_noise=0.0)
+    K = np.array([[300.0, 0, 99.5], [0, 300.0, 59.5], [0, 0, 1]])
+
+    def post(camera_x):
+        """Depth of a post of 8 cm at .5 m before a wall at 1 m, from a camera at camera_x."""
+        depth = np.full((120, 200), 1.0, np.float32)
+        left, right = (300 * (x - camera_x) / 0.5 + 99.5 for x in (-0.04, 0.04))
+        depth[:, max(int(np.ceil(left)), 0) : int(right) + 1] = 0.5
+        return depth
+
+    depths = post(-0.06), post(0.06)
+    white = np.full((120, 200, 3), 255, np.uint8)
+    pair = stereo_pair(rig, (white, white), depths, K, np.random.default_rng(0))
+    # The post's shadow on the wall reaches from -.08 to .08 m; left of -.02 m the left camera sees the wall.
+    columns = slice(int(300 * (-0.075 + 0.06) + 99.5), int(300 * (-0.03 + 0.06) + 99.5))
+    dark, lit = pair.left[:, columns], pair.left[:, :60]
+    assert dark.max(initial=0) == 0
+    assert lit.mean() > 5
+
+
+@pytest.mark.parametrize("wrong", [{"baseline_m": 0.0}, {"dots": -1.0}])
+def test_rigs_without_sense_are_refused(wrong):
+    with pytest.raises(InputError):
+        StereoRig(**wrong)
