@@ -20,5 +20,12 @@ def check_camera(camera: Camera) -> None:
         R = T[:3, :3]
         if T.shape != (4, 4) or not np.allclose(R @ R.T, np.eye(3), atol=1e-4) or np.linalg.det(R) < 0:
             found.append("T_world_camera must be a rigid 4x4 transform")
-        found += unit_faults(observation.depth_m)
+        pair = observation.pair
+        if pair is not None and not (pair.left.shape == pair.right.shape == (height, width)):
+            found.append("both pictures of the pair must be as large as depth_m")
+        if pair is not None and pair.baseline_m <= 0:
+            found.append("the pair's baseline_m must be above 0")
+        # A stereo camera may leave depth to the depth stage.
+        if pair is None or observation.depth_m.any():
+            found += unit_faults(observation.depth_m)
     require("camera", found)

@@ -1,0 +1,56 @@
+"""A snapshot as one picture: colour, depth, and the masks that were found, with what was not seen hatched."""
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, UInt8
+
+from torc.perception.marking import mark_image
+from torc.records import Observation, SegmentedScene
+
+_GAP_PX = 6
+_HATCH_PX = 8
+_HATCH = np.array([(40, 40, 46), (235, 60, 200)], np.uint8)
+"""Dark, and a pink that neither colours of depth nor of objects have."""
+_SHARE = 0.45
+"""Of the hatch over the picture of masks."""
+
+
+def snapshot_picture(
+    observation: Observation, scene: SegmentedScene | None = None, max_width_px: int | None = None
+) -> UInt8[np.ndarray, "h v 3"]:
+    """Colour, depth and masks side by side; pixels without a reading of depth are hatched in the last two. Without a
+    scene the last one has no masks. Scaled down where it is wider than `max_width_px`.
+    """
+    unseen = ~(observation.depth_m > 0)
+    masks = observation.rgb if scene is None else mark_image(scene)
+    hatch = _hatch(unseen.shape)
+    mixed = np.rint(masks + _SHARE * (hatch.astype(np.float32) - masks)).astype(np.uint8)
+    panels = [
+        observation.rgb,
+        np.where(unseen[..., None], hatch, depth_colors(observation.depth_m)),
+        np.where(unseen[..., None], mixed, masks),
+    ]
+    gap = np.full((unseen.shape[0], _GAP_PX, 3), 255, np.uint8)
+    picture = np.hstack([panels[0], gap, panels[1], gap, panels[2]])
+    if max_width_px is None or picture.shape[1] <= max_width_px:
+        return picture
+    height = max(1, round(picture.shape[0] * max_width_px / picture.shape[1]))
+    return np.asarray(cv2.resize(picture, (max_width_px, height), interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def depth_colors(depth_m: Float32[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w 3"]:
+    """Depth as colours, from red (near) to blue (far), by rank: each colour has as many pixels as any other, so that
+    small things stand out before a far wall.
+    """
+    read = depth_m[depth_m > 0]
+    if len(read) == 0:
+        return np.zeros((*depth_m.shape, 3), np.uint8)
+    shares = np.linspace(0, 100, 129)
+    rank = np.interp(depth_m, np.percentile(read, shares), shares / 100)
+    turbo = cv2.applyColorMap(np.rint(250 - 225 * rank).astype(np.uint8), cv2.COLORMAP_TURBO)
+    return np.ascontiguousarray(turbo[..., ::-1])
+
+
+def _hatch(shape: tuple[int, ...]) -> UInt8[np.ndarray, "h w 3"]:
+    rows, cols = np.mgrid[: shape[0], : shape[1]]
+    return _HATCH[((rows + cols) // (_HATCH_PX // 2) % 2).astype(int)]

@@ -1,0 +1,95 @@
+"""Where a real camera is: from the workspace, as the user says, or estimated from the support in the picture."""
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from torc.errors import InputError
+from torc.files.reading import read_bytes
+from torc.files.strict_yaml import parse_plain_yaml
+from torc.geometry.transforms import Pose
+from torc.perception.stereo import SgbmDepth
+from torc.pipeline.frames.checks import check_pose
+from torc.pipeline.frames.forms import parse_pose
+from torc.pipeline.frames.level import level_pose
+from torc.records import Observation
+from torc.workspace.description import Workspace
+
+WORKSPACE, LEVEL = "workspace", "level"
+_MAX_BYTES = 100_000
+_HOW = (
+    "Give --camera.pose level (estimated from the support in each picture), workspace (the camera's pose in the "
+    "workspace file), 16 numbers (T_world_camera, row by row, commas between them), or a YAML or JSON file with "
+    "T_world_camera (4x4), or position and wxyz."
+)
+
+
+def read_pose(given: str | Sequence[float], workspace: Workspace) -> Pose | None:
+    """T_world_camera (OpenCV axes) by a setting; None where it is to be estimated from each picture.
+
+    Raises InputError for a setting that is no pose, and for a file that cannot be read or holds none.
+    """
+    if given == LEVEL:
+        return None
+    if given == WORKSPACE:
+        return workspace.camera.T_world_camera
+    numbers = _numbers(given)
+    if numbers is None:
+        return _pose_of_file(Path(str(given)))
+    if len(numbers) != 16:
+        raise InputError(f"The camera's pose has {len(numbers)} numbers, not 16. {_HOW}")
+    return _checked("The setting camera.pose", np.reshape(numbers, (4, 4)).tolist())
+
+
+def placed(observation: Observation, pose: Pose | None) -> Observation:
+    """The observation with that pose, or else with the one that the support in it gives, in a world of its own.
+
+    A picture without depth of its own gets some from its stereo pair for that. Raises InputError if no support is seen.
+    """
+    if pose is not None:
+        return replace(observation, T_world_camera=pose, pose_estimated=False)
+    seen = observation
+    if observation.pair is not None and not observation.depth_m.any():
+        seen = SgbmDepth().measure(observation)
+    return replace(observation, T_world_camera=level_pose(seen), pose_estimated=True)
+
+
+def _numbers(given: str | Sequence[float]) -> list[float] | None:
+    """The numbers of a list, or of a text of numbers; None for other text."""
+    if not isinstance(given, str):
+        return [float(v) for v in given]
+    try:
+        return [float(v) for v in re.split(r"[\s,]+", given.strip("[]() \n"))]
+    except ValueError:
+        return None
+
+
+def _pose_of_file(path: Path) -> Pose:
+    if path.suffix not in (".yaml", ".yml", ".json"):
+        raise InputError(f"'{path}' says nothing about where the camera is. {_HOW}")
+    text = read_bytes(path, _MAX_BYTES, "the camera's pose").decode("utf-8", "replace")
+    if path.suffix == ".json":
+        try:
+            data = json.loads(text)
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{path} is not readable JSON: {error}. {_HOW}") from error
+    else:
+        data = parse_plain_yaml(text, str(path), "camera pose", _MAX_BYTES, _HOW)
+    if not isinstance(data, dict):
+        raise InputError(f"{path} holds no camera pose. {_HOW}")
+    given = next((data[k] for k in ("T_world_camera", "camera_pose") if k in data), data)
+    return _checked(str(path), given)
+
+
+def _checked(where: str, given: Any) -> Pose:
+    try:
+        pose = parse_pose(given)
+    except ValueError as error:
+        raise InputError(f"{where}: {error}. {_HOW}") from error
+    check_pose(where, pose)
+    return pose

@@ -1,0 +1,92 @@
+"""The camera `recorded`: plays frames again, as `torc camera record` wrote them, or any that torc reads."""
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar, Literal
+
+from torc.errors import CameraError, InputError
+from torc.pipeline.frames import load_observation
+from torc.records import Observation
+
+
+@dataclass(frozen=True)
+class RecordedConfig:
+    """Recorded frames.
+
+    Attributes:
+        path: a directory with frames in it (directories and .npz files, played by name, frame_2 before frame_10), or
+            one frame.
+        at_end: what comes after the last frame: `stay` (that one, again and again) or `raise` (a CameraError).
+    """
+
+    path: str = ""
+    at_end: Literal["stay", "raise"] = "stay"
+
+
+class RecordedCamera:
+    """Gives one frame after another, with the pose that is stored in each, or estimated where there is none. Masks of
+    a frame are in its `label_image`.
+    """
+
+    real: ClassVar[bool] = True
+    """It does not look through the simulation."""
+
+    def __init__(self, config: RecordedConfig | None = None) -> None:
+        self.config = RecordedConfig() if config is None else config
+        self._frames: list[Path] | None = None
+        self._next = 0
+
+    def capture(self) -> Observation:
+        """The next frame; `stamp_s` is its number, from 0. Raises CameraError after the last one, if so set, and
+        InputError for frames that cannot be read, if there is none, and where a pose cannot be estimated.
+        """
+        return self._play(level=True)
+
+    def unplaced(self) -> Observation:
+        """The same frame, where its pose is missing and could not be estimated: it is the identity then."""
+        return self._play(level=False)
+
+    def _play(self, *, level: bool) -> Observation:
+        if self._frames is None:
+            self._frames = find_frames(self.config.path)
+        if self._next >= len(self._frames) and self.config.at_end == "raise":
+            raise CameraError(
+                f"All {len(self._frames)} frames of '{self.config.path}' were played. --camera.at-end stay repeats the "
+                "last one."
+            )
+        number = min(self._next, len(self._frames) - 1)
+        observation = load_observation(self._frames[number], level=level)
+        self._next += 1
+        return replace(observation, stamp_s=float(number))
+
+    def close(self) -> None:
+        """Begins again with the first frame."""
+        self._frames, self._next = None, 0
+
+
+def find_frames(path: str) -> list[Path]:
+    """The frames at a path, in order. Raises InputError if there is none."""
+    root = Path(path).expanduser()
+    if not path or not root.exists():
+        raise InputError(
+            f"There are no recorded frames at '{path}'. Give --camera.path a directory that `torc camera record` wrote."
+        )
+    if _is_frame(root):
+        return [root]
+    found = sorted(filter(_is_frame, root.iterdir() if root.is_dir() else ()), key=_by_number)
+    if not found:
+        raise InputError(
+            f"'{root}' holds no frames: directories with frame.json, rgb.png and depth.png, or .npz files. "
+            "`torc camera record` writes them."
+        )
+    return found
+
+
+def _is_frame(path: Path) -> bool:
+    return (path / "frame.json").is_file() or (path.suffix == ".npz" and path.is_file())
+
+
+def _by_number(path: Path) -> list[tuple[int, str]]:
+    """Numbers in names count as numbers."""
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", path.name)]

@@ -1,0 +1,188 @@
+"""The factory calibration of a ZED (SN<serial>.conf), and the rectification of its pictures without the maker's SDK.
+
+The file is an INI. Per resolution (2K, FHD, HD, VGA) it has the sections LEFT_CAM_HD and RIGHT_CAM_HD with fx, fy, cx,
+cy in pixels and k1, k2, p1, p2, k3 in OpenCV's model; STEREO has Baseline, TY_HD and TZ_HD (or TY, TZ) in millimetres,
+and the rotation vector RX_HD, CV_HD, RZ_HD. The maker's own calibration tool writes Baseline, TY and TZ as -t_x, t_y
+and t_z of OpenCV's stereoCalibrate: a point of the left camera is R p + t in the right one's.
+"""
+
+import configparser
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from torc.errors import InputError
+from torc.files.reading import read_bytes
+
+SIZES = {"2K": (2208, 1242), "FHD": (1920, 1080), "HD": (1280, 720), "VGA": (672, 376)}
+"""Width and height of one of the two pictures, by resolution."""
+_MAX_BYTES = 100_000
+_LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+_REMEDY = (
+    "Fetch a complete one from https://calib.stereolabs.com/?SN=SERIAL, or calibrate the camera anew; what is missing "
+    "is not taken for 0."
+)
+_BASELINES_MM = (20.0, 300.0)
+_FEWEST_TRACKED = 30
+_MOST_TURN = 0.2
+"""Radians between the two cameras."""
+
+
+@dataclass(frozen=True)
+class StereoCalibration:
+    """Two cameras as OpenCV's stereoRectify takes them: p_right = R_right_left @ p_left + t_m.
+
+    Attributes:
+        K_left, K_right: intrinsics, pixels.
+        lens_left, lens_right: k1, k2, p1, p2, k3.
+    """
+
+    width: int
+    height: int
+    K_left: Float[np.ndarray, "3 3"]
+    K_right: Float[np.ndarray, "3 3"]
+    lens_left: Float[np.ndarray, "5"]
+    lens_right: Float[np.ndarray, "5"]
+    R_right_left: Float[np.ndarray, "3 3"]
+    t_m: Float[np.ndarray, "3"]
+
+
+def read_calibration(path: Path, resolution: str) -> StereoCalibration:
+    """The calibration for one of SIZES. Raises InputError for a file that cannot be read, lacks a value, or holds ones
+    that cannot be.
+    """
+    if resolution not in SIZES:
+        raise InputError(f"There is no resolution '{resolution}' of a ZED. Choose one of {', '.join(SIZES)}.")
+    file = _Entries(Path(path))
+    lenses = [[file.number(f"{side}_CAM_{resolution}", k) for k in _LENS] for side in ("LEFT", "RIGHT")]
+    baseline_mm = file.number("STEREO", "Baseline")
+    across_mm = [file.number("STEREO", f"{k}_{resolution}", k) for k in ("TY", "TZ")]
+    turn = [file.number("STEREO", f"{k}_{resolution}") for k in ("RX", "CV", "RZ")]
+    if file.missing:
+        raise InputError(f"{path} lacks {', '.join(file.missing)}. {_REMEDY}")
+    _check(path, resolution, lenses, baseline_mm, turn)
+    (K_left, lens_left), (K_right, lens_right) = (_camera(lens) for lens in lenses)
+    rotation, _ = cv2.Rodrigues(np.array(turn))
+    t_m = np.array([-baseline_mm, *across_mm]) / 1000
+    return StereoCalibration(*SIZES[resolution], K_left, K_right, lens_left, lens_right, rotation, t_m)
+
+
+class _Entries:
+    """The numbers of an INI file, whatever the case of its keys; `missing` are those that were asked for in vain."""
+
+    def __init__(self, path: Path) -> None:
+        """Raises InputError for a file that is none."""
+        self._path, self.missing = path, list[str]()
+        file = configparser.ConfigParser(interpolation=None, strict=False)
+        try:
+            content = read_bytes(path, _MAX_BYTES, "the calibration of a ZED (SN<serial>.conf)")
+            file.read_string(content.decode("utf-8-sig"))
+        except (configparser.Error, UnicodeDecodeError) as error:
+            raise InputError(f"{path} is no calibration file of a ZED: {error}. {_REMEDY}") from error
+        self._texts = {f"{s}.{key}".lower(): text for s in file.sections() for key, text in file[s].items()}
+
+    def number(self, section: str, *names: str) -> float:
+        """The first of these keys that is there; 0 if none is, which is then missing. Raises InputError for text."""
+        name = next((n for n in names if f"{section}.{n}".lower() in self._texts), None)
+        if name is None:
+            self.missing.append(f"[{section}] {names[0]}")
+            return 0.0
+        text = self._texts[f"{section}.{name}".lower()]
+        try:
+            found = float(text.split("#")[0].split(";")[0])
+        except ValueError:
+            found = float("nan")
+        if not np.isfinite(found):
+            raise InputError(f"{self._path}: {section}, {name} is '{text}', which is no number. {_REMEDY}")
+        return found
+
+
+def _check(
+    path: Path, resolution: str, lenses: list[list[float]], baseline_mm: float, turn: list[float]
+) -> None:
+    width, height = SIZES[resolution]
+    low, high = _BASELINES_MM
+    if not low <= baseline_mm <= high:
+        raise InputError(f"{path}: a Baseline of {baseline_mm:g} mm cannot be. {_REMEDY}")
+    if np.linalg.norm(turn) > _MOST_TURN:
+        raise InputError(f"{path}: the cameras are turned by {np.linalg.norm(turn):.2f} rad. {_REMEDY}")
+    for fx, fy, cx, cy, *_ in lenses:
+        if not (0.2 < fx / width < 3 and 0.8 < fy / fx < 1.25 and 0 < cx < width and 0 < cy < height):
+            raise InputError(
+                f"{path}: fx {fx:g}, fy {fy:g}, cx {cx:g}, cy {cy:g} do not fit pictures of {width}x{height} pixels. "
+                f"{_REMEDY}"
+            )
+
+
+def _camera(lens: list[float]) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "5"]]:
+    fx, fy, cx, cy, *coefficients = lens
+    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]), np.array(coefficients)
+
+
+class Rectifier:
+    """Turns both pictures so that a point is in the same row of both, and takes the lenses' distortion out (Bouguet's
+    method, as OpenCV's stereoRectify has it).
+
+    Attributes:
+        K: intrinsics of both rectified pictures, pixels.
+        baseline_m: between them.
+        R_rectified_left: from the left camera's own frame to the rectified one's.
+    """
+
+    def __init__(self, calibration: StereoCalibration) -> None:
+        c = calibration
+        size = (c.width, c.height)
+        R_left, R_right, P_left, P_right, *_ = cv2.stereoRectify(
+            *(c.K_left, c.lens_left, c.K_right, c.lens_right, size, c.R_right_left, c.t_m[:, None]),
+            flags=cv2.CALIB_ZERO_DISPARITY,
+            alpha=0,
+        )
+        self.K = np.array(P_left[:, :3], float)
+        self.baseline_m = float(-P_right[0, 3] / P_right[0, 0])
+        self.R_rectified_left = np.array(R_left, float)
+        self._size = size
+        self._maps = [
+            cv2.initUndistortRectifyMap(K, lens, R, P, size, cv2.CV_16SC2)
+            for K, lens, R, P in (
+                (c.K_left, c.lens_left, R_left, P_left),
+                (c.K_right, c.lens_right, R_right, P_right),
+            )
+        ]
+
+    def rectify(
+        self, left: UInt8[np.ndarray, "h w *c"], right: UInt8[np.ndarray, "h w *c"]
+    ) -> tuple[UInt8[np.ndarray, "h w *c"], UInt8[np.ndarray, "h w *c"]]:
+        """Both pictures, rectified. Raises InputError for pictures of another size than the calibration's."""
+        width, height = self._size
+        if left.shape[:2] != (height, width):
+            raise InputError(
+                f"The calibration is of pictures of {width}x{height} pixels, not {left.shape[1]}x{left.shape[0]}."
+            )
+        found = [cv2.remap(p, *maps, cv2.INTER_LINEAR) for p, maps in zip((left, right), self._maps)]
+        return np.asarray(found[0], np.uint8), np.asarray(found[1], np.uint8)
+
+
+def row_difference(left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]) -> float | None:
+    """How many rows the same points are apart in two rectified grey pictures, as the median; None where too few points
+    are found again. More than a pixel or two, and the calibration is another camera's.
+    """
+    starts = cv2.goodFeaturesToTrack(left, 300, 0.01, 8)
+    if starts is None:
+        return None
+    there, found = _tracked(left, right, np.asarray(starts))
+    back, again = _tracked(right, left, there)
+    good = found & again & (np.linalg.norm(back - np.asarray(starts), axis=-1).ravel() < 0.5)
+    if np.count_nonzero(good) < _FEWEST_TRACKED:
+        return None
+    return float(np.median(np.abs(there - np.asarray(starts)).reshape(-1, 2)[good, 1]))
+
+
+def _tracked(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where points (n, 1, 2) of one picture are in another, and which were found (Lucas and Kanade 1981)."""
+    there, found, _ = cv2.calcOpticalFlowPyrLK(
+        start, end, points, np.zeros_like(points), winSize=(21, 21), maxLevel=5
+    )
+    return np.asarray(there), np.asarray(found).ravel() > 0

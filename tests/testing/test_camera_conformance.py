@@ -1,0 +1,55 @@
+"""The conformance suite for cameras finds what is wrong."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from torc.errors import PartError
+from torc.records import StereoPair
+from torc.testing.camera_conformance import check_camera
+from torc.testing.conformance import NonConformanceError
+from torc.testing.synthetic import synthetic_observation
+
+SEEN = synthetic_observation(())
+GREY = np.zeros(SEEN.depth_m.shape, np.uint8)
+
+
+class Gives:
+    def __init__(self, **changes):
+        self.changes = changes
+
+    def capture(self):
+        return replace(SEEN, **self.changes)
+
+
+def test_good_ones_pass_with_a_pair_also_without_depth():
+    check_camera(Gives())
+    check_camera(Gives(depth_m=0 * SEEN.depth_m, pair=StereoPair(GREY, GREY, 0.1)))
+
+
+@pytest.mark.usefixtures("any_arrays")
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"depth_m": 0 * SEEN.depth_m}, "no pixel has a depth"),
+        ({"depth_m": 1000 * SEEN.depth_m}, "metres, not millimetres"),
+        ({"K": SEEN.K / 4}, "3x3 intrinsics"),
+        ({"K": SEEN.K @ np.diag([1, 1, 3.0]) / np.array([[1], [1], [3]])}, "another image size"),
+        ({"T_world_camera": 2 * np.eye(4)}, "rigid"),
+        ({"pair": StereoPair(GREY[:-1], GREY[:-1], 0.1)}, "as large as depth_m"),
+        ({"pair": StereoPair(GREY, GREY, -0.1)}, "above 0"),
+    ],
+)
+def test_faults_are_named(changes, text):
+    with pytest.raises(NonConformanceError, match=text):
+        check_camera(Gives(**changes))
+
+
+def test_no_observation_is_a_fault_of_the_part():
+    class Nothing:
+        def capture(self):
+            return None
+
+    with pytest.raises(PartError, match="returned None"):
+        check_camera(Nothing())
