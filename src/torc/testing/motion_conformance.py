@@ -14,6 +14,7 @@ import numpy as np
 from torc.episode.steps import pick_request
 from torc.motion.asking import plan_faults
 from torc.motion.protocol import MotionPlanner, PickRequest
+from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, build_system
 from torc.specs.conditions import Conditions
 from torc.testing.conformance import called_twice, made, require
@@ -39,7 +40,7 @@ def requests() -> tuple[PickRequest, ...]:
     observation = synthetic_observation(_SHAPES, system.workspace.camera)
     look = system.pipeline.look(
         replace(observation, qpos=system.robot.arm.rest_qpos),
-        target_description="the box",
+        wanted=Wanted("the box"),
     )
     return tuple(pick_request(look, k) for k in look.context.report.graspable_ids)
 

@@ -1,0 +1,1 @@
+"""Free motions by a planner in another process; the straight ones, and all checks, stay torc's own."""

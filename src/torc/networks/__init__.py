@@ -1,0 +1,1 @@
+"""Neural networks that run in a process of their own: messages, the client, the server. Light to import."""

@@ -1,0 +1,139 @@
+"""The stage `--depth onnx`: depth from two pictures by a matcher in an ONNX file, with S2M2's inputs and outputs.
+
+Inputs `input_left` and `input_right`: RGB, 0 to 255, uint8 or float, (1, 3, H, W) with H and W multiples of 32. Outputs
+`output_disp` (pixels of the left picture) and `output_conf` (0 to 1); `output_occ` is not used.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, ClassVar, NamedTuple
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, UInt8
+
+from torc.errors import InputError, MissingDependencyError
+from torc.perception.disparity import LearnedStereoConfig, pair_of, scaled, with_disparity
+from torc.records import Observation
+
+_MULTIPLE_PX = 32
+_KINDS = {"tensor(uint8)": np.uint8, "tensor(float)": np.float32, "tensor(float16)": np.float16}
+_INPUTS, _OUTPUTS = ("input_left", "input_right"), ("output_disp", "output_conf")
+
+
+@dataclass(frozen=True)
+class OnnxStereoConfig(LearnedStereoConfig):
+    """A matcher in a file.
+
+    Attributes:
+        model: path of the .onnx file.
+        threads: of the processor, where there is no GPU.
+    """
+
+    model: str = ""
+    threads: int = 1
+    min_confidence: float = 0.1
+
+
+class OnnxDepth:
+    """Depth from the camera's two pictures, matched by onnxruntime in this process."""
+
+    needs_pair: ClassVar[bool] = True
+    """A simulated camera takes both pictures."""
+    rough: ClassVar[bool] = True
+    """Perception and occlusion volume take their settings for real cameras."""
+
+    def __init__(self, config: OnnxStereoConfig | None = None) -> None:
+        self.config = OnnxStereoConfig() if config is None else config
+        if not self.config.model:
+            raise InputError("--depth onnx needs a matcher: --depth.model FILE.onnx (docs/networks.md).")
+
+    def measure(self, observation: Observation) -> Observation:
+        """The observation with depth from its pair.
+
+        Raises InputError if it has none, or for a file that is no such matcher; MissingDependencyError without
+        onnxruntime.
+        """
+        config, pair = self.config, pair_of(observation, "onnx")
+        left, right = scaled(pair.left, config.scale), scaled(pair.right, config.scale)
+        disparity, confidence = _opened(config.model, config.threads).match(left, right)
+        return with_disparity(observation, disparity, confidence, pair.baseline_m, config)
+
+
+class OnnxMatcher(NamedTuple):
+    """A model that was opened; `size` is the height and width that it takes, None for any multiple of 32."""
+
+    session: Any
+    kind: Any
+    size: tuple[int, int] | None
+
+    def match(
+        self, left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]
+    ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
+        """Disparity and confidence, at the pictures' own size and in its pixels.
+
+        Pictures that are too large for a model of a fixed size are scaled down, and filled up to its size at the right
+        and at the bottom.
+        """
+        height, width = left.shape
+        most = self.size or (
+            -(-height // _MULTIPLE_PX) * _MULTIPLE_PX,
+            -(-width // _MULTIPLE_PX) * _MULTIPLE_PX,
+        )
+        share = min(1.0, most[0] / height, most[1] / width)
+        small = [scaled(p, share)[: most[0], : most[1]] for p in (left, right)]
+        found = self.session.run(list(_OUTPUTS), dict(zip(_INPUTS, (self._input(p, most) for p in small))))
+        if any(o.shape[-2:] != most or o.size != most[0] * most[1] for o in found):
+            raise InputError(
+                f"This matcher's outputs are {[o.shape for o in found]}; they must be {most} pixels."
+            )
+        rows, cols = small[0].shape
+        disparity, confidence = (np.asarray(o, np.float32).reshape(most)[:rows, :cols] for o in found)
+        back = [
+            cv2.resize(a, (width, height), interpolation=cv2.INTER_NEAREST_EXACT)
+            for a in (disparity, confidence)
+        ]
+        return np.asarray(back[0] * np.float32(width / cols), np.float32), np.asarray(back[1], np.float32)
+
+    def _input(self, picture: UInt8[np.ndarray, "h w"], size: tuple[int, int]) -> np.ndarray:
+        """(1, 3, H, W)."""
+        below, beside = size[0] - picture.shape[0], size[1] - picture.shape[1]
+        filled = np.pad(picture, ((0, below), (0, beside)), mode="edge")
+        return np.repeat(filled[None, None], 3, axis=1).astype(self.kind)
+
+
+@lru_cache(maxsize=2)
+def _opened(path: str, threads: int) -> OnnxMatcher:
+    """Raises InputError for a file that cannot be read or has other inputs and outputs than these."""
+    try:
+        import onnxruntime
+    except ImportError as error:
+        raise MissingDependencyError("--depth onnx", "pip install onnxruntime") from error
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
+    # Threads that wait for work would take the processor from everybody else.
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    options.log_severity_level = 3
+    wanted = ("CUDAExecutionProvider", "CPUExecutionProvider")
+    providers = [p for p in wanted if p in onnxruntime.get_available_providers()]
+    try:
+        session = onnxruntime.InferenceSession(path, options, providers=providers)
+    except Exception as error:  # onnxruntime's own errors share no class
+        raise InputError(f"--depth.model '{path}' is no model that onnxruntime reads: {error}.") from error
+    return _checked(session, path)
+
+
+def _checked(session: Any, path: str) -> OnnxMatcher:
+    inputs = {i.name: i for i in session.get_inputs()}
+    outputs = {o.name for o in session.get_outputs()}
+    kinds = {_KINDS.get(i.type) for i in inputs.values()}
+    kind = kinds.pop() if len(kinds) == 1 else None
+    if set(inputs) != set(_INPUTS) or not set(_OUTPUTS) <= outputs or kind is None:
+        found = f"inputs {sorted(inputs)}, outputs {sorted(outputs)}"
+        raise InputError(
+            f"--depth.model '{path}' has {found}. It needs the inputs {list(_INPUTS)}, pictures of uint8 or float, and "
+            f"the outputs {list(_OUTPUTS)}, as S2M2's export has them (docs/networks.md)."
+        )
+    height, width = inputs[_INPUTS[0]].shape[-2:]
+    fixed = isinstance(height, int) and isinstance(width, int)
+    return OnnxMatcher(session, kind, (height, width) if fixed else None)
