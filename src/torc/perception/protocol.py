@@ -6,20 +6,39 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import UInt8
 
+from torc.errors import InputError
 from torc.records import Observation, SegmentedScene
+
+Picture = UInt8[np.ndarray, "h w c"]
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """The target as its user describes it: in words, e.g. "the blue tuna can", and by reference pictures, RGB."""
+    """The target as its user describes it: in words, e.g. "the blue tuna can"; by reference pictures, RGB, or RGBA with
+    the target where the fourth channel is not 0; by a mark in the first snapshot: a pixel of it (column, row), or a box
+    around it (left, top, right, bottom).
+    """
 
     description: str
-    pictures: tuple[UInt8[np.ndarray, "h w 3"], ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    mark: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.mark) not in (0, 2, 4):
+            raise InputError(f"A mark is x,y or a box x,y,x,y in pixels, not {self.mark}.")
+        if len(self.mark) == 4 and not (self.mark[0] < self.mark[2] and self.mark[1] < self.mark[3]):
+            raise InputError(f"The box {self.mark} has no area: give left, top, right, bottom, in pixels.")
 
 
 @runtime_checkable
 class Perception(Protocol):
-    """Finds the objects of a snapshot."""
+    """Finds the objects of a snapshot.
+
+    A class may have these attributes: `needs_labels`, true if it is to be shown the labels that a snapshot's source
+    knows, a simulator's truth or an annotator's: others find the objects themselves, and `observation.label_image` is
+    None for them; `needs_pictures`, true if it knows the target by reference pictures, which a simulated trial takes
+    only then; and `reads_words`, true if the target's description tells it the target.
+    """
 
     def perceive(
         self, observation: Observation, wanted: Wanted, before: SegmentedScene | None
@@ -40,9 +59,10 @@ class Perception(Protocol):
 class Depth(Protocol):
     """Makes the depth image that the later stages read: as it is, mended, or from two pictures.
 
-    A class may have two attributes: `needs_pair`, true if it reads the observation's stereo pair, which a simulated
-    camera takes only then; and `rough`, true if its depth has a sensor's errors, for which perception and occlusion
-    volume have settings of their own.
+    A class may have these attributes: `needs_pair`, true if it reads the observation's stereo pair, which a simulated
+    camera takes only then; `simulated_only`, true if it makes exact depth worse, which no real picture
+    needs; and `rough`, true if its depth has a sensor's errors, for which perception and occlusion volume have settings
+    of their own.
     """
 
     def measure(self, observation: Observation) -> Observation:

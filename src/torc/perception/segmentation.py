@@ -51,6 +51,11 @@ class PerceptionConfig:
     background_stride: int = 3
     rim_px: int = 0
 
+    @classmethod
+    def rough(cls) -> "PerceptionConfig":
+        """For depth with a sensor's errors."""
+        return REAL_CAMERA
+
     def __post_init__(self) -> None:
         if not 0 < self.min_depth_m < self.max_depth_m:
             raise InputError(f"Depth range {self.min_depth_m}..{self.max_depth_m} m is not a range above 0.")

@@ -5,7 +5,7 @@ from torc.records.decisions import Decision, Exchange, PlanningContext
 from torc.records.grasps import GraspReport, GraspSet, GraspStatus
 from torc.records.outcomes import FeltOutcome, PickOutcome, PickResult, Touch
 from torc.records.plans import PickPlan, PlanFailure, PlanStage, Trajectory
-from torc.records.scene import SegmentedObject, SegmentedScene
+from torc.records.scene import KnownObject, SegmentedObject, SegmentedScene
 from torc.records.volume import EMPTY, OcclusionVolume, VoxelGrid
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "GraspReport",
     "GraspSet",
     "GraspStatus",
+    "KnownObject",
     "Observation",
     "OcclusionVolume",
     "PickOutcome",

@@ -41,6 +41,8 @@ class Observation:
         label_image: object id per pixel where the source knows it (a simulator, an annotated data set), else
             None: BACKGROUND, ROBOT, or 0..63 with 0 the target.
         pair: what a stereo camera saw, for a depth that is made from it; None where there is none.
+        pose_estimated: T_world_camera was made up from the picture, with the world's origin on the support below the
+            camera: no robot knows that world.
     """
 
     rgb: UInt8[np.ndarray, "h w 3"]
@@ -51,3 +53,4 @@ class Observation:
     stamp_s: float
     label_image: Int16[np.ndarray, "h w"] | None = None
     pair: StereoPair | None = None
+    pose_estimated: bool = False

@@ -62,6 +62,8 @@ class Decision:
         reason: one or two sentences for people.
         attempts: how many times the chooser was asked (at most 3 per pick).
         give_up: True ends the episode.
+        is_target: the chooser takes the object for the target, which perception did not recognise: bringing it ends
+            the episode. Where perception is given the objects' true ids, this says nothing.
         exchanges: every prompt and reply.
         evidence: plain data (JSON-compatible) that explains the choice, e.g. the dependency graph.
     """
@@ -70,5 +72,6 @@ class Decision:
     reason: str
     attempts: int = 1
     give_up: bool = False
+    is_target: bool = False
     exchanges: tuple[Exchange, ...] = ()
     evidence: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))

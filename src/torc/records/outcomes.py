@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from torc.records.camera import TARGET_ID
+
 
 class PickResult(StrEnum):
     """The end of one attempt. All but the first two are failures that use up a pick."""
@@ -71,6 +73,8 @@ class PickOutcome:
         duration_s: time on the robot's clock.
         at_home: the arm ended where it waits for the next pick; if not, that one starts from where it is.
         touch: where an unexpected contact ended the approach, if one did.
+        true_id: what the object that was to be picked really is, by a simulator's ids, where perception has ids of its
+            own; None where the two are one, or nobody knows.
         felt: what the gripper told, where that is known apart from what happened; None where the two are one: the robot
             did not move, or is a real one.
     """
@@ -87,6 +91,20 @@ class PickOutcome:
     at_home: bool = True
     touch: Touch | None = None
     felt: FeltOutcome | None = None
+    true_id: int | None = None
+
+    @property
+    def meant_id(self) -> int:
+        """The object that was to be picked, by the ids of `held_id` and `dropped`."""
+        return self.object_id if self.true_id is None else self.true_id
+
+    @property
+    def wrong_object(self) -> bool:
+        """The robot took another object for the target, and brought it to the bin."""
+        mistaken = (
+            self.true_id is not None and self.true_id != TARGET_ID and self.result is not PickResult.RETRIEVED
+        )
+        return mistaken and self.felt is not None and self.felt.result is PickResult.RETRIEVED
 
     @property
     def as_felt(self) -> "PickOutcome":

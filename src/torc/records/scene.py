@@ -1,12 +1,12 @@
 """What perception makes of a snapshot."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float32, Int16, Int32
 
-from torc.records.camera import Observation
+from torc.records.camera import TARGET_ID, Observation
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,26 @@ class SegmentedObject:
 
 
 @dataclass(frozen=True)
+class KnownObject:
+    """What perception remembers of an object, in sight or not.
+
+    Attributes:
+        points: some surface points when it was last seen, world frame.
+        look: what it looks like, a unit vector.
+        sureness: how surely what was seen is one object, 0 to 1.
+        looks: in how many snapshots it was seen.
+        missed: how many have passed since.
+    """
+
+    id: int
+    points: Float32[np.ndarray, "n 3"]
+    look: Float32[np.ndarray, "d"]
+    sureness: float
+    looks: int = 1
+    missed: int = 0
+
+
+@dataclass(frozen=True)
 class SegmentedScene:
     """All that was perceived in one snapshot.
 
@@ -40,6 +60,7 @@ class SegmentedScene:
         objects: visible objects, by rising id.
         target_id: id of the target, or None while it is hidden.
         background_points: surface points of no object (table, bin), world frame.
+        known: all objects so far, for a perception that keeps ids by itself: its memory, for nobody else.
     """
 
     observation: Observation
@@ -47,6 +68,7 @@ class SegmentedScene:
     objects: tuple[SegmentedObject, ...]
     target_id: int | None
     background_points: Float32[np.ndarray, "m 3"]
+    known: tuple[KnownObject, ...] = ()
 
     @cached_property
     def ids(self) -> tuple[int, ...]:
@@ -59,3 +81,18 @@ class SegmentedScene:
             if o.id == object_id:
                 return o
         raise KeyError(f"No visible object {object_id}; visible: {self.ids}.")
+
+    def with_target(self, object_id: int) -> "SegmentedScene":
+        """The scene in which that visible object is the target; what was taken for it before has that id now. Raises
+        KeyError as `object`.
+        """
+        self.object(object_id)
+        other = {object_id: TARGET_ID, TARGET_ID: object_id}
+        label, swapped = self.label_image, self.label_image.copy()
+        for k, new in other.items():
+            swapped[label == k] = new
+        objects = sorted((replace(o, id=other.get(o.id, o.id)) for o in self.objects), key=lambda o: o.id)
+        known = sorted((replace(k, id=other.get(k.id, k.id)) for k in self.known), key=lambda k: k.id)
+        return replace(
+            self, label_image=swapped, objects=tuple(objects), known=tuple(known), target_id=TARGET_ID
+        )

@@ -4,9 +4,10 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image
 
-from torc.geometry.transforms import look_at, rotation_from_wxyz
+from torc.geometry.transforms import Pose, look_at, make_pose, rotation_about, rotation_from_wxyz
 from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
+from torc.records import TARGET_ID
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import run
 from torc.sim.spec import WorldConfig
@@ -35,6 +36,31 @@ def portrait(model: ObjectModel, width: int = 300, height: int = 250) -> UInt8[n
     with CameraRenderer(world, mount) as renderer:
         large = renderer.render_color()
     return np.asarray(Image.fromarray(large).resize((width, height), Image.Resampling.BOX))
+
+
+def turn_table(
+    model: ObjectModel, sides: int = 4, side_px: int = 200
+) -> tuple[UInt8[np.ndarray, "h w 4"], ...]:
+    """Pictures of the object in its natural pose from all around, RGBA: the fourth channel is 255 where it shows, 0
+    elsewhere. Raises as `portrait`.
+    """
+    world = _alone(model, above_m=0.0, config=WorldConfig())
+    center = _standing_at(model)
+    mount = portrait_camera(model, side_px, side_px)
+    pictures = []
+    with CameraRenderer(world, mount) as renderer:
+        for turn in np.linspace(0, 2 * np.pi, sides, endpoint=False):
+            view = renderer.render(turned_about(mount, center, float(turn)))
+            alpha = np.where(view.label_image == TARGET_ID, 255, 0).astype(np.uint8)
+            pictures.append(np.dstack([view.rgb, alpha]))
+    return tuple(pictures)
+
+
+def turned_about(mount: CameraMount, center: Float[np.ndarray, "3"], angle_rad: float) -> Pose:
+    """The camera's pose after it went round a vertical axis through a point."""
+    R = rotation_about((0, 0, 1), angle_rad)
+    T = mount.T_world_camera
+    return make_pose(R @ T[:3, :3], center + R @ (T[:3, 3] - center))
 
 
 def stands(model: ObjectModel) -> bool:

@@ -1,0 +1,175 @@
+"""What the network is given: the part of a picture that may show objects, at about one scale whatever the camera.
+
+A patch is the picture, cut and scaled so that a pixel is about 2 mm wide on what it shows: what is learned of one
+camera holds for others. Its channels tell of shape first: height above the support, distance along the view, normals,
+whether there is a reading; colour comes last. All are in a frame that gravity and the camera's heading give.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32, UInt8
+
+from torc.geometry.transforms import Pose
+
+PIXEL_M = 0.002
+"""Width of a pixel on what it shows, about."""
+CHANNELS = 9
+"""Height; distance along the heading; the normal to the right, along the heading and up; reading; red, green, blue."""
+_HEIGHT_UNIT_M, _AHEAD_UNIT_M = 0.10, 0.15
+_BELOW_M, _ABOVE_M = -0.05, 0.45
+"""Heights are cut off there."""
+_AHEAD_M = 0.6
+_SMOOTH_PX = 1.0
+_UPSIDE_DOWN = 0.3
+"""World's z of the picture's downward axis: more, and the camera hangs upside down."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A picture with depth as the network's inputs are made from it: any RGB-D picture, or a part of one.
+
+    Attributes:
+        depth_m: along the optical axis, 0 for no reading.
+        K: intrinsics of this picture, pixels.
+        support_z_m: height of the surface that the objects stand on.
+    """
+
+    rgb: UInt8[np.ndarray, "h w 3"]
+    depth_m: Float32[np.ndarray, "h w"]
+    K: Float[np.ndarray, "3 3"]
+    T_world_camera: Pose
+    support_z_m: float
+
+
+@dataclass(frozen=True)
+class Window:
+    """Where a patch comes from: its first row and column in the picture, and the patch's pixels per pixel of that."""
+
+    row: int
+    col: int
+    scale: float
+
+    def source(self, height: int, width: int) -> tuple[Float32[np.ndarray, "h"], Float32[np.ndarray, "w"]]:
+        """Rows and columns in the picture of the rows and columns of a patch of that size."""
+        rows = (np.arange(height) + 0.5) / self.scale - 0.5 + self.row
+        cols = (np.arange(width) + 0.5) / self.scale - 0.5 + self.col
+        return rows.astype(np.float32), cols.astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A scaled part of a view.
+
+    Attributes:
+        rgb, depth_m: as in the view; 0 for no reading.
+        points: in the heading's frame (right, ahead, height above the support), metres; where there is no reading,
+            filled in from around.
+    """
+
+    window: Window
+    rgb: UInt8[np.ndarray, "h w 3"]
+    depth_m: Float32[np.ndarray, "h w"]
+    points: Float32[np.ndarray, "h w 3"]
+
+    @property
+    def read(self) -> Bool[np.ndarray, "h w"]:
+        """Where there is a reading."""
+        return self.depth_m > 0
+
+
+def hangs_upside_down(T_world_camera: Pose) -> bool:
+    """Whether things that stand upright stand on their heads in the picture."""
+    return bool(T_world_camera[2, 1] > _UPSIDE_DOWN)
+
+
+def turned_over(view: View) -> View:
+    """The view as a camera turned by 180 degrees about its optical axis has it."""
+    height, width = view.depth_m.shape
+    K, T = view.K.copy(), view.T_world_camera.copy()
+    K[0, 2], K[1, 2] = width - 1 - K[0, 2], height - 1 - K[1, 2]
+    T[:3, :2] = -T[:3, :2]
+    rgb, depth = (np.ascontiguousarray(image[::-1, ::-1]) for image in (view.rgb, view.depth_m))
+    return View(rgb, depth, K, T, view.support_z_m)
+
+
+def cut(view: View, window: Window, height: int, width: int) -> Patch:
+    """The patch of that size at a window; what lies outside of the picture has no reading and is black."""
+    rows, cols = window.source(height, width)
+    grid_cols, grid_rows = np.meshgrid(cols, rows)
+    nearest = cv2.INTER_NEAREST
+    depth = cv2.remap(
+        view.depth_m, np.rint(grid_cols), np.rint(grid_rows), nearest, borderMode=cv2.BORDER_CONSTANT
+    )
+    rgb = view.rgb
+    if window.scale < 0.6:  # several pixels for one
+        blur = 0.4 / window.scale
+        rgb = cv2.GaussianBlur(rgb, (0, 0), blur)
+    rgb = cv2.remap(rgb, grid_cols, grid_rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+    points = _points(filled(depth), grid_rows, grid_cols, view)
+    return Patch(window, np.asarray(rgb, np.uint8), depth, points)
+
+
+def channels(patch: Patch) -> Float32[np.ndarray, "c h w"]:
+    """The network's inputs."""
+    out = np.empty((CHANNELS, *patch.depth_m.shape), np.float32)
+    ahead, up = patch.points[..., 1], patch.points[..., 2]
+    out[0] = np.clip(up, _BELOW_M, _ABOVE_M) / _HEIGHT_UNIT_M
+    out[1] = np.clip(
+        ahead - np.median(ahead[patch.read]) if patch.read.any() else 0 * ahead, -_AHEAD_M, _AHEAD_M
+    )
+    out[1] /= _AHEAD_UNIT_M
+    out[2:5] = _normals(patch.points)
+    out[5] = patch.read
+    out[6:9] = np.moveaxis(patch.rgb.astype(np.float32) / 127.5 - 1, -1, 0)
+    return out
+
+
+def filled(depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
+    """Depth with a rough guess where there is no reading: what lies around, ever more widely (push and pull)."""
+    levels = [(depth_m, (depth_m > 0).astype(np.float32))]
+    while min(levels[-1][0].shape) > 1 and (levels[-1][1] == 0).any():
+        value, weight = levels[-1]
+        size = (max(value.shape[1] // 2, 1), max(value.shape[0] // 2, 1))
+        total = cv2.resize(value * weight, size, interpolation=cv2.INTER_AREA)
+        share = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
+        mean = np.divide(total, share, out=np.zeros_like(total), where=share > 0)
+        levels.append((mean, (share > 0).astype(np.float32)))
+    value = levels[-1][0]
+    for finer, weight in reversed(levels[:-1]):
+        coarse = cv2.resize(value, (finer.shape[1], finer.shape[0]), interpolation=cv2.INTER_LINEAR)
+        value = np.where(weight > 0, finer, coarse)
+    return value.astype(np.float32)
+
+
+def heading(T_world_camera: Pose) -> Float[np.ndarray, "3 3"]:
+    """Rows: right, ahead and up, horizontal but for the last; ahead is where the camera looks, or, where it looks down,
+    where the upper edge of its picture points."""
+    ahead = T_world_camera[:3, 2] - T_world_camera[:3, 1]
+    flat = np.array([ahead[0], ahead[1], 0.0])
+    length = float(np.linalg.norm(flat))
+    flat = flat / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])
+    return np.stack([np.cross(flat, [0.0, 0.0, 1.0]), flat, [0.0, 0.0, 1.0]])
+
+
+def _points(
+    depth_m: Float32[np.ndarray, "h w"], rows: np.ndarray, cols: np.ndarray, view: View
+) -> Float32[np.ndarray, "h w 3"]:
+    R = heading(view.T_world_camera)
+    turn = R @ view.T_world_camera[:3, :3]
+    origin = R @ (view.T_world_camera[:3, 3] - [0, 0, view.support_z_m])
+    K = view.K
+    x, y = (cols - K[0, 2]) / K[0, 0] * depth_m, (rows - K[1, 2]) / K[1, 1] * depth_m
+    points = [turn[i, 0] * x + turn[i, 1] * y + turn[i, 2] * depth_m + origin[i] for i in range(3)]
+    return np.stack(points, axis=-1).astype(np.float32)
+
+
+def _normals(points: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "3 h w"]:
+    """Unit normals of the smoothed surface, towards the camera."""
+    smooth = cv2.GaussianBlur(points, (0, 0), _SMOOTH_PX)
+    across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3)
+    down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3)
+    a, b = np.moveaxis(across, -1, 0), np.moveaxis(down, -1, 0)
+    normal = np.stack([b[1] * a[2] - b[2] * a[1], b[2] * a[0] - b[0] * a[2], b[0] * a[1] - b[1] * a[0]])
+    return normal / np.maximum(np.linalg.norm(normal, axis=0), 1e-9)

@@ -1,0 +1,226 @@
+"""From masks to a scene, whatever made the masks: ids that stay, clouds, the target. `embedded` and all that finds
+objects by a network of its own begin with this.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, Self
+
+import numpy as np
+from jaxtyping import Float, Float32, Int16
+
+from torc.perception.embedded.crops import crop
+from torc.perception.embedded.model import describe
+from torc.perception.protocol import Wanted
+from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig, segment
+from torc.perception.target import (
+    Certainty,
+    TargetConfig,
+    choose_target,
+    marked_object,
+    reference_mask,
+    target_probabilities,
+)
+from torc.perception.tracking import Seen, TrackingConfig, agreement, carried_over, same_ids, settled_masks
+from torc.records import BACKGROUND, MAX_OBJECTS, TARGET_ID, KnownObject, Observation, SegmentedScene
+from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
+
+_EXACT = replace(PerceptionConfig(), rim_px=2)
+"""Masks are a pixel or two off, whatever the depth."""
+
+
+@dataclass(frozen=True)
+class FromMasksConfig:
+    """What a scene is made with, whatever finds the masks.
+
+    Attributes:
+        clouds: how clouds are made of masks and depth.
+        tracking: when an object is the one of before.
+        target: when a mask is taken for the target, by reference pictures.
+        threads: of the networks on the processor.
+    """
+
+    clouds: PerceptionConfig = _EXACT
+    tracking: TrackingConfig = field(default_factory=TrackingConfig)
+    target: TargetConfig = field(default_factory=TargetConfig)
+    threads: int = 1
+
+    @classmethod
+    def rough(cls) -> Self:
+        """For depth with a sensor's errors."""
+        return cls(clouds=REAL_CAMERA)
+
+
+@dataclass(frozen=True)
+class Masks:
+    """Masks of one picture.
+
+    Attributes:
+        label: number of the mask per pixel, from 0 on; -1 for none.
+        sureness: per mask, how surely it is one object, 0 to 1.
+        wanted_p: per pixel, how surely it shows the target as words tell, 0 to 1; None if no words were read.
+    """
+
+    label: Int16[np.ndarray, "h w"]
+    sureness: Float32[np.ndarray, "n"]
+    wanted_p: Float32[np.ndarray, "h w"] | None = None
+
+
+class _Seen(NamedTuple):
+    """The masks that are reported as objects: their numbers, what they look like, their pixels; ids and memory."""
+
+    masks: list[int]
+    looks: Float32[np.ndarray, "n d"]
+    pixels: list[int]
+    ids: list[int]
+    known: tuple[KnownObject, ...]
+
+
+class FromMasks(ABC):
+    """A perception that finds masks and leaves the rest to torc. Subclasses say how masks are found."""
+
+    config: FromMasksConfig
+
+    def __init__(self, config: FromMasksConfig | None = None, workspace: Workspace | None = None) -> None:
+        self.config = FromMasksConfig() if config is None else config
+        self.workspace = load_workspace() if workspace is None else workspace
+        self.words = Certainty()
+        """How sure words must be; for subclasses that read them."""
+        self._references: tuple[tuple[int, ...], Float32[np.ndarray, "m d"]] | None = None
+
+    @abstractmethod
+    def find(self, observation: Observation, wanted: Wanted) -> Masks:
+        """The masks of the objects in one picture, whatever there was before."""
+
+    def perceive(
+        self, observation: Observation, wanted: Wanted, before: SegmentedScene | None
+    ) -> SegmentedScene:
+        """The objects. The target is what a mark in the first picture says; else what reference pictures say; else
+        what words say, if the masks' maker reads them; else it is in sight nowhere. Raises InputError for reference
+        pictures that show nothing, and MissingDependencyError without onnxruntime.
+        """
+        config, masks = self.config, self.find(observation, wanted)
+        label, sureness = masks.label, masks.sureness
+        carried = None if before is None else carried_over(before, observation, config.tracking)
+        if before is not None and carried is not None:
+            label, sureness = settled_masks(label, sureness, before, carried, config.tracking)
+        label, sureness = _at_most(label, sureness, MAX_OBJECTS - 1)
+        # Id 0 has rules of its own.
+        shifted = np.where(label >= 0, label + 1, BACKGROUND).astype(np.int16)
+        found = segment(observation, shifted, config.clouds)
+        seen = self._seen(found, label, sureness, before, carried)
+        was = seen.ids.index(TARGET_ID) if TARGET_ID in seen.ids else None
+        settled = replace(masks, label=label, sureness=sureness)
+        target = self._target(settled, seen, wanted, was, before is None)
+        return _named(found, *with_target(seen.ids, seen.known, was, target))
+
+    def _seen(
+        self,
+        found: SegmentedScene,
+        label: Int16[np.ndarray, "h w"],
+        sureness: Float32[np.ndarray, "n"],
+        before: SegmentedScene | None,
+        carried: Int16[np.ndarray, "h w"] | None,
+    ) -> _Seen:
+        """What is in sight, with the ids of before."""
+        config, observation = self.config, found.observation
+        masks = [o.id - 1 for o in found.objects]
+        looks = _looks(observation, label, masks, config.threads)
+        seen = [
+            Seen(o.points, k, float(sureness[m])) for o, k, m in zip(found.objects, looks, masks, strict=True)
+        ]
+        overlap = np.zeros((len(seen), 0))
+        if before is not None and carried is not None:
+            overlap = agreement(int(label.max(initial=-1)) + 1, label, carried, before)[masks]
+        ids, known = same_ids(seen, overlap, before, observation, config.tracking)
+        return _Seen(masks, looks, [o.pixel_count for o in found.objects], ids, known)
+
+    def _target(self, masks: Masks, seen: _Seen, wanted: Wanted, was: int | None, first: bool) -> int | None:
+        """Index of the target among what is in sight."""
+        if wanted.mark and first:
+            marked = marked_object(masks.label, wanted.mark)
+            return seen.masks.index(marked) if marked in seen.masks else None
+        if wanted.pictures:
+            references, config = self._described(wanted), self.config.target
+            p = target_probabilities(seen.looks, seen.pixels, references, config)
+            return choose_target(p, was, config)
+        if masks.wanted_p is not None:
+            return choose_target(by_words(masks.label, masks.wanted_p, seen.masks), was, self.words)
+        return was
+
+    def _described(self, wanted: Wanted) -> Float32[np.ndarray, "m d"]:
+        """What the target looks like on each reference picture; the same pictures are described once."""
+        key = tuple(map(id, wanted.pictures))
+        if self._references is None or self._references[0] != key:
+            crops = np.stack([crop(p[..., :3], reference_mask(p)) for p in wanted.pictures])
+            self._references = key, describe(crops, self.config.threads)
+        return self._references[1]
+
+
+def by_words(
+    label: Int16[np.ndarray, "h w"], wanted_p: Float32[np.ndarray, "h w"], masks: Sequence[int]
+) -> Float[np.ndarray, "n"]:
+    """Per mask the mean of how surely its pixels show the target: it need not be a mask that words were read for."""
+    inside = label >= 0
+    number = label[inside].astype(np.int64)
+    count = int(label.max(initial=-1)) + 1
+    sums = np.bincount(number, weights=wanted_p[inside], minlength=count)
+    sizes = np.bincount(number, minlength=count)
+    return np.asarray(sums / np.maximum(sizes, 1))[list(masks)]
+
+
+def with_target(
+    ids: list[int], known: tuple[KnownObject, ...], was: int | None, target: int | None
+) -> tuple[list[int], tuple[KnownObject, ...]]:
+    """Ids and what is remembered, with TARGET_ID for the object at the index `target` and for no other; `was` is the
+    index of the one that has it.
+    """
+    if target == was:
+        return ids, known
+    changed = dict[int, int]()
+    if was is not None:
+        taken = {*ids, *(k.id for k in known)}
+        changed[TARGET_ID] = next(k for k in range(1, MAX_OBJECTS + 1) if k not in taken)
+    if target is not None:
+        known = tuple(k for k in known if k.id != TARGET_ID or was is not None)
+        changed[ids[target]] = TARGET_ID
+    renamed = (replace(k, id=changed.get(k.id, k.id)) for k in known)
+    return [changed.get(k, k) for k in ids], tuple(sorted(renamed, key=lambda k: k.id))
+
+
+def _looks(
+    observation: Observation, label: Int16[np.ndarray, "h w"], masks: list[int], threads: int
+) -> Float32[np.ndarray, "n d"]:
+    if not masks:
+        return np.zeros((0, 1), np.float32)
+    return describe(np.stack([crop(observation.rgb, label == m) for m in masks]), threads)
+
+
+def _at_most(
+    label: Int16[np.ndarray, "h w"], sureness: Float32[np.ndarray, "n"], most: int
+) -> tuple[Int16[np.ndarray, "h w"], Float32[np.ndarray, "n"]]:
+    """So many masks at most, numbered from 0 on: the largest."""
+    sizes = np.bincount(label[label >= 0].astype(np.int64), minlength=len(sureness))
+    order = np.argsort(-sizes, kind="stable")[:most]
+    order = order[sizes[order] > 0]
+    number = np.full(len(sizes) + 1, -1, np.int16)
+    number[order] = np.arange(len(order))
+    return number[label], sureness[order]
+
+
+def _named(found: SegmentedScene, ids: list[int], known: tuple[KnownObject, ...]) -> SegmentedScene:
+    """The scene with these ids for its objects."""
+    table = np.arange(-2, MAX_OBJECTS, dtype=np.int16)
+    table[2:] = BACKGROUND  # masks without an object
+    for o, k in zip(found.objects, ids, strict=True):
+        table[o.id + 2] = k
+    objects = sorted((replace(o, id=k) for o, k in zip(found.objects, ids, strict=True)), key=lambda o: o.id)
+    return replace(
+        found,
+        label_image=table[found.label_image + 2],
+        objects=tuple(objects),
+        target_id=TARGET_ID if TARGET_ID in ids else None,
+        known=known,
+    )

@@ -1,0 +1,173 @@
+"""Which of the masks is the target, by reference pictures; "none of them" is an answer."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int16, UInt8
+from PIL import Image
+
+from torc.errors import InputError
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """When the likeliest of several masks is taken for the target.
+
+    Attributes:
+        sure: from this probability on a mask is the target.
+        still: one that was the target stays it down to this.
+        ahead: the best mask is the target only if the second best is this much less probable.
+    """
+
+    sure: float = 0.5
+    still: float = 0.15
+    ahead: float = 0.15
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.still <= self.sure <= 1:
+            raise InputError(f"{type(self).__name__}: probabilities, `still` not above `sure`.")
+
+
+@dataclass(frozen=True)
+class TargetConfig(Certainty):
+    """When a mask is taken for the target by reference pictures.
+
+    Attributes:
+        likeness, steepness, pixels: a mask alone with this cosine to the nearest reference picture is the target with
+            probability 1/2; how fast that changes with the cosine; how much it changes with the logarithm of the number
+            of pixels. Chosen by `python -m tools.eyes target`: a wrong object costs the trial, a target that is not
+            known yet a pick or two.
+    """
+
+    sure: float = 0.8
+    likeness: float = 0.75
+    steepness: float = 20.0
+    pixels: float = 0.3
+
+
+_TYPICAL_PIXELS = 1000.0
+_NEAR_PX = 4
+MAX_PICTURES = 24
+_MAX_SIDE_PX = 1024
+_LEAST_AGREEMENT = 0.2
+
+
+def target_probabilities(
+    looks: Float32[np.ndarray, "n d"],
+    pixels: Sequence[int],
+    references: Float32[np.ndarray, "m d"],
+    config: TargetConfig,
+) -> Float[np.ndarray, "n"]:
+    """Per object the probability that it is the one on the reference pictures: at most one of them is (a softmax over
+    all of them and none).
+    """
+    if len(looks) == 0:
+        return np.zeros(0)
+    cosine = (looks @ references.T).max(axis=1)
+    size = np.log(np.maximum(np.asarray(pixels, float), 1) / _TYPICAL_PIXELS)
+    odds = np.exp(config.steepness * (cosine - config.likeness) + config.pixels * size)
+    return np.asarray(odds / (1 + odds.sum()))
+
+
+def choose_target(p: Float[np.ndarray, "n"], was: int | None, config: Certainty) -> int | None:
+    """Index of the target among the objects, or None. `was` is the one that it was before, if it is still there."""
+    if len(p) == 0:
+        return None
+    order = np.argsort(-p)
+    best = int(order[0])
+    second = float(p[order[1]]) if len(p) > 1 else 0.0
+    if (
+        was is not None
+        and p[was] >= config.still
+        and not (best != was and p[best] >= config.sure + config.ahead)
+    ):
+        return was
+    return best if p[best] >= config.sure and p[best] - second >= config.ahead else None
+
+
+def marked_object(label: Int16[np.ndarray, "h w"], mark: tuple[int, ...]) -> int | None:
+    """The label (0 or more) at a pixel (column, row), or else nearest to it within a few pixels; the one that agrees
+    best with a box (left, top, right, bottom). None where there is none. Raises InputError off the picture.
+    """
+    height, width = label.shape
+    x, y = mark[:2]
+    if not (0 <= x < width and 0 <= y < height):
+        raise InputError(f"The mark {mark} lies off the picture, which is {width}x{height} pixels.")
+    if len(mark) == 4:
+        inside = label[y : mark[3], x : mark[2]]
+        counts = np.bincount(inside[inside >= 0].astype(np.int64), minlength=1)
+        sizes = np.bincount(label[label >= 0].astype(np.int64), minlength=len(counts))[: len(counts)]
+        agree = counts / np.maximum(sizes + inside.size - counts, 1)
+        return int(np.argmax(agree)) if agree.max() > _LEAST_AGREEMENT else None
+    top, left = max(y - _NEAR_PX, 0), max(x - _NEAR_PX, 0)
+    rows, cols = np.nonzero(label[top : y + _NEAR_PX + 1, left : x + _NEAR_PX + 1] >= 0)
+    if len(rows) == 0:
+        return None
+    rows, cols = rows + top, cols + left
+    nearest = int(np.argmin((rows - y) ** 2 + (cols - x) ** 2))
+    return int(label[rows[nearest], cols[nearest]])
+
+
+def load_pictures(paths: Sequence[Path]) -> tuple[UInt8[np.ndarray, "h w c"], ...]:
+    """Reference pictures from files, RGBA where they have an alpha channel. Raises InputError for one that cannot be
+    read, or shows nothing, and for more than MAX_PICTURES.
+    """
+    if len(paths) > MAX_PICTURES:
+        raise InputError(
+            f"{len(paths)} reference pictures are given; {MAX_PICTURES} from different sides are enough."
+        )
+    pictures = []
+    for path in paths:
+        try:
+            with Image.open(path) as image:
+                if max(image.size) > _MAX_SIDE_PX:
+                    image.thumbnail((_MAX_SIDE_PX, _MAX_SIDE_PX))
+                picture = np.array(image.convert("RGBA" if image.has_transparency_data else "RGB"))
+        except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+            raise InputError(f"Cannot read the reference picture {path}: {error}.") from error
+        try:
+            reference_mask(picture)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        pictures.append(picture)
+    return tuple(pictures)
+
+
+def reference_mask(picture: UInt8[np.ndarray, "h w c"]) -> Bool[np.ndarray, "h w"]:
+    """Where a reference picture shows the target: its fourth channel if that leaves out anything; else what
+    stands out from the rim (GrabCut; Rother et al. 2004). Raises InputError for a picture that is none, or shows
+    nothing.
+    """
+    if picture.ndim != 3 or picture.shape[2] not in (3, 4) or min(picture.shape[:2]) < 8:
+        raise InputError(
+            f"A reference picture is at least 8x8 pixels of RGB or RGBA, not of shape {picture.shape}."
+        )
+    cut_out = (
+        picture.shape[2] == 4 and picture[..., 3].min() < 128
+    )  # screenshots have a channel that says nothing
+    mask = picture[..., 3] > 127 if cut_out else _standing_out(np.ascontiguousarray(picture[..., :3]))
+    if np.count_nonzero(mask) < 30:
+        raise InputError(
+            "A reference picture shows no object: give one that fills the picture, or a mask as alpha."
+        )
+    return np.asarray(mask)
+
+
+def _standing_out(picture: UInt8[np.ndarray, "h w 3"]) -> Bool[np.ndarray, "h w"]:
+    height, width = picture.shape[:2]
+    shrink = min(1.0, 200 / max(height, width))
+    small = cv2.resize(picture, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+    h, w = small.shape[:2]
+    rim = max(1, round(0.04 * min(h, w)))
+    mask = np.full((h, w), cv2.GC_PR_FGD, np.uint8)
+    mask[:rim], mask[h - rim :], mask[:, :rim], mask[:, w - rim :] = (cv2.GC_BGD,) * 4
+    cv2.setRNGSeed(0)
+    models = np.zeros((1, 65)), np.zeros((1, 65))
+    cv2.grabCut(small, mask, (0, 0, w, h), *models, 4, cv2.GC_INIT_WITH_MASK)
+    found = np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    if found.mean() < 0.05:  # all is alike: then all of it is the object
+        found = np.ones((h, w), bool)
+    return np.asarray(cv2.resize(found.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0)

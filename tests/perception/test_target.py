@@ -1,0 +1,82 @@
+"""Which mask is the target: the likeliest, if it is likely enough, and none else."""
+
+import numpy as np
+import pytest
+
+from torc.errors import InputError
+from torc.perception.target import TargetConfig, choose_target, reference_mask, target_probabilities
+
+CONFIG = TargetConfig(likeness=0.75, steepness=20.0, pixels=0.3, sure=0.6, still=0.2, ahead=0.2)
+
+
+def unit(*values):
+    return (np.array(values) / np.linalg.norm(values)).astype(np.float32)
+
+
+def test_the_nearest_reference_counts():
+    references = np.stack([unit(1, 0, 0), unit(0, 1, 0)])
+    looks = np.stack([unit(1, 0.1, 0), unit(0, 1, 0.1), unit(0, 0, 1), unit(1, 1, 0)])
+    p = target_probabilities(looks, [1000] * 4, references, CONFIG)
+    assert p[0] == pytest.approx(p[1])
+    assert p[2] < p[3] < p[0]
+    # At most one of them is the target, so that look-alikes share what there is.
+    assert 0.95 < p[:2].sum() < p.sum() < 1
+    assert target_probabilities(looks[:1], [1000], references, CONFIG)[0] > 0.95
+    assert len(target_probabilities(looks[:0], [], references, CONFIG)) == 0
+
+
+def test_a_half_is_where_the_fit_says_and_small_masks_say_less():
+    cosine = CONFIG.likeness
+    looks = unit(cosine, np.sqrt(1 - cosine**2))[None]
+    reference = unit(1, 0)[None]
+    p = [float(target_probabilities(looks, [n], reference, CONFIG)[0]) for n in (100, 1000, 4000)]
+    assert p[1] == pytest.approx(0.5, abs=1e-5)
+    assert p[0] < p[1] < p[2]
+
+
+def test_none_is_an_answer():
+    assert choose_target(np.array([]), None, CONFIG) is None
+    assert choose_target(np.array([0.1, 0.5]), None, CONFIG) is None
+
+
+def test_look_alikes_are_nobody_until_one_is_ahead():
+    assert choose_target(np.array([0.9, 0.8]), None, CONFIG) is None
+    assert choose_target(np.array([0.9, 0.5]), None, CONFIG) == 0
+
+
+def test_the_one_it_was_stays_it_until_it_cannot_be_or_another_is_far_better():
+    p = np.array([0.3, 0.5, 0.1])
+    assert choose_target(p, 0, CONFIG) == 0
+    assert choose_target(np.array([0.1, 0.5, 0.1]), 0, CONFIG) is None
+    assert choose_target(np.array([0.1, 0.9, 0.1]), 0, CONFIG) == 1
+    assert choose_target(np.array([0.7, 0.9, 0.1]), 0, CONFIG) == 1
+
+
+def test_a_mask_comes_from_alpha_or_from_what_stands_out():
+    rng = np.random.default_rng(0)
+    picture = np.full((80, 100, 3), 200, np.uint8)
+    picture[20:60, 30:70] = [180, 30, 40]
+    picture = np.clip(picture + rng.normal(0, 4, picture.shape), 0, 255).astype(np.uint8)
+    true = np.zeros((80, 100), bool)
+    true[20:60, 30:70] = True
+    found = reference_mask(picture)
+    assert np.count_nonzero(found & true) / np.count_nonzero(found | true) > 0.9
+    alpha = np.dstack([picture, 255 * true.astype(np.uint8)])
+    assert (reference_mask(alpha) == true).all()
+    opaque = np.dstack([picture, np.full(true.shape, 255, np.uint8)])
+    assert (reference_mask(opaque) == found).all()
+    assert reference_mask(np.full((40, 40, 3), 90, np.uint8)).all()
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [np.zeros((40, 40, 1), np.uint8), np.zeros((4, 40, 3), np.uint8), np.zeros((40, 40, 4), np.uint8)],
+)
+def test_a_picture_that_shows_nothing_is_refused(picture):
+    with pytest.raises(InputError, match="reference picture"):
+        reference_mask(picture)
+
+
+def test_limits_are_checked():
+    with pytest.raises(InputError, match="still"):
+        TargetConfig(sure=0.3, still=0.5)
