@@ -9,7 +9,7 @@ import pytest
 
 from tests.helpers.fake_episode import ScriptedPlanner
 from tests.helpers.fake_vlm import ScriptedVlm
-from torc.brain import answer_text, decide_frame
+from torc.brain import answer_text, decide_frame, rehearse
 from torc.brain.answer import evidence_in_labels
 from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.errors import InputError
@@ -49,6 +49,17 @@ def test_a_robot_works_at_the_table_that_is_seen(frame_of, support_z_m):
     bin_floor = world.boxes[world.box_names.index("bin_floor")]
     # The rest of the robot's own workspace stands there too.
     assert (bin_floor[5] > 0) == (support_z_m == 1.05)
+
+
+def test_an_estimated_pose_is_told_and_no_robot_works_by_it(frame_of):
+    frame = frame_of()
+    estimated = replace(frame, observation=replace(frame.observation, pose_estimated=True))
+    told = [decide_frame(f, ScriptedPlanner([0])) for f in (frame, estimated)]
+    assert [a.to_dict()["pose_estimated"] for a in told] == [False, True]
+    assert ["pose was estimated" in answer_text(a) for a in told] == [False, True]
+    for use in (decide_frame, rehearse):
+        with pytest.raises(InputError, match="pose was estimated from the picture"):
+            use(estimated, ScriptedPlanner([0]), robot="sda10f_2f85")
 
 
 def test_a_choice_that_is_not_in_sight_is_refused(frame_of):

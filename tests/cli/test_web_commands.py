@@ -13,8 +13,11 @@ import pytest
 from torc_command import run_torc
 
 from tests.helpers.fake_trial import play_fake_trial
+from torc.pipeline.frames import save_observation
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
+from torc.testing.contexts import box
+from torc.testing.synthetic import synthetic_observation
 
 
 @contextmanager
@@ -57,6 +60,25 @@ def test_view_serves_until_ctrl_c_and_asks_for_a_token_where_others_reach_it(tmp
     assert code == 0
     assert "Traceback" not in rest
     assert where.partition("token=")[2] not in rest or host == "127.0.0.1"
+
+
+def test_a_camera_is_shown_live_until_ctrl_c(tmp_path):
+    save_observation(
+        tmp_path / "frames" / "frame_1", synthetic_observation((box(1, 0.62, 0.0, (0.06, 0.06, 0.1)),))
+    )
+    recorded = ("--camera", "recorded", "--camera.path", tmp_path / "frames", "--perception", "regions")
+    with _served("camera", "show", *recorded) as (process, where):
+        numbers = []
+        for _ in range(2):
+            after = numbers[-1] if numbers else 0
+            with urllib.request.urlopen(f"{where}api/camera.jpg?after={after}", timeout=60) as answer:
+                numbers.append(int(answer.headers["X-Frame"]))
+                assert json.loads(answer.headers["X-Facts"])["objects"] == "1"
+                assert answer.read(3) == b"\xff\xd8\xff"
+        code, rest = _interrupted(process)
+    assert numbers[1] > numbers[0]
+    assert code == 0
+    assert "Traceback" not in rest
 
 
 def test_human_says_what_is_left_after_ctrl_c(tmp_path):

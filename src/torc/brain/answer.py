@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -18,6 +19,16 @@ HIDDEN = "hidden"
 """The label of a target that no frame has shown."""
 
 
+class Sought(StrEnum):
+    """What told perception which object is the target."""
+
+    LABEL = "label"
+    MARK = "mark"
+    PICTURES = "reference pictures"
+    WORDS = "description"
+    NOTHING = "nothing"
+
+
 @dataclass(frozen=True)
 class Answer:
     """The decision for a frame.
@@ -28,12 +39,18 @@ class Answer:
         look: all that the decision rests on; `look.context.volume` goes into the next call.
         labels: the frame's own label of each id.
         names: the frame's name of each id that has one.
+        eyes: name of the perception that found the objects.
+        sought: what told which object is the target.
+        pose_estimated: the camera's pose was made up from the picture: grasps are in a world of its own.
     """
 
     decision: Decision
     look: Look
     labels: Mapping[int, int]
     names: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
+    eyes: str = "labels"
+    sought: Sought = Sought.LABEL
+    pose_estimated: bool = False
 
     @property
     def label(self) -> int | None:
@@ -53,6 +70,11 @@ class Answer:
         return tuple(sorted(label for k, label in self.labels.items() if k not in ids))
 
     @property
+    def sureness(self) -> dict[int, float]:
+        """How surely each mask is one object, by id, where perception found the masks."""
+        return {k.id: float(k.sureness) for k in self.look.context.scene.known}
+
+    @property
     def ids(self) -> tuple[int, ...]:
         """Ids of the objects in sight, by rising label."""
         return tuple(sorted(self.look.context.scene.ids, key=lambda k: self.labels[k]))
@@ -65,12 +87,17 @@ class Answer:
         """
         decision = to_plain(self.decision)
         del decision["object_id"]
+        if not decision["is_target"]:  # says only that the planner knew better than perception
+            del decision["is_target"]
         decision["evidence"] = evidence_in_labels(decision["evidence"], self.labels)
         return {
             "label": self.label,
             "grasps": [grasp.to_dict() for grasp in self.grasps],
             "grasp_frame": GRASP_FRAME,
+            "pose_estimated": self.pose_estimated,
             **decision,
+            "eyes": self.eyes,
+            "target_sought_by": str(self.sought),
             "target_visible": self.look.context.scene.target_id is not None,
             "objects": [self._object(k) for k in self.ids],
             "left_out": list(self.left_out),
@@ -93,6 +120,7 @@ class Answer:
             "id": object_id,
             **({"name": self.names[object_id]} if object_id in self.names else {}),
             "pixels": context.scene.object(object_id).pixel_count,
+            **({"sureness": round(self.sureness[object_id], 3)} if object_id in self.sureness else {}),
             "valid_grasps": int(context.report.valid_total[context.report.object_ids.index(object_id)]),
             "grasps": {s.name.lower(): n for s, n in status_counts(context, object_id).items()},
             "blocked_by": {str(self.labels[k]): n for k, n in blockers_of(context, object_id).items()},

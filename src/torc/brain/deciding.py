@@ -2,16 +2,19 @@
 
 from dataclasses import replace
 
-from torc.brain.answer import Answer
+import numpy as np
+
+from torc.brain.answer import Answer, Sought
 from torc.errors import InputError
-from torc.occlusion.volume import FIXED_CAMERA
+from torc.perception.label_places import mask_anchor
+from torc.perception.protocol import Perception, Wanted
 from torc.perception.segmentation import PerceptionConfig
-from torc.pipeline.building import build_pipeline
+from torc.pipeline.building import build_pipeline, make_stage
 from torc.pipeline.frames import Frame
 from torc.pipeline.look import Pipeline
 from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.warm_up import rehearse_look
-from torc.records import OcclusionVolume
+from torc.records import Observation, OcclusionVolume
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
@@ -19,11 +22,14 @@ from torc.specs.conditions import PipelineSpec
 from torc.task_planning.asking import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.task_planning.registry import make_planner
+from torc.vlm.find_target import TargetByText
+from torc.vlm.protocol import VlmClient
 from torc.workspace.description import Box, Workspace
 from torc.workspace.files import load_workspace
 
 # Frames come from any distance: what perception takes for a reading, the volume does too.
-_ANY_DISTANCE = replace(FIXED_CAMERA, max_depth_m=PerceptionConfig().max_depth_m)
+_ANY_DISTANCE_M = PerceptionConfig().max_depth_m
+OWN_EYES = "embedded"
 _SAME_TABLE_M = 0.02
 """A support this close to the height of the robot's own table is that table."""
 
@@ -36,6 +42,8 @@ def decide_frame(
     volume: OcclusionVolume | None = None,
     seed: int = 0,
     stages: PipelineSpec | None = None,
+    wanted: Wanted | None = None,
+    finder: VlmClient | None = None,
 ) -> Answer:
     """Which object to pick next in a frame.
 
@@ -44,26 +52,86 @@ def decide_frame(
         robot: whose reach counts (a description, or its name or path); None checks only the gripper (a Robotiq
             2F-85) and takes every pose as reachable.
         volume: the occlusion volume after the frame before, None for the first frame.
-        stages: depth, perception, grasp planner and their settings; the defaults if not given.
+        stages: depth, perception, grasp planner and their settings; the defaults if not given. For a frame without
+            masks the default perception is torc's own eyes.
+        wanted: the target, for a frame without masks; the frame's own description by default.
+        finder: a model that looks for the target by its description, in a frame without masks.
 
     Raises:
-        InputError: a part cannot be made, or the planner named an object that is not in sight.
+        InputError: a part cannot be made, the planner named an object that is not in sight, or a robot should work
+            in a frame whose camera pose was estimated.
         PlannerError, PartError, GraspPlannerError: a part crashed, or its answer cannot be used.
     """
     planner = planner or make_planner("dg-select")
-    look = _pipeline(frame, robot, stages).look(
+    pipeline = _pipeline(frame, robot, stages)
+    # What perception finds by itself has numbers of its own.
+    given = frame.labels if getattr(pipeline.perception, "needs_labels", False) else {}
+    wanted = wanted or Wanted(frame.target_description)
+    marked = wanted if given else _marked(frame, wanted)
+    sought = _sought(marked, pipeline.perception, finder)
+    if finder is not None:
+        pipeline = replace(pipeline, perception=TargetByText(pipeline.perception, finder))
+    look = pipeline.look(
         frame.observation,
         None if volume is None else EpisodeState(volume),
-        target_description=frame.target_description,
+        wanted=marked,
         seed=seed,
-        labels=frame.labels,
+        labels=given,
     )
+    scene = look.context.scene
+    if not given and not scene.objects:
+        raise InputError(f"No object was found in the picture: {_readings(scene.observation)}")
+    if wanted.mark and scene.target_id is None:
+        raise InputError(
+            f"No object was found at the mark {','.join(map(str, wanted.mark))}. Leave the mark out and give --out "
+            "DIR: DIR/seen.png shows the objects that were found."
+        )
     decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
     if decision.object_id is not None and decision.object_id not in look.context.scene.ids:
         raise InputError(
             f"Task planner '{planner.name}' named object {decision.object_id}, which is not in sight."
         )
-    return Answer(decision, look, frame.labels, frame.names)
+    return Answer(
+        decision,
+        look,
+        labels=given or {k: k for k in scene.ids},
+        names=frame.names if given else {},
+        eyes=eyes_of(frame, stages),
+        sought=sought,
+        pose_estimated=frame.pose_estimated,
+    )
+
+
+def _marked(frame: Frame, wanted: Wanted) -> Wanted:
+    """The target for a perception that finds the objects itself; if nothing else tells it, that of the masks."""
+    truth = frame.observation.label_image
+    if truth is None or frame.target_id is None or wanted.mark or wanted.pictures:
+        return wanted
+    row, col = mask_anchor(truth == frame.target_id)
+    return replace(wanted, mark=(col, row))
+
+
+def _sought(wanted: Wanted, perception: Perception, finder: VlmClient | None) -> Sought:
+    if wanted.mark:
+        return Sought.MARK
+    if wanted.pictures:
+        return Sought.PICTURES
+    words = finder is not None or getattr(perception, "reads_words", False)
+    if getattr(perception, "needs_labels", False):
+        return Sought.LABEL
+    return Sought.WORDS if wanted.description and words else Sought.NOTHING
+
+
+def _readings(observation: Observation) -> str:
+    """What may be wrong with a picture in which nothing was found."""
+    read = observation.depth_m > 0
+    if not read.any():
+        return "no pixel has a reading of depth. With --depth sgbm: are the pictures left and right, in this order?"
+    median_m = np.median(observation.depth_m[read])
+    return (
+        f"{read.mean():.0%} of the pixels have a reading of depth, in the median {median_m:.2f} m. "
+        "Check the depth's unit, and whether something stands within the watched region."
+    )
 
 
 def rehearse(
@@ -78,13 +146,40 @@ def rehearse(
 
 
 def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: PipelineSpec | None) -> Pipeline:
+    if robot is not None and frame.pose_estimated:
+        raise InputError(
+            "A robot's reach counts only where the camera's pose in the robot's base frame is known, and this frame's "
+            "pose was estimated from the picture. Store T_world_camera in the frame, or leave the robot (--robot) out."
+        )
     description = load_robot(robot) if isinstance(robot, str) else robot
     who = load_robot(DEFAULT_ROBOT).gripper if description is None else description
-    workspace = _workspace(frame, with_robot=description is not None)
-    return build_pipeline(stages or PipelineSpec(), who, workspace, occlusion=_ANY_DISTANCE)
+    workspace = workspace_of(frame, with_robot=description is not None)
+    used = replace(stages or PipelineSpec(), perception=eyes_of(frame, stages))
+    refuse_made_up(used)
+    # Masks may come with depth of any kind; a frame without them comes from a camera.
+    rough = frame.observation.label_image is None
+    return build_pipeline(used, who, workspace, rough=rough, max_depth_m=_ANY_DISTANCE_M)
 
 
-def _workspace(frame: Frame, *, with_robot: bool) -> Workspace:
+def refuse_made_up(stages: PipelineSpec) -> None:
+    """Raises InputError for a depth stage that adds the errors of a camera, which real pictures have already."""
+    if getattr(make_stage(stages, "depth"), "simulated_only", False):
+        raise InputError(
+            f"--depth {stages.depth} adds a camera's errors to the exact depth of a simulation. A real picture has "
+            "them already: leave --depth out."
+        )
+
+
+def eyes_of(frame: Frame, stages: PipelineSpec | None) -> str:
+    """The perception that is used for a frame: what is asked for, but for a frame without masks, which the default
+    perception cannot read, torc's own eyes.
+    """
+    default = PipelineSpec().perception
+    asked = default if stages is None else stages.perception
+    return OWN_EYES if frame.observation.label_image is None and asked == default else asked
+
+
+def workspace_of(frame: Frame, *, with_robot: bool = False) -> Workspace:
     """The frame's support surface as the table; with a robot the workspace's own, if that is what is seen."""
     own = replace(load_workspace(), grid=frame.grid)
     if with_robot and abs(frame.support_z_m - own.support_z_m) < _SAME_TABLE_M:

@@ -2,13 +2,26 @@
 
 import textwrap
 
-from torc.brain.answer import Answer
+from torc.brain.answer import Answer, Sought
 from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.errors import InputError
 from torc.records import TARGET_ID, GraspStatus
 from torc.task_planning.drawing import by_id
 
 _WIDTH = 80
+_DOUBTFUL = 0.6
+"""A mask that is less sure is told of."""
+_ESTIMATED = (
+    "The camera's pose was estimated: the largest plane in the picture is taken for a level support, at z = 0; the "
+    "origin lies below the camera, x where it looks. Positions are in that world, not in a robot's."
+)
+_NOT_FOUND = {
+    Sought.NOTHING: "Nothing tells which object it is: add --reference PICTURE, --mark COLUMN,ROW, or --description "
+    "with --vlm, a model that reads it.",
+    Sought.PICTURES: "No mask looks enough like the reference pictures.",
+    Sought.WORDS: "No mask was taken for what the description says.",
+}
+"""By what told of the target."""
 _TIE = "\N{NO-BREAK SPACE}"
 """Between words that stay on one line."""
 
@@ -33,12 +46,28 @@ def answer_text(answer: Answer) -> str:
     else:
         target = "hidden"
     lines += _wrapped(f"The target is {target}. Objects in sight: {len(scene.objects)}.")
+    if scene.target_id is None and answer.sought in _NOT_FOUND:
+        lines += _wrapped(_NOT_FOUND[answer.sought])
+    if answer.sureness:
+        lines += _wrapped(_eyes(answer))
+    if answer.pose_estimated:
+        lines += _wrapped(_ESTIMATED)
     if scene.objects:
         lines += ["", *(_why_not(answer) if chosen is None else _table(answer))]
     if answer.left_out:
         labels = ", ".join(map(str, answer.left_out))
         lines += _wrapped(f"Left out, for too few pixels or readings of depth: {labels}.")
     return "\n".join(lines).replace(_TIE, " ")
+
+
+def _eyes(answer: Answer) -> str:
+    """Who found the objects, and how sure it is of them."""
+    sure = {k: answer.sureness[k] for k in answer.ids}
+    doubtful = [k for k in sorted(sure, key=lambda k: sure[k]) if sure[k] < _DOUBTFUL]
+    told = ", ".join(f"{_called(answer, k)} ({sure[k]:.2f})" for k in doubtful[:8])
+    return f"The masks were found by torc (perception: {answer.eyes}). " + (
+        f"It is not sure of {told}." if told else "It doubts none of them."
+    )
 
 
 def _wrapped(text: str, indent: str = "") -> list[str]:

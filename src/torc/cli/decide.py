@@ -1,8 +1,10 @@
 """`torc decide`: only the brain, for a frame from anywhere."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -10,13 +12,17 @@ from torc.cli.printing import print_json, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.specs.conditions import PipelineSpec
 
+if TYPE_CHECKING:
+    from torc.perception.protocol import Wanted
+    from torc.pipeline.frames import Frame
+
 NO_CHOICE = 3
 """Exit code of a decision without an object."""
 
 
 @dataclass(frozen=True)
 class DecideCommand:
-    """Decide which object to pick next in a saved RGB-D frame with masks.
+    """Decide which object to pick next in a saved RGB-D frame.
 
     PATH is a .npz file or a directory. The file holds
 
@@ -25,12 +31,17 @@ class DecideCommand:
                       reading (or depth, integers, with depth_scale: metres a unit)
       K               3x3 intrinsics
       T_world_camera  4x4 camera pose: OpenCV camera axes, z of the world up, metres
+
+    and, if you like, support_z_m, the height of the table, which is estimated otherwise, and masks:
+
       labels          a whole number per object, 0 for the background
       target          the target's label, or "hidden"
 
-    and, if you like, target_description, background and robot (their labels, if others than 0 or -1, and -2), and
-    support_z_m, the height of the table, which is estimated otherwise. The directory holds rgb.png, depth.png,
-    labels.png and frame.json with the rest, where depth_scale is called depth_scale_m: docs/frames.md. Try it out with
+    Without masks torc finds the objects itself, and T_world_camera may be missing: then it is estimated, with the table
+    level at z = 0, and --robot cannot be used. `torc camera record` writes such frames. Say which object is the target
+    by reference pictures (--reference), by a pixel or box (--mark), or by target_description and a model that looks for
+    it (--vlm); else it counts as hidden. The directory holds rgb.png, depth.png, frame.json with the rest, where
+    depth_scale is called depth_scale_m, and, if there are masks, labels.png: docs/frames.md. Try it out with
     examples/frame.npz.
 
     The answer names objects by your labels, and JSON holds the grasps of the chosen one, the best first. Where there is
@@ -45,6 +56,13 @@ class DecideCommand:
     robot: str = "none"
     """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, or a robot description file. With a
     robot the world is its base frame."""
+    mark: str = ""
+    """Without masks: a pixel of the target, as COLUMN,ROW, or a box around it, as LEFT,TOP,RIGHT,BOTTOM."""
+    reference: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PICTURE...")] = ()
+    """Without masks: pictures of the target from some sides, one to five will do, each filled by it; with an alpha
+    channel if it does not fill them."""
+    description: str = ""
+    """The target in words, in place of the frame's target_description."""
     seed: int = 0
     """Decides all random draws."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
@@ -59,17 +77,33 @@ class DecideCommand:
         from torc.episode.planners import refuse_simulated
         from torc.pipeline.warm_up import announced_compilation
         from torc.records.files import write_json
+        from torc.stages import ASKING
         from torc.task_planning.registry import load_planner_class, make_planner
-        from torc.vlm.opening import planner_options
+        from torc.vlm.opening import open_client, planner_options
 
         refuse_simulated(self.planner)
-        maker = load_planner_class(self.planner)
-        options = planner_options(self.planner, maker, self.vlm.config(), self.vlm.cache())
-        planner, frame = make_planner(self.planner, **options), load_frame(self.frame)
+        frame = load_frame(self.frame)
+        maker, model = load_planner_class(self.planner), self.vlm.config()
+        wanted = self._wanted(frame)
+        masked = frame.observation.label_image is not None
+        # With a planner that asks no model, the model of a frame without masks looks for the target.
+        looks_for_target = model is not None and not masked and not (wanted.mark or wanted.pictures)
+        finder = open_client(model, self.vlm.cache()) if model is not None and looks_for_target else None
+        asks = self.planner in ASKING or not looks_for_target
+        options = planner_options(self.planner, maker, model if asks else None, self.vlm.cache())
+        planner = make_planner(self.planner, **options)
         robot = None if self.robot == "none" else self.robot
         with announced_compilation(tell):
             rehearse(frame, planner, robot=robot, stages=self.stages)
-        answer = decide_frame(frame, planner, robot=robot, seed=self.seed, stages=self.stages)
+        answer = decide_frame(
+            frame,
+            planner,
+            robot=robot,
+            seed=self.seed,
+            stages=self.stages,
+            wanted=wanted,
+            finder=finder,
+        )
         if self.out is not None:
             self.out.mkdir(parents=True, exist_ok=True)
             write_json(self.out / "decision.json", answer.to_dict())
@@ -79,3 +113,26 @@ class DecideCommand:
         else:
             print(answer_text(answer))
         return 0 if answer.decision.object_id is not None else NO_CHOICE
+
+    def _wanted(self, frame: Frame) -> Wanted:
+        """The target as the options and the frame say it. Raises InputError."""
+        from torc.errors import InputError
+        from torc.perception.protocol import Wanted
+        from torc.perception.target import load_pictures
+
+        told = self.mark or self.reference
+        if told and frame.observation.label_image is not None and self.stages.perception == "labels":
+            raise InputError(
+                "--mark and --reference are for frames without masks; in one with masks `target` says which is the "
+                "target. Leave the options out, or the labels, or add --perception embedded."
+            )
+        if self.mark and self.reference:
+            raise InputError("--mark and --reference both say which object is the target: give one of them.")
+        try:
+            mark = tuple(int(part) for part in self.mark.split(",")) if self.mark else ()
+        except ValueError:
+            raise InputError(
+                f"--mark '{self.mark}' is not COLUMN,ROW or LEFT,TOP,RIGHT,BOTTOM in pixels."
+            ) from None
+        description = self.description or frame.target_description
+        return Wanted(description, load_pictures(self.reference), mark)

@@ -18,6 +18,12 @@ def flipped() -> np.ndarray:
     return observe().T_world_camera @ np.diag([1.0, -1.0, -1.0, 1.0])
 
 
+def in_millimetres() -> np.ndarray:
+    T = observe().T_world_camera.copy()
+    T[:3, 3] *= 1000
+    return T
+
+
 def lifted(z: float) -> np.ndarray:
     T = observe().T_world_camera.copy()
     T[2, 3] = z
@@ -41,6 +47,7 @@ BROKEN_ARRAYS: dict[str, tuple[Callable[[], dict[str, Any]], str]] = {
         lambda: {"depth_m": None, "depth": np.ones((240, 320), np.uint16), "depth_scale": 5.0},
         "key depth_scale",
     ),
+    "pose in millimetres": (lambda: {"T_world_camera": in_millimetres()}, "Are these millimetres?"),
     "pose in OpenGL's axes": (lambda: {"T_world_camera": flipped()}, "OpenGL"),
     "camera below the table": (lambda: {"support_z_m": 1.5}, "does not see"),
     "camera far above": (

@@ -1,10 +1,16 @@
-"""One RGB-D frame with masks, from anywhere: read, checked, and turned into an Observation.
+"""One RGB-D frame, with masks or without, from anywhere: read, checked, and turned into an Observation.
 
 docs/frames.md lists what the two forms, a .npz file and a directory, hold. Without `target` label 0 is the target; if
 no object has that label, the frame is refused.
 """
 
-from torc.pipeline.frames.files import load_frame, save_frame
+from torc.pipeline.frames.files import (
+    frame_of,
+    load_frame,
+    load_observation,
+    save_frame,
+    save_observation,
+)
 from torc.pipeline.frames.forms import Frame
 
-__all__ = ["Frame", "load_frame", "save_frame"]
+__all__ = ["Frame", "frame_of", "load_frame", "load_observation", "save_frame", "save_observation"]

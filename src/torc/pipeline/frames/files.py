@@ -1,20 +1,29 @@
 """Reading and writing frames, whatever their form; what makes no sense is refused with its likely cause."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-from jaxtyping import Float, Float32, Int16
+from jaxtyping import Float, Int16
 
 from torc.errors import InputError
+from torc.geometry.transforms import unproject
 from torc.perception.segmentation import PerceptionConfig
-from torc.pipeline.frames.forms import HIDDEN, Frame, StoredFrame, read_frame, write_frame
-from torc.pipeline.frames.support_plane import estimate_support_z_m, grid_around, object_points
+from torc.pipeline.frames.checks import check_intrinsics, check_pose, clean_depth
+from torc.pipeline.frames.forms import HIDDEN, Frame, StoredFrame, read_frame
+from torc.pipeline.frames.level import level_pose
+from torc.pipeline.frames.support_plane import (
+    estimate_support_z_m,
+    grid_around,
+    object_points,
+    standing_points,
+)
+from torc.pipeline.frames.writing import write_frame, write_observation
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, VoxelGrid
 
 _RANGE = PerceptionConfig()
-_MAX_MEDIAN_DEPTH_M = 30.0
-"""Beyond this the unit is wrong: millimetres taken for metres."""
+_FEWEST_POINTS = 30
 
 
 def load_frame(path: str | Path) -> Frame:
@@ -25,14 +34,10 @@ def load_frame(path: str | Path) -> Frame:
     """
     stored = read_frame(Path(path))
     given = stored.settings
-    depth_m = _clean_depth(stored)
-    _check_camera(stored)
-    ids, label_image = _object_ids(stored)
-    observation = Observation(
-        stored.rgb, depth_m, given.K, given.T_world_camera, np.zeros(0), 0.0, label_image=label_image
-    )
-    _check_range(stored.where, observation)
-    support_z_m, grid = _support_height(stored, observation), given.grid
+    observation, ids = _observed(stored)
+    if observation.label_image is not None:
+        _check_range(stored.where, observation)
+    support_z_m, grid = _support_height(stored.where, observation, given.support_z_m), given.grid
     return Frame(
         observation=observation,
         target_id=TARGET_ID if TARGET_ID in ids.values() else None,
@@ -40,69 +45,110 @@ def load_frame(path: str | Path) -> Frame:
         support_z_m=support_z_m,
         grid=VoxelGrid(np.array(grid.origin), grid.voxel_size_m, grid.shape)
         if grid
-        else grid_around(object_points(observation), support_z_m),
+        else grid_around(_standing(stored.where, observation, support_z_m), support_z_m),
         labels=MappingProxyType({i: label for label, i in ids.items()}),
         names=MappingProxyType({ids[k]: name for k, name in given.names.items() if k in ids}),
         support_estimated=given.support_z_m is None,
     )
 
 
+def load_observation(path: str | Path, *, level: bool = True) -> Observation:
+    """What a frame's camera saw, whether or not anything stands in sight. Without `level` a pose that is missing is not
+    estimated, but the identity. Raises as `load_frame`.
+    """
+    return _observed(read_frame(Path(path)), level)[0]
+
+
+def frame_of(observation: Observation, where: str = "The snapshot") -> Frame:
+    """The frame of a snapshot without masks, as if it had been saved and loaded; `where` begins messages.
+
+    Raises InputError as `load_frame`.
+    """
+    observation = replace(observation, label_image=None, depth_m=clean_depth(where, observation.depth_m))
+    support_z_m = _support_height(where, observation, None)
+    grid = grid_around(_standing(where, observation, support_z_m), support_z_m)
+    return Frame(observation, None, "", support_z_m, grid, support_estimated=True)
+
+
 def save_frame(path: str | Path, frame: Frame) -> None:
     """Writes a frame: a .npz file if the path ends so, else a directory, which is made.
 
-    Labels are written as object ids. A directory rounds depth to 0.1 mm; a .npz file has no names. Raises InputError
-    if it cannot be written, or has no label image.
+    Labels are written as object ids. A directory rounds depth to 0.1 mm, or to 1 mm where some is beyond 6.5 m; a .npz
+    file has no names. Raises InputError if it cannot be written.
     """
-    label = frame.observation.label_image
-    if label is None:
-        raise InputError("A frame without a label image cannot be saved.")
     try:
-        write_frame(Path(path), frame, label)
+        write_frame(Path(path), frame)
     except OSError as error:
         raise InputError(f"Cannot write the frame to '{path}': {error}.") from error
 
 
-def _clean_depth(stored: StoredFrame) -> Float32[np.ndarray, "h w"]:
-    """Depth with 0 where there is no reading: NaN and infinity mean that too (as ROS has it)."""
-    depth = np.where(np.isfinite(stored.depth_m), stored.depth_m, np.float32(0))
-    if (depth < 0).any():
-        raise InputError(f"{stored.where}: depth holds negative values; 0 or NaN stand for no reading.")
-    if not (depth > 0).any():
-        raise InputError(f"{stored.where}: depth is empty: not one pixel has a reading above 0.")
-    median = float(np.median(depth[depth > 0]))
-    if not 0.02 < median < _MAX_MEDIAN_DEPTH_M:
-        raise InputError(
-            f"{stored.where}: median depth is {median:.4g} m; the unit or scale of the depth is wrong."
-        )
-    return depth
+def save_observation(path: str | Path, observation: Observation, target_description: str = "") -> None:
+    """Writes a snapshot as a frame that leaves support and grid to whoever reads it. Raises as `save_frame`."""
+    try:
+        write_observation(Path(path), observation, target_description)
+    except OSError as error:
+        raise InputError(f"Cannot write the frame to '{path}': {error}.") from error
 
 
-def _check_camera(stored: StoredFrame) -> None:
-    """Refuses intrinsics that do not fit the images, and poses that are none."""
-    K, T, (h, w) = stored.settings.K, stored.settings.T_world_camera, stored.depth_m.shape
-    if K[0, 0] <= 0 or K[1, 1] <= 0 or np.abs(K[2] - [0, 0, 1]).max() > 1e-6:
-        raise InputError(
-            f"{stored.where}, key K: {K.tolist()} are no intrinsics: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]."
-        )
-    if not (-w < K[0, 2] < 2 * w and -h < K[1, 2] < 2 * h) or not 0.05 * w < K[0, 0] < 50 * w:
-        raise InputError(
-            f"{stored.where}, key K: {K.tolist()} does not fit images of {w}x{h} pixels. Were they scaled?"
-        )
-    R = T[:3, :3]
-    rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-3 and np.linalg.det(R) > 0
-    if not rigid or np.abs(T[3] - [0, 0, 0, 1]).max() > 1e-6:
-        raise InputError(
-            f"{stored.where}, camera pose: its upper left 3x3 block is not a rotation, or its last row not 0, 0, 0, 1. "
-            "Give the pose of the camera in the world (p_world = T @ p_camera), without scale or mirror."
-        )
+def _observed(stored: StoredFrame, level: bool = True) -> tuple[Observation, dict[int, int]]:
+    """The observation that a file holds, checked, its pose estimated if the file has none; object id per label."""
+    where, given = stored.where, stored.settings
+    depth_m = clean_depth(where, stored.depth_m)
+    check_intrinsics(where, given.K, depth_m.shape)
+    pose = np.eye(4) if given.T_world_camera is None else given.T_world_camera
+    check_pose(where, pose)
+    ids, label_image = _object_ids(stored)
+    observation = Observation(
+        stored.rgb,
+        depth_m,
+        given.K,
+        pose,
+        np.zeros(0),
+        0.0,
+        label_image=label_image,
+        pair=stored.pair,
+        pose_estimated=given.pose_estimated or given.T_world_camera is None,
+    )
+    missing = given.T_world_camera is None and level
+    return (_levelled(stored, observation) if missing else observation), ids
 
 
-def _object_ids(stored: StoredFrame) -> tuple[dict[int, int], Int16[np.ndarray, "h w"]]:
+def _levelled(stored: StoredFrame, observation: Observation) -> Observation:
+    """The observation with the pose that the support in the picture gives. Raises InputError for a frame whose other
+    entries say where things are in a world that nobody knows.
+    """
+    where, given = stored.where, stored.settings
+    if observation.label_image is not None:
+        raise InputError(
+            f"{where}, key T_world_camera: is missing; add it. Only for frames without masks it is estimated."
+        )
+    if told := [k for k in ("support_z_m", "grid") if getattr(given, k) is not None]:
+        raise InputError(
+            f"{where}, key {told[0]}: is given in the world, and T_world_camera, the camera's pose in it, is missing. "
+            f"Add that; or leave out {' and '.join(told)}: torc then estimates the pose, with the support at z = 0."
+        )
+    try:
+        return replace(observation, T_world_camera=level_pose(observation), pose_estimated=True)
+    except InputError as error:
+        raise InputError(
+            f"{where}, key T_world_camera: is missing, and cannot be estimated. {error}"
+        ) from error
+
+
+def _object_ids(stored: StoredFrame) -> tuple[dict[int, int], Int16[np.ndarray, "h w"] | None]:
     """Object id per label, and per pixel: the target becomes 0, others keep 1..63 or get the lowest id that is free.
+    None of both without masks.
 
     Raises InputError for labels without an object, negative ones, too many, and a target that is not among them.
     """
     given, where = stored.settings, stored.where
+    if stored.labels is None:
+        if given.target not in (None, HIDDEN):
+            raise InputError(
+                f"{where}, key target: {given.target!r} is a label, and the frame has no masks (labels.png, or the key "
+                "labels). Give those, or say which object it is by --mark or --reference."
+            )
+        return {}, None
     background = given.background
     if background is None:
         background = BACKGROUND if (stored.labels < 0).any() else 0
@@ -167,25 +213,51 @@ def _check_range(where: str, observation: Observation) -> None:
         )
 
 
-def _support_height(stored: StoredFrame, observation: Observation) -> float:
-    """Height of the support, estimated if not given; checks that the camera can see the objects on it."""
-    points, pose = object_points(observation), observation.T_world_camera
-    support_z_m, hint = stored.settings.support_z_m, _flip_hint(points, pose)
+def _support_height(where: str, observation: Observation, known_z_m: float | None) -> float:
+    """Height of the support, estimated if not known; checks that the camera can see the objects on it."""
+    points, pose = _things(observation), observation.T_world_camera
+    support_z_m, hint = known_z_m, _flip_hint(points, pose)
     try:
-        if support_z_m is None:
-            support_z_m = estimate_support_z_m(observation)
+        if support_z_m is None:  # an estimated pose has the support at z = 0
+            support_z_m = 0.0 if observation.pose_estimated else estimate_support_z_m(observation)
     except InputError as error:
-        raise InputError(f"{stored.where}: {error}{hint}") from error
+        raise InputError(f"{where}: {error}{hint}") from error
     height = points[:, 2] - support_z_m
     seen = float(np.mean((height > -0.03) & (height < 1.5)))
-    if pose[2, 3] <= support_z_m or seen < 0.2:
+    if pose[2, 3] <= support_z_m or (observation.label_image is not None and seen < 0.2):
         raise InputError(
-            f"{stored.where}: the camera does not see the workspace: it is at z = {pose[2, 3]:.3f} m, the support "
+            f"{where}: the camera does not see the workspace: it is at z = {pose[2, 3]:.3f} m, the support "
             f"surface at {support_z_m:.3f} m, and {seen:.0%} of the objects' points lie 0..1.5 m above that (median "
             f"height {np.median(height):.2f} m). Check camera pose, depth scale and support_z_m; the world's z points "
             f"upwards.{hint}"
         )
     return support_z_m
+
+
+def _things(observation: Observation) -> Float[np.ndarray, "n 3"]:
+    """Points of what may be objects: of those that are labelled; without labels of all that is in sight."""
+    if observation.label_image is not None:
+        return object_points(observation)
+    rows, cols = np.nonzero(observation.depth_m > 0)
+    depth = observation.depth_m[rows, cols].astype(float)
+    return unproject(rows, cols, depth, observation.K, observation.T_world_camera)
+
+
+def _standing(where: str, observation: Observation, support_z_m: float) -> Float[np.ndarray, "n 3"]:
+    """Points of what stands on the support. Raises InputError if nothing does."""
+    if observation.label_image is not None:
+        return object_points(observation)
+    points = standing_points(observation, support_z_m)
+    if len(points) < _FEWEST_POINTS:
+        placed = not observation.pose_estimated
+        at = f", at z = {support_z_m:.3f} m," if placed else ""
+        check = "camera pose, support_z_m and the depth's unit" if placed else "the depth's unit"
+        raise InputError(
+            f"{where}: nothing stands on the support: {len(points)} pixels show anything above the largest level "
+            f"surface in sight{at} and {np.mean(observation.depth_m > 0):.0%} have a reading of depth at all. Is the "
+            f"table empty, or does one object fill the picture? If not, check {check}."
+        )
+    return points
 
 
 def _flip_hint(points: Float[np.ndarray, "n 3"], T_world_camera: np.ndarray) -> str:

@@ -1,4 +1,4 @@
-"""The two forms of a stored frame: a directory with rgb.png, depth.png, labels.png, frame.json; a .npz file."""
+"""The two forms of a stored frame: a directory with rgb.png, depth.png, frame.json and more; a .npz file."""
 
 import difflib
 import json
@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from jaxtyping import Float32, Int16, Int64, UInt8
+from jaxtyping import Float32, Int64, UInt8
 from PIL import Image
 from pydantic import (
     AliasChoices,
@@ -19,6 +19,7 @@ from pydantic import (
     ConfigDict,
     Field,
     FiniteFloat,
+    StrictBool,
     StrictInt,
     ValidationError,
     model_validator,
@@ -27,8 +28,7 @@ from pydantic import (
 from torc.errors import InputError
 from torc.files.strict_yaml import Number, explain_faults
 from torc.geometry.transforms import make_pose, rotation_from_wxyz
-from torc.records import BACKGROUND, ROBOT, Observation, VoxelGrid
-from torc.records.serialization import to_plain
+from torc.records import ROBOT, Observation, StereoPair, VoxelGrid
 
 HIDDEN = "hidden"
 """What `target` says while the target is not in sight."""
@@ -37,9 +37,16 @@ MAX_PIXELS = 20_000_000
 MAX_ARRAY_BYTES = 512 * 2**20
 _MAX_TEXT = 500
 _MAX_VOXELS = 20e6
-FILES = ("frame.json", "rgb.png", "depth.png", "labels.png")
-IMAGES = ("rgb", "labels", "depth_m", "depth")
-SETTINGS = ("K", "T_world_camera", "target", "target_description", "support_z_m", "background", "robot")
+FILES = ("frame.json", "rgb.png", "depth.png")
+"""Of a directory."""
+MAYBE = ("labels.png", "left.png", "right.png")
+"""Of a directory; may be missing."""
+IMAGES = ("rgb", "labels", "depth_m", "depth", "left", "right")
+_PAIR = ("left", "right", "baseline_m")
+SETTINGS = (
+    *("K", "T_world_camera", "pose_estimated", "target", "target_description"),
+    *("support_z_m", "background", "robot", "baseline_m"),
+)
 FILE_KEYS: tuple[str, ...] = (*SETTINGS, "depth_scale", "grid_origin", "grid_voxel_size_m", "grid_shape")
 _MORE = ("intrinsics", "camera_pose", "depth_scale_m", "names", "grid", "version")
 DIRECTORY_KEYS: tuple[str, ...] = (*SETTINGS, *_MORE)
@@ -55,10 +62,10 @@ _NEEDED = {
         ("uint8", "int8", *_INTEGERS),
         "integers of shape (h, w), one instance number per pixel; a color-coded picture has to be turned into numbers",
     ),
+    "left": (("uint8",), "grey pictures, uint8 (h, w)"),
+    "right": (("uint8",), "grey pictures, uint8 (h, w)"),
 }
 """Types of the pixels, and what to say of others."""
-_DEPTH_UNIT_M = 0.0001
-"""Of depth.png as written here: 0.1 mm, up to 6.5 m."""
 
 
 def _finite(value: Any, *shape: int) -> np.ndarray:
@@ -80,8 +87,8 @@ def _intrinsics(given: Any) -> np.ndarray:
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
 
 
-def _pose(given: Any) -> np.ndarray:
-    """A camera pose: a matrix, or position and unit quaternion."""
+def parse_pose(given: Any) -> np.ndarray:
+    """A camera pose: a matrix (4, 4), or position and unit quaternion. Raises ValueError for what is none."""
     if not isinstance(given, dict):
         return _finite(given, 4, 4)
     if not {"position", "wxyz"} <= set(given):
@@ -112,9 +119,10 @@ class Settings(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
     K: Annotated[Any, BeforeValidator(_intrinsics)] = Field(validation_alias=AliasChoices("K", "intrinsics"))
-    T_world_camera: Annotated[Any, BeforeValidator(_pose)] = Field(
-        validation_alias=AliasChoices("T_world_camera", "camera_pose")
+    T_world_camera: Annotated[Any, BeforeValidator(parse_pose)] = Field(
+        None, validation_alias=AliasChoices("T_world_camera", "camera_pose")
     )
+    pose_estimated: StrictBool = False
     depth_scale_m: Number = Field(
         0.001, ge=1e-6, le=0.1, validation_alias=AliasChoices("depth_scale_m", "depth_scale")
     )
@@ -123,6 +131,7 @@ class Settings(BaseModel):
     support_z_m: Annotated[Number, Field(allow_inf_nan=False)] | None = None
     background: StrictInt | None = None
     robot: StrictInt = ROBOT
+    baseline_m: Annotated[Number, Field(gt=0.0, le=10.0)] | None = None
     grid: GridSettings | None = None
     names: dict[int, Annotated[str, BeforeValidator(lambda name: str(name)[:_MAX_TEXT])]] = {}
     version: Literal[1] = 1
@@ -130,10 +139,11 @@ class Settings(BaseModel):
 
 @dataclass(frozen=True)
 class Frame:
-    """One frame, ready for the pipeline: its label image holds object ids 0..63, the target being 0.
+    """One frame, ready for the pipeline: its label image holds object ids 0..63, the target being 0. Without masks it
+    has none, and a perception has to find the objects.
 
     Attributes:
-        target_id: TARGET_ID, or None while the target is hidden.
+        target_id: TARGET_ID, or None while the target is hidden, or not known.
         support_z_m: height of the surface that the objects stand on.
         grid: region of the occlusion volume.
         labels, names: label in the file per object id, and name, where the file has one.
@@ -148,23 +158,30 @@ class Frame:
     names: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     support_estimated: bool = False
 
+    @property
+    def pose_estimated(self) -> bool:
+        """Whether the camera's pose was made up from the picture: then no robot knows the world of this frame."""
+        return self.observation.pose_estimated
+
 
 @dataclass(frozen=True)
 class StoredFrame:
     """A frame as it was stored in the file `where`: depth with NaN, infinity or 0 where there is no reading, and labels
-    in the file's own numbers.
+    in the file's own numbers; None without masks. `pair` is what a stereo camera saw, if it is stored too.
     """
 
     where: str
     rgb: UInt8[np.ndarray, "h w 3"]
     depth_m: Float32[np.ndarray, "h w"]
-    labels: Int64[np.ndarray, "h w"]
+    labels: Int64[np.ndarray, "h w"] | None
     settings: Settings
+    pair: StereoPair | None = None
 
 
 def read_frame(path: Path) -> StoredFrame:
     """The frame at a .npz file or directory. Raises InputError, naming file and key, where it cannot be read."""
-    files = [path / name for name in FILES] if path.is_dir() else [path]
+    files = [path / name for name in (*FILES, *MAYBE)] if path.is_dir() else [path]
+    files = [file for file in files if file.name not in MAYBE or file.exists()]
     for file in files:
         if not file.exists():
             what = f"{path} lacks {file.name}" if path.is_dir() else f"There is no frame '{path}'"
@@ -174,9 +191,7 @@ def read_frame(path: Path) -> StoredFrame:
     if path.is_dir():
         where, known = str(path / "frame.json"), DIRECTORY_KEYS
         data = _json(path / "frame.json")
-        images = {
-            name: (f"{path / name}.png", _pixels(path / f"{name}.png")) for name in ("rgb", "depth", "labels")
-        }
+        images = {file.stem: (str(file), _pixels(file)) for file in files if file.suffix == ".png"}
     elif path.suffix == ".npz":
         where, known = str(path), FILE_KEYS
         arrays = _arrays(path)
@@ -203,12 +218,12 @@ def read_frame(path: Path) -> StoredFrame:
 def _checked(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings: Settings) -> StoredFrame:
     """The frame of these images, each with its place for messages."""
     depth = "depth_m" if "depth_m" in images else "depth"
-    if missing := [k for k in ("rgb", "labels", depth) if k not in images]:
+    if missing := [k for k in ("rgb", depth) if k not in images]:
         forms = "; that is depth_m (floats, metres), or depth (integers) with depth_scale"
         more = forms if depth in missing else ""
         raise InputError(f"{where} lacks {', '.join(missing)}{more}.")
     shapes = {}
-    for key in ("rgb", depth, "labels"):
+    for key in [k for k in ("rgb", depth, "labels", "left", "right") if k in images]:
         place, image = images[key]
         types, need = _NEEDED[key]
         channels = (3,) if key == "rgb" else ()
@@ -221,12 +236,23 @@ def _checked(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings:
                 f"{MAX_PIXELS // 10**6} megapixels in all. Scale the images and K."
             )
         shapes[key] = f"{key} {w}x{h}"
-    rgb, depth_image, labels = (images[key][1] for key in shapes)
-    if not rgb.shape[:2] == depth_image.shape == labels.shape:
+    if len({images[key][1].shape[:2] for key in shapes}) > 1:
         sizes = ", ".join(shapes.values())
-        raise InputError(f"{where}: image sizes differ ({sizes}). Register all three to one camera.")
+        raise InputError(f"{where}: image sizes differ ({sizes}). Register all of them to one camera.")
+    rgb, depth_image = images["rgb"][1], images[depth][1]
+    labels = images["labels"][1].astype(np.int64) if "labels" in images else None
     depth_m = (depth_image * (1.0 if depth == "depth_m" else settings.depth_scale_m)).astype(np.float32)
-    return StoredFrame(where, rgb, depth_m, labels.astype(np.int64), settings)
+    return StoredFrame(where, rgb, depth_m, labels, settings, _pair(where, images, settings))
+
+
+def _pair(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings: Settings) -> StereoPair | None:
+    """The stereo pair, if the frame has one. Raises InputError for a part of one."""
+    missing = [k for k in _PAIR if k not in images and getattr(settings, k, None) is None]
+    if missing and len(missing) < len(_PAIR):
+        raise InputError(f"{where} holds a part of a stereo pair: it lacks {', '.join(missing)}.")
+    if missing:
+        return None
+    return StereoPair(images["left"][1], images["right"][1], float(settings.baseline_m or 0.0))
 
 
 def _json(path: Path) -> dict[str, Any]:
@@ -260,41 +286,3 @@ def _arrays(path: Path) -> dict[str, np.ndarray]:
     except (OSError, zipfile.BadZipFile, EOFError, MemoryError, ValueError) as error:
         hint = "Python objects are not read; store plain arrays" if "pickle" in str(error) else str(error)
         raise InputError(f"Cannot read {path}: {hint}. Write it with numpy.savez_compressed.") from error
-
-
-def write_frame(path: Path, frame: Frame, label: Int16[np.ndarray, "h w"]) -> None:
-    """Writes a frame with its label image. Raises OSError where it cannot, and InputError for depth beyond 6.5 m in a
-    directory.
-    """
-    o, grid = frame.observation, frame.grid
-    settings = {
-        "target": HIDDEN if frame.target_id is None else frame.target_id,
-        "target_description": frame.target_description,
-        "support_z_m": frame.support_z_m,
-    }
-    place = {"origin": grid.origin, "voxel_size_m": grid.voxel_size_m, "shape": np.array(grid.shape)}
-    if path.suffix == ".npz":
-        path.parent.mkdir(parents=True, exist_ok=True)
-        images = {"rgb": o.rgb, "depth_m": o.depth_m, "labels": label}
-        camera = {"K": o.K, "T_world_camera": o.T_world_camera, "background": BACKGROUND, "robot": ROBOT}
-        grid_arrays = {f"grid_{k}": v for k, v in place.items()}
-        np.savez_compressed(path, **images, **camera, **settings, **grid_arrays)  # type: ignore[arg-type]
-        return
-    if o.depth_m.max() > 65535 * _DEPTH_UNIT_M:
-        raise InputError("Depth beyond 6.5 m does not fit depth.png; save this frame as .npz.")
-    path.mkdir(parents=True, exist_ok=True)
-    Image.fromarray(o.rgb).save(path / "rgb.png")
-    Image.fromarray(np.round(o.depth_m / _DEPTH_UNIT_M).astype(np.uint16)).save(path / "depth.png")
-    Image.fromarray(label.astype(np.uint8)).save(path / "labels.png")
-    data = {
-        "version": 1,
-        "K": o.K,
-        "camera_pose": o.T_world_camera,
-        "depth_scale_m": _DEPTH_UNIT_M,
-        "background": BACKGROUND % 256,
-        "robot": ROBOT % 256,
-        **settings,
-        "names": frame.names,
-        "grid": place,
-    }
-    (path / "frame.json").write_text(json.dumps(to_plain(data), indent=2) + "\n", encoding="utf-8")

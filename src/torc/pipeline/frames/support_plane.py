@@ -1,11 +1,15 @@
 """Where the objects stand, from one frame: height of the support surface and a voxel grid around the objects."""
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from torc.errors import InputError
 from torc.geometry.transforms import unproject
+from torc.perception.embedded.inputs import View
+from torc.perception.embedded.region import rising
 from torc.records import BACKGROUND, Observation, VoxelGrid
 
 _HORIZONTAL_COS = 0.966
@@ -17,6 +21,7 @@ _MIN_POINTS = 100
 _BELOW_LOWEST_M = 0.02
 """The support may seem to lie this far above the objects' lowest points (noise, tilt of the camera)."""
 _MAX_VOXELS = 4_000_000
+_OUTLINE_VOXEL_M = 0.01
 
 
 def object_points(observation: Observation) -> Float[np.ndarray, "n 3"]:
@@ -31,32 +36,65 @@ def estimate_support_z_m(observation: Observation) -> float:
     """Height of the horizontal surface that the objects stand on.
 
     Background pixels whose surface is horizontal are counted by height. Of the heights where many lie (the table,
-    perhaps the floor, a shelf) it is the highest one that is not above the objects' lowest points.
+    perhaps the floor, a shelf) it is the highest one that is not above the objects' lowest points. Without labels it is
+    the one where most lie, those in the middle of the picture counting more.
 
     Raises InputError if too little of any horizontal surface is in sight.
     """
-    lowest = float(np.percentile(object_points(observation)[:, 2], 1))
-    points, horizontal = _background_normals(observation)
-    heights = points[horizontal][:, 2]
-    heights = heights[heights < lowest + _BELOW_LOWEST_M]
+    surface = _horizontal_surface(observation)
+    heights = surface.points[:, 2]
+    if observation.label_image is not None:
+        lowest = float(np.percentile(object_points(observation)[:, 2], 1))
+        heights = heights[heights < lowest + _BELOW_LOWEST_M]
     if len(heights) < _MIN_POINTS:
+        what = "background pixels show a horizontal surface below the objects"
+        if observation.label_image is None:
+            what = "pixels show a horizontal surface"
         raise InputError(
-            f"The height of the support surface cannot be estimated: only {len(heights)} background pixels show a "
-            "horizontal surface below the objects. Give support_z_m; or the camera pose is wrong."
+            f"The height of the support surface cannot be estimated: only {len(heights)} {what}. Give support_z_m; or "
+            "the camera pose is wrong."
         )
     start = heights.min() - _BIN_M / 2
-    counts = np.bincount(((heights - start) / _BIN_M).astype(int))
-    smooth = np.convolve(counts, np.ones(3), "same")
-    peak = int(np.flatnonzero(smooth >= 0.15 * smooth.max())[-1])
-    # From the first bin that is high enough, climb down to the top of that peak.
-    while peak > 0 and smooth[peak - 1] > smooth[peak]:
-        peak -= 1
+    bins = ((heights - start) / _BIN_M).astype(int)
+    if observation.label_image is None:
+        smooth = np.convolve(np.bincount(bins, surface.weights), np.ones(3), "same")
+        peak = int(np.argmax(smooth))
+    else:
+        smooth = np.convolve(np.bincount(bins), np.ones(3), "same")
+        peak = int(np.flatnonzero(smooth >= 0.15 * smooth.max())[-1])
+        # From the first bin that is high enough, climb down to the top of that peak.
+        while peak > 0 and smooth[peak - 1] > smooth[peak]:
+            peak -= 1
     center = start + (peak + 0.5) * _BIN_M
     return float(np.median(heights[np.abs(heights - center) < 2.5 * _BIN_M]))
 
 
-def _background_normals(observation: Observation) -> tuple[Float[np.ndarray, "n 3"], Bool[np.ndarray, "n"]]:
-    """Points of background pixels, and whether the surface there is horizontal."""
+def standing_points(observation: Observation, support_z_m: float) -> Float[np.ndarray, "n 3"]:
+    """World points of what rises from the support, within the outline of what is seen of that. Without labels it takes
+    the place of `object_points`.
+    """
+    points = _horizontal_surface(observation).points
+    flat = points[np.abs(points[:, 2] - support_z_m) < 2.5 * _BIN_M]
+    if len(flat) < _MIN_POINTS:
+        return np.zeros((0, 3))
+    low, high = np.percentile(flat[:, :2], 1, axis=0), np.percentile(flat[:, :2], 99, axis=0)
+    shape = np.maximum(np.ceil((high - low) / _OUTLINE_VOXEL_M), 1).astype(int)
+    outline = VoxelGrid(np.array([*low, support_z_m]), _OUTLINE_VOXEL_M, (int(shape[0]), int(shape[1]), 1))
+    view = View(observation.rgb, observation.depth_m, observation.K, observation.T_world_camera, support_z_m)
+    rows, cols = np.nonzero(rising(view, outline))
+    depth = observation.depth_m[rows, cols].astype(float)
+    return unproject(rows, cols, depth, observation.K, observation.T_world_camera)
+
+
+class _Surface(NamedTuple):
+    """Points of a horizontal surface, and what each counts: less towards the picture's edge."""
+
+    points: Float[np.ndarray, "n 3"]
+    weights: Float[np.ndarray, "n"]
+
+
+def _horizontal_surface(observation: Observation) -> _Surface:
+    """What shows a horizontal surface, of the background if there are labels."""
     depth, label = observation.depth_m, observation.label_image
     rows, cols = np.mgrid[: depth.shape[0], : depth.shape[1]]
     points = unproject(rows, cols, depth.astype(float), observation.K, observation.T_world_camera)
@@ -67,10 +105,12 @@ def _background_normals(observation: Observation) -> tuple[Float[np.ndarray, "n 
     length = np.linalg.norm(normal, axis=-1)
     cross = np.zeros((2 * s + 1, 2 * s + 1), np.uint8)
     cross[s, ::s] = cross[::s, s] = 1
-    good = ((depth > 0) & (label == BACKGROUND)).astype(np.uint8)
-    usable = (cv2.erode(good, cross)[s:-s, s:-s] > 0) & (length > 0)
-    horizontal = np.abs(normal[..., 2]) > _HORIZONTAL_COS * length
-    return points[s:-s, s:-s][usable], horizontal[usable]
+    good = (depth > 0) & ((label == BACKGROUND) if label is not None else True)
+    usable = (cv2.erode(good.astype(np.uint8), cross)[s:-s, s:-s] > 0) & (length > 0)
+    horizontal = usable & (np.abs(normal[..., 2]) > _HORIZONTAL_COS * length)
+    v, u = (2 * (n / (size - 1)) - 1 for n, size in zip((rows, cols), depth.shape))
+    weights = np.exp(-2 * (u**2 + v**2))[s:-s, s:-s]
+    return _Surface(points[s:-s, s:-s][horizontal], weights[horizontal])
 
 
 def grid_around(

@@ -1,0 +1,97 @@
+"""What torc's eyes make of one snapshot of a camera, or why they make nothing of it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from torc.brain.deciding import OWN_EYES, refuse_made_up, workspace_of
+from torc.errors import InputError
+from torc.perception.asking import ask_depth, ask_perception
+from torc.perception.protocol import Wanted
+from torc.pipeline.building import check_settings, make_stage
+from torc.pipeline.frames import frame_of
+from torc.pipeline.frames.checks import clean_depth
+from torc.records import Observation, SegmentedScene
+from torc.specs.conditions import PipelineSpec
+
+
+@dataclass(frozen=True)
+class Sight:
+    """A snapshot, and what was found in it.
+
+    Attributes:
+        observation: with the depth of the depth stage.
+        scene: the objects; None if `trouble` says why there are none.
+        support_z_m: height of the support, if one was seen.
+        placed: whether the camera's pose is known.
+    """
+
+    observation: Observation
+    scene: SegmentedScene | None
+    support_z_m: float | None
+    trouble: str = ""
+    placed: bool = True
+
+    def facts(self) -> dict[str, str]:
+        """What to tell of it, by name."""
+        o, read = self.observation, self.observation.depth_m > 0
+        height, width = read.shape
+        facts = {"picture": f"{width}x{height} pixels, fx {o.K[0, 0]:.1f}, fy {o.K[1, 1]:.1f}"}
+        if read.any():
+            median_m = float(np.median(o.depth_m[read]))
+            facts["depth"] = f"at {read.mean():.0%} of the pixels, median {median_m:.3f} m"
+        else:
+            facts["depth"] = "none"
+        x, y, z = o.T_world_camera[:3, 3]
+        if not self.placed:
+            facts["camera"] = "its pose is not known"
+        elif o.pose_estimated:
+            facts["camera"] = (
+                f"{z:.3f} m above the support (estimated; its place in a robot's world is not known)"
+            )
+        else:
+            facts["camera"] = f"at ({x:.3f}, {y:.3f}, {z:.3f}) m in the world"
+        if self.support_z_m is not None and not o.pose_estimated:
+            facts["support"] = f"at z = {self.support_z_m:.3f} m"
+        if self.scene is not None:
+            facts["objects"] = (
+                str(len(self.scene.objects)) or "none that rises from the support within the watched region"
+            )
+        if self.trouble:
+            facts["no masks"] = self.trouble
+        return facts
+
+
+def measured(observation: Observation, stages: PipelineSpec) -> Observation:
+    """The snapshot with the depth of the depth stage, 0 where there is no reading. Raises InputError for depth that
+    cannot be, and if there is none.
+    """
+    check_settings(stages, noisy=False)
+    refuse_made_up(stages)
+    found = ask_depth(make_stage(stages, "depth"), observation)
+    if found.pair is not None and not (found.depth_m > 0).any():
+        raise InputError("The snapshot has no depth, but a stereo pair: add --depth sgbm.")
+    return replace(found, depth_m=clean_depth("The snapshot", found.depth_m))
+
+
+def see(observation: Observation, stages: PipelineSpec) -> Sight:
+    """What is found in a snapshot; a picture without a support, or without objects, is no error.
+
+    `stages` name depth and perception; the default perception means torc's own eyes for a snapshot without labels.
+    Raises InputError and PartError for parts that cannot be made, or crash.
+    """
+    observation = measured(observation, stages)
+    default = PipelineSpec().perception
+    eyes = stages.perception
+    if eyes == default and observation.label_image is None:
+        eyes = OWN_EYES
+    try:
+        frame = frame_of(observation)
+    except InputError as error:
+        return Sight(observation, None, None, str(error))
+    part = make_stage(
+        replace(stages, perception=eyes), "perception", rough=True, workspace=workspace_of(frame)
+    )
+    blind = not getattr(part, "needs_labels", False)
+    shown = replace(observation, label_image=None) if blind else observation
+    return Sight(observation, ask_perception(part, shown, Wanted(""), None), frame.support_z_m)

@@ -1,0 +1,102 @@
+"""The target by its description: a model is asked which of the numbered objects it is, or none of them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from torc.errors import InputError
+from torc.perception.marking import mark_image
+from torc.perception.protocol import Perception, Wanted
+from torc.records import MAX_OBJECTS, TARGET_ID, Exchange, Observation, SegmentedScene
+from torc.records.files import png_bytes
+from torc.task_planning.protocol import MAX_ATTEMPTS
+from torc.vlm.answers import Useless, read_id
+from torc.vlm.asking import fill_prompt
+from torc.vlm.protocol import Question, Reply, VlmClient
+from torc.vlm.replies import ask_client
+
+PROMPT = "find-target-1"
+SCHEMA = {
+    "type": "object",
+    "properties": {"thoughts": {"type": "string"}, "number": {"type": ["integer", "null"]}},
+    "required": ["thoughts", "number"],
+    "additionalProperties": False,
+}
+
+
+class TargetByText:
+    """A perception that asks a model for the target, while another one finds and tracks the objects. It asks only while
+    the target is not known, and not again as long as the same objects are in sight.
+    """
+
+    def __init__(self, objects: Perception, client: VlmClient) -> None:
+        """objects: finds the objects; what it takes for the target counts."""
+        self._objects, self._client = objects, client
+        self._refused: frozenset[int] = frozenset()
+        self.needs_labels = getattr(objects, "needs_labels", False)
+        self.exchanges: tuple[Exchange, ...] = ()
+        """All that was asked and answered so far."""
+
+    def perceive(
+        self, observation: Observation, wanted: Wanted, before: SegmentedScene | None
+    ) -> SegmentedScene:
+        """The scene, with the target if the model finds it. Raises VlmError if its server gives no reply, and
+        InputError without a description.
+        """
+        if not wanted.description.strip():
+            raise InputError("A model can look for the target only by a description of it: there is none.")
+        scene = self._objects.perceive(observation, wanted, before)
+        if scene.target_id is not None or not scene.objects or frozenset(scene.ids) <= self._refused:
+            return scene
+        found, exchanges = find_target(self._client, scene, wanted.description)
+        self.exchanges += exchanges
+        if found is None:
+            self._refused = frozenset(scene.ids)
+            return scene
+        return as_target(scene, found)
+
+
+def find_target(
+    client: VlmClient, scene: SegmentedScene, description: str
+) -> tuple[int | None, tuple[Exchange, ...]]:
+    """The id of the object that a model takes for the target, None if it sees none or gives no answer of use in three
+    tries; and what was asked and answered. Raises VlmError if its server gives no reply.
+    """
+    prompt = fill_prompt(PROMPT, description=description)
+    images = png_bytes(scene.observation.rgb), png_bytes(mark_image(scene))
+    exchanges: list[Exchange] = []
+    for repeat in range(MAX_ATTEMPTS):
+        reply = ask_client(client, Question(prompt, images, SCHEMA, repeat))
+        exchanges.append(Exchange(prompt, reply.text))
+        answer = read_number(reply, scene.ids)
+        if not isinstance(answer, Useless):
+            return answer, tuple(exchanges)
+    return None, tuple(exchanges)
+
+
+def read_number(reply: Reply, offered: tuple[int, ...]) -> int | Useless | None:
+    """The number in a reply, if it is among those offered; None for "none of them"."""
+    if not isinstance(reply.answer, dict) or "number" not in reply.answer:
+        return Useless("It gave no number.")
+    value = reply.answer["number"]
+    if value is None or (isinstance(value, str) and value.strip().lower() in ("null", "none", "")):
+        return None
+    number = read_id(value)
+    return number if number in offered else Useless(f"It names {value!r}, which is no number in the picture.")
+
+
+def as_target(scene: SegmentedScene, object_id: int) -> SegmentedScene:
+    """The scene with TARGET_ID for an object that had another id. Raises ValueError if another object has it."""
+    if TARGET_ID in scene.ids:
+        raise ValueError("Another object is the target already.")
+    table = np.arange(-2, MAX_OBJECTS, dtype=np.int16)
+    table[object_id + 2] = TARGET_ID
+    renamed = (replace(o, id=TARGET_ID) if o.id == object_id else o for o in scene.objects)
+    known = (replace(k, id=TARGET_ID) if k.id == object_id else k for k in scene.known if k.id != TARGET_ID)
+    return replace(
+        scene,
+        label_image=table[scene.label_image + 2],
+        objects=tuple(sorted(renamed, key=lambda o: o.id)),
+        target_id=TARGET_ID,
+        known=tuple(sorted(known, key=lambda k: k.id)),
+    )
