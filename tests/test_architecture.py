@@ -20,6 +20,7 @@ ORDER = [
     "plugins",
     "stages",
     "processes",
+    "networks",
     "records",
     "geometry",
     "robots",
@@ -35,6 +36,8 @@ ORDER = [
     "vlm",
     "specs",
     "pipeline",
+    "cameras",
+    "serving",
     "brain",
     # Nothing that decides knows the simulation.
     "sim",
@@ -121,6 +124,15 @@ def test_no_modules_import_each_other_in_a_circle():
         ("uvicorn", "web"),
         ("gymnasium", "gym_env"),
         ("pyarrow", "exports"),
+        ("pyrealsense2", "cameras"),
+        ("pyzed", "cameras"),
+        ("websockets", "cameras"),
+        ("zmq", "networks"),
+        ("msgpack", "networks"),
+        ("torch", "perception"),
+        ("torchvision", "perception"),
+        ("transformers", "perception"),
+        ("onnx", ""),
     ],
 )
 def test_extras_are_imported_only_where_they_are_used(library, package):
@@ -131,9 +143,16 @@ def test_extras_are_imported_only_where_they_are_used(library, package):
 @pytest.mark.parametrize(
     ("module", "libraries"),
     [
-        ("torc", {"numpy", "mujoco", "numba"}),
+        ("torc", {"numpy", "mujoco", "numba", "torch", "transformers"}),
+        ("torc.networks.client", {"zmq", "msgpack"}),
+        # It runs in the environment of somebody's network.
+        ("torc.networks.server", {"zmq", "msgpack", "scipy", "numba", "cv2", "mujoco", "pydantic"}),
+        ("torc.perception.sam.perception", {"torch", "torchvision", "transformers", "onnxruntime"}),
+        ("torc.perception.sam.refining", {"torch", "torchvision", "transformers", "onnxruntime"}),
         ("torc.objects.importing", {"trimesh", "coacd", "fast_simplification"}),
         ("torc.benchmark.report.writing", {"matplotlib", "duckdb"}),
+        ("torc.cameras.kinds", {"pyrealsense2", "pyzed", "websockets"}),
+        ("torc.cameras.ros", {"websockets"}),
     ],
 )
 def test_importing_a_module_needs_none_of_these_libraries(module, libraries):

@@ -11,10 +11,12 @@ from torc.cli.experiments import read_experiment
 from torc.cli.main import parse
 from torc.pipeline import warm_up
 from torc.pipeline.frames import forms
+from torc.plugins import load_part
 from torc.problems.problem import parse_problem
 from torc.records import GraspStatus, PickResult, PlanningContext
 from torc.robots import schema
-from torc.stages import TASK_PLANNERS
+from torc.specs.settings import config_class
+from torc.stages import CAMERAS, TASK_PLANNERS
 from torc.task_planning.graph import EdgeKind
 from torc.testing.planner_conformance import check_planner
 from torc.testing.vlm_client_conformance import check_client
@@ -100,6 +102,21 @@ def test_the_page_on_frames_names_every_key():
     text = (ROOT / "docs" / "frames.md").read_text()
     keys = {*forms.IMAGES, *forms.FILE_KEYS, *forms.DIRECTORY_KEYS}
     assert {key for key in keys if f"`{key}`" not in text} == set()
+
+
+def test_the_code_on_the_page_on_cameras_runs(beside_the_examples, capsys):
+    (code,) = _blocks("cameras.md", "python")
+    exec(code, {})
+    assert _printed(capsys) == ["(480, 640, 3) True", "1.05"]
+
+
+@pytest.mark.parametrize("name", [name for name in CAMERAS.built_in if name != "simulated"])
+def test_the_page_on_cameras_names_every_camera_and_its_settings(name):
+    text = (ROOT / "docs" / "cameras.md").read_text()
+    assert f"`{name}`" in text
+    config = config_class(load_part(CAMERAS, name))
+    told = {f.name for f in fields(config) if re.search(rf"`(camera\.)?{f.name}`|--camera\.{f.name}\b", text)}
+    assert told == {f.name for f in fields(config)}
 
 
 @pytest.mark.long

@@ -67,8 +67,25 @@ class PartError(TorcError):
     """A camera, depth, perception or motion planner, mostly a third party's, crashed or returned something unusable."""
 
 
+class CameraError(TorcError):
+    """A camera cannot be opened, is gone, or gives pictures that cannot be used; the message names the remedy."""
+
+
 class GraspPlannerError(TorcError):
     """A grasp planner, mostly a third party's, crashed or returned something that is no set of grasps."""
+
+
+class NetworkError(TorcError):
+    """The server of a network is absent, slow or broken, or its answer cannot be used; never a failed pick.
+
+    Attributes:
+        address: where it was asked.
+        action: what it was asked for.
+    """
+
+    def __init__(self, address: str, action: str, why: str, remedy: str) -> None:
+        super().__init__(f"The server {address} gave no usable answer to '{action}': {why} {remedy}")
+        self.address, self.action = address, action
 
 
 class PhysicsError(TorcError):

@@ -11,13 +11,28 @@ CAMERAS = PartKind(
     "camera",
     "torc.cameras",
     "capture()",
-    {"simulated": "torc.sim.robot:as_simulated"},
+    {
+        "simulated": "torc.sim.robot:as_simulated",
+        "realsense": "torc.cameras.realsense:RealSenseCamera",
+        "zed-uvc": "torc.cameras.zed_uvc:ZedUvcCamera",
+        "zed": "torc.cameras.zed_sdk:ZedCamera",
+        "ros": "torc.cameras.ros:RosCamera",
+        "recorded": "torc.cameras.recorded:RecordedCamera",
+    },
 )
 PERCEPTIONS = PartKind(
     "perception",
     "torc.perceptions",
     "perceive(observation, wanted, before)",
-    {"labels": "torc.perception.privileged:LabelPerception"},
+    {
+        "labels": "torc.perception.privileged:LabelPerception",
+        "embedded": "torc.perception.embedded.perception:EmbeddedPerception",
+        "regions": "torc.perception.embedded.regions:RegionPerception",
+        "network": "torc.perception.network.perception:NetworkPerception",
+        "grounded-sam2": "torc.perception.sam.perception:GroundedSam2Perception",
+        "sam3": "torc.perception.sam.perception:Sam3Perception",
+        "sam2-onnx": "torc.perception.sam.refining:Sam2OnnxPerception",
+    },
 )
 DEPTHS = PartKind(
     "depth",
@@ -26,19 +41,29 @@ DEPTHS = PartKind(
     {
         "as-measured": "torc.perception.protocol:AsMeasured",
         "sgbm": "torc.perception.stereo:SgbmDepth",
+        "tof": "torc.perception.tof:TofDepth",
+        "network": "torc.perception.network.depth:NetworkDepth",
+        "onnx": "torc.perception.onnx_stereo:OnnxDepth",
     },
 )
 GRASP_PLANNERS = PartKind(
     "grasp planner",
     "torc.grasp_planners",
     "plan(scene, volume, rng)",
-    {"geometric": "torc.grasping.planner:GeometricGraspPlanner"},
+    {
+        "geometric": "torc.grasping.planner:GeometricGraspPlanner",
+        "graspgenx": "torc.grasping.network.graspgenx:GraspGenXPlanner",
+        "contact-graspnet": "torc.grasping.network.contact_graspnet:ContactGraspNetPlanner",
+    },
 )
 MOTION_PLANNERS = PartKind(
     "motion planner",
     "torc.motion_planners",
     "plan_pick(request, rng)",
-    {"sampling": "torc.motion.planner:SamplingMotionPlanner"},
+    {
+        "sampling": "torc.motion.planner:SamplingMotionPlanner",
+        "curobo": "torc.motion.network.planner:CuroboMotionPlanner",
+    },
 )
 TASK_PLANNERS = PartKind(
     "task planner",

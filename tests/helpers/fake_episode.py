@@ -1,7 +1,7 @@
 """Fakes for the episode loop: a table of analytic shapes, a robot that always succeeds (or fails as told), and
 planners that do as they are told. Nothing here simulates physics."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +11,14 @@ from torc.episode.steps import EpisodeConfig, PickParts, Steps
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.motion.protocol import PickRequest
 from torc.perception.privileged import LabelPerception
+from torc.perception.protocol import Wanted
+from torc.perception.segmentation import PerceptionConfig, segment
 from torc.pipeline.look import Pipeline
 from torc.records import (
+    BACKGROUND,
     TARGET_ID,
     Decision,
+    FeltOutcome,
     Observation,
     PickOutcome,
     PickPlan,
@@ -22,6 +26,7 @@ from torc.records import (
     PlanFailure,
     PlanningContext,
     PlanStage,
+    SegmentedScene,
     Trajectory,
 )
 from torc.robots.description import RobotDescription
@@ -45,21 +50,52 @@ class FakeRobot:
         seen = synthetic_observation(self.shapes, stamp_s=float(len(self.executed)))
         return replace(seen, qpos=self.description.arm.rest_qpos)
 
-    def execute(self, plan: PickPlan) -> PickOutcome:
+    def execute(self, plan: PickPlan, true_id: int | None = None) -> PickOutcome:
         """Take the object away, or what the script says."""
         self.executed.append(plan)
         if len(self.executed) <= len(self.results):
             return self.results[len(self.executed) - 1]
-        self.shapes = [s for s in self.shapes if s.id != plan.object_id]
-        result = PickResult.RETRIEVED if plan.object_id == TARGET_ID else PickResult.REMOVED
-        return PickOutcome(result, plan.object_id, plan.object_id, True, True, duration_s=5.0)
+        meant = plan.object_id if true_id is None else true_id
+        self.shapes = [s for s in self.shapes if s.id != meant]
+        result, felt = (_delivered(k) for k in (meant, plan.object_id))
+        told = FeltOutcome(felt, True, True)
+        return PickOutcome(
+            result, plan.object_id, meant, True, True, duration_s=5.0, felt=told, true_id=true_id
+        )
 
 
-def fake_parts(robot: FakeRobot) -> PickParts:
-    """Real perception and grasps, and motions that stand still."""
+def _delivered(object_id: int) -> PickResult:
+    return PickResult.RETRIEVED if object_id == TARGET_ID else PickResult.REMOVED
+
+
+class RenamingEyes:
+    """Sees the robot's shapes by ids of its own: `names` are those by the shapes' ids."""
+
+    def __init__(self, robot: FakeRobot, names: Mapping[int, int]) -> None:
+        self.robot, self.names = robot, names
+        self.given: list[Observation] = []
+        self.before: list[SegmentedScene | None] = []
+
+    def perceive(
+        self, observation: Observation, wanted: Wanted, before: SegmentedScene | None
+    ) -> SegmentedScene:
+        """The true masks, renamed."""
+        self.given.append(observation)
+        self.before.append(before)
+        truth = synthetic_observation(self.robot.shapes).label_image
+        assert truth is not None
+        label = np.full(truth.shape, BACKGROUND, np.int16)
+        for true_id, own_id in self.names.items():
+            label[truth == true_id] = own_id
+        return segment(observation, label, PerceptionConfig())
+
+
+def fake_parts(robot: FakeRobot, names: Mapping[int, int] | None = None) -> PickParts:
+    """Real perception and grasps, and motions that stand still; with `names` eyes that have ids of their own."""
     workspace, gripper = load_workspace(), robot.description.gripper
     grasps = GeometricGraspPlanner(gripper, workspace.support_z_m)
-    return PickParts(robot, Pipeline(LabelPerception(), grasps, gripper, workspace), FakeMotionPlanner())
+    eyes = LabelPerception() if names is None else RenamingEyes(robot, names)
+    return PickParts(robot, Pipeline(eyes, grasps, gripper, workspace), FakeMotionPlanner())
 
 
 class FakeMotionPlanner:
@@ -81,18 +117,18 @@ class FakeMotionPlanner:
 
 
 class ScriptedPlanner:
-    """Names the objects of a list in turn, then nothing."""
+    """Names the objects of a list in turn, then nothing; takes those of `targets` for the target."""
 
     name = "scripted"
 
-    def __init__(self, choices: Sequence[int | None]) -> None:
-        self.choices = list(choices)
+    def __init__(self, choices: Sequence[int | None], targets: Sequence[int] = ()) -> None:
+        self.choices, self.targets = list(choices), targets
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
         """The choice for this pick."""
         pick = len(context.history)
         choice = self.choices[pick] if pick < len(self.choices) else None
-        return Decision(choice, f"told to pick {choice}")
+        return Decision(choice, f"told to pick {choice}", is_target=choice in self.targets)
 
 
 class FakeSimulation:
@@ -115,7 +151,7 @@ class FakeSimulation:
         results = self.results[len(self.begun)] if len(self.begun) < len(self.results) else ()
         self.begun.append((problem, config))
         robot = FakeRobot(self.description, self.shapes, results)
-        return Episode(Steps(fake_parts(robot), "the small box", config))
+        return Episode(Steps(fake_parts(robot), Wanted("the small box"), config))
 
     def close(self) -> None:
         """Holds nothing."""

@@ -1,6 +1,6 @@
 """A whole trial without physics: analytic shapes, a robot that obeys, real perception and grasps, a real directory."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from tests.helpers.fake_episode import FakeRobot, fake_parts
@@ -31,16 +31,18 @@ def play_fake_trial(
     listeners: Sequence[Listener] = (),
     shapes: Sequence[Shape] = SHAPES,
     results: Sequence[PickOutcome] = (),
+    names: Mapping[int, int] | None = None,
 ) -> Trial:
     """Play a trial as `run_trial` does, with fakes for robot and motions.
 
     The problem of `spec` is not looked at: `shapes` stand on the table. Picks beyond `results` succeed.
+    `names` are perception's own ids by the shapes', where it has such.
     """
-    picking = fake_parts(FakeRobot(load_robot(), shapes, results))
+    picking = fake_parts(FakeRobot(load_robot(), shapes, results), names)
     recorder = TrialRecorder(out, to_plain(spec, {}), overwrite=True)
-    names = tuple(f"thing {s.id}" for s in shapes)
+    called = tuple(f"thing {s.id}" for s in shapes)
     started = Started(
-        spec.problem, planner.name, spec.seed, "the small box", spec.conditions.max_picks, names
+        spec.problem, planner.name, spec.seed, "the small box", spec.conditions.max_picks, called
     )
     try:
         ended = run_episode(picking, planner, started, [recorder, *listeners])

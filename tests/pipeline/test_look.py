@@ -9,6 +9,7 @@ from torc.geometry.transforms import invert, transform_points
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.occlusion.volume import FIXED_REAL_CAMERA, empty_volume
 from torc.perception.privileged import LabelPerception
+from torc.perception.protocol import Wanted
 from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.look import Pipeline
 from torc.pipeline.touch import touched_points, with_touched
@@ -56,7 +57,7 @@ def observation():
 
 
 def _look(pipeline, observation):
-    return pipeline.look(observation, target_description="the box")
+    return pipeline.look(observation, wanted=Wanted("the box"))
 
 
 def test_a_sliver_of_the_hidden_target_is_not_shown_to_planners(pipeline, observation):

@@ -62,6 +62,7 @@ def test_numpys_integers_become_plain_ones():
         ({"object_id": 0}, "returned a dict"),
         (Decision("0", "text"), "object_id is a str"),
         (Decision(True, "yes"), "object_id is a bool"),
+        (Decision(0, "yes", is_target="0"), "is_target is a str"),
         (replace(GOOD, reason=None), "reason is None"),
         (replace(GOOD, give_up="no"), "give_up is a str"),
         (replace(GOOD, attempts="once"), "attempts is a str"),

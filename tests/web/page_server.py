@@ -5,7 +5,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -94,6 +94,7 @@ class Game:
     Attributes:
         may_move: cleared, the robot waits before its motion.
         board: pictures from outside; None without them.
+        names: perception's own ids by the shapes', where it has such.
     """
 
     def __init__(
@@ -103,8 +104,9 @@ class Game:
         experts: Sequence[str] = ("anna",),
         shapes: Sequence[Shape] = SHAPES,
         outside_view: bool = False,
+        names: Mapping[int, int] | None = None,
     ) -> None:
-        self.root, self.session, self._shapes = root, Session(), shapes
+        self.root, self.session, self._shapes, self._names = root, Session(), shapes, names
         self.board = FrameBoard() if outside_view else None
         root.mkdir(parents=True, exist_ok=True)
         self.queue = make_queue(problems, experts, root, 0, Conditions(), outside_view=outside_view)
@@ -133,4 +135,4 @@ class Game:
                 self.may_move.wait()
 
         planner, tell = HumanPlanner(self.session, spec.planner.expert), SessionListener(self.session)
-        return play_fake_trial(spec, out, planner, [tell, move], self._shapes)
+        return play_fake_trial(spec, out, planner, [tell, move], self._shapes, names=self._names)

@@ -58,6 +58,28 @@ def test_a_whole_episode_by_clicks(game, open_page):
     assert read_trial(directory).picks[0].decided.reason == "it hides the most"
 
 
+def test_a_target_that_the_robot_does_not_recognise_is_named_by_the_person(tmp_path, open_page):
+    game = Game(tmp_path / "human", names={0: 3, 1: 1, 2: 2})
+    with game.served() as client:
+        page = open_page(client.url)
+        page.click("#start")
+        _ready_to_pick(page, 1)
+        assert page.locator("#is-target").count() == 0
+        page.keyboard.press("1")
+        assert not page.locator("#is-target").is_checked()
+        page.keyboard.press("Enter")
+        _ready_to_pick(page, 2)
+        page.keyboard.press("3")
+        page.locator("#pick", has_text="Pick 3").wait_for()
+        page.keyboard.press("t")
+        page.locator("#pick", has_text="Pick 3, the target").wait_for()
+        assert page.locator("#is-target").is_checked()
+        page.click("#pick")
+        page.locator("#ended", has_text="retrieved in 2 picks").wait_for()
+    (directory,) = game.root.iterdir()
+    assert [p.decided.is_target for p in read_trial(directory).picks] == [False, True]
+
+
 def test_a_whole_episode_by_keys(game, open_page):
     with game.served() as client:
         page = open_page(client.url)

@@ -175,7 +175,7 @@ def _picks(log: Path, problem: Problem | None) -> Iterator[PickRow]:
             done.duration_s,
             len(done.dropped),
             done.held_after_lift,
-            unseen[done.object_id] if 0 <= done.object_id < len(unseen) else None,
+            unseen[done.meant_id] if 0 <= done.meant_id < len(unseen) else None,
             done.detail,
             planned.score if planned else None,
         )

@@ -13,7 +13,6 @@ from typing import Any, Protocol, cast
 import tyro
 
 from torc.errors import InputError, UnknownNameError
-from torc.specs.conditions import PipelineSpec
 from torc.specs.settings import under
 from torc.specs.variants import plain_value
 
@@ -118,7 +117,7 @@ def _with_settings(command: Any, settings: Mapping[str, Any]) -> Any:
             )
         command = replace(command, planner_settings=of_planner)
     if of_stages := {k: v for k, v in settings.items() if not k.startswith("planner.")}:
-        taking = [f.name for f in fields(command) if isinstance(getattr(command, f.name), PipelineSpec)]
+        taking = [f.name for f in fields(command) if hasattr(getattr(command, f.name), "settings")]
         if not taking:
             raise InputError(
                 f"This command takes no settings of stages: leave out --{next(iter(of_stages))}."

@@ -24,8 +24,12 @@ _EXTRAS = {
     "web": ("starlette", "the page of torc human and torc view"),
     "gym": ("gymnasium", "the Gymnasium environment torc/Retrieval-v0"),
     "export": ("pyarrow", "torc export --format lerobot"),
+    "networks": ("zmq", "networks in processes of their own, and torc serve"),
     "ray": ("ray", "torc bench --ray, on many machines"),
+    "realsense": ("pyrealsense2", "RealSense cameras"),
+    "ros": ("websockets", "cameras of ROS, by rosbridge"),
     "report": ("matplotlib", "the figures of torc report"),
+    "sam": ("transformers", "the perceptions grounded-sam2 and sam3"),
     "dev": ("pytest", "running the tests, training the grasp model"),
 }
 """Extra -> a module of it, and what it is for."""
@@ -70,7 +74,7 @@ def _checks() -> Iterator[Check]:
     yield Check(
         "Python", good, platform.python_version(), "Install Python 3.11, 3.12 or 3.13.", required=True
     )
-    for module in ("numpy", "numba", "mujoco", "cv2", "av"):
+    for module in ("numpy", "numba", "mujoco", "cv2", "av", "onnxruntime"):
         try:
             importlib.import_module(module)  # an installed one may still miss a system library of its own
         except (ImportError, OSError) as error:
@@ -93,5 +97,18 @@ def _checks() -> Iterator[Check]:
     yield Check("cache", os.access(probe, os.W_OK), str(path), remedy)
     for extra, (module, use) in _EXTRAS.items():
         yield Check(f"extra '{extra}'", find_spec(module) is not None, f"for {use}", extra_remedy(extra))
+    if _foreign_pyzed():
+        detail = "the installed package pyzed is not the ZED SDK's: another project has that name on PyPI"
+        yield Check(
+            "pyzed", False, detail, "pip uninstall pyzed; docs/cameras.md tells how to get the right one"
+        )
     free_gb = shutil.disk_usage(".").free / 1e9
     yield Check("disk", free_gb > 1, f"{free_gb:.0f} GB free here", "Free some space.")
+
+
+def _foreign_pyzed() -> bool:
+    """Whether there is a package pyzed without the SDK's module in it."""
+    try:
+        return find_spec("pyzed") is not None and find_spec("pyzed.sl") is None
+    except ModuleNotFoundError:  # it is no package, but one file
+        return True

@@ -10,16 +10,19 @@ from collections.abc import Sequence
 
 import torc
 from torc.cli.bench import BenchCommand
+from torc.cli.camera import CAMERA
 from torc.cli.commands import Group, Runnable, parse_command
 from torc.cli.decide import DecideCommand
 from torc.cli.doctor import DoctorCommand
 from torc.cli.export import ExportCommand
 from torc.cli.human import HumanCommand
 from torc.cli.objects import OBJECTS
+from torc.cli.perception import PERCEPTION
 from torc.cli.printing import tell
 from torc.cli.problems import PROBLEMS
 from torc.cli.report import ReportCommand
 from torc.cli.run import RunCommand
+from torc.cli.serve import ServeCommand
 from torc.cli.settings import SettingsCommand
 from torc.cli.view import ViewCommand
 from torc.errors import InputError, TorcError
@@ -34,8 +37,11 @@ TORC = Group(
         "view": ("look at recorded trials, pick by pick, in a browser", ViewCommand),
         "export": ("recorded trials as data to train on", ExportCommand),
         "decide": ("only the decision, for your own camera's frame", DecideCommand),
+        "perception": ("how well objects are found in pictures", PERCEPTION),
+        "camera": ("real cameras: list, show, record what they see", CAMERA),
         "problems": ("problems to play: list, make, check, solve them", PROBLEMS),
         "objects": ("what can lie on the table; import adds your meshes", OBJECTS),
+        "serve": ("torc's own parts as a server, in place of neural networks", ServeCommand),
         "settings": ("what can be set in each stage", SettingsCommand),
         "doctor": ("what is missing on this machine, and how to get it", DoctorCommand),
     },

@@ -1,11 +1,11 @@
 """The local server of the commands that show a page."""
 
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from torc.cli.printing import tell
 from torc.episode.viewer_links import VIEWER_PORT
@@ -39,11 +39,22 @@ def served_page(site: "Site", options: PageOptions, key: str = "") -> Iterator[N
 
     Raises InputError where host or port cannot be used.
     """
+    from torc.web.app import make_app
+
+    with served_app(lambda token, port: make_app(site, token, port), options, key):
+        yield
+
+
+@contextmanager
+def served_app(make: Callable[[str | None, int], Any], options: PageOptions, key: str = "") -> Iterator[None]:
+    """The same for any application (a Starlette), made of a token, or None, and a port."""
     from torc.web.access import token_for
-    from torc.web.serving import address, listen, serving
+    from torc.web.serving import address, listen, serving_app
 
     host, token = options.host, token_for(options.host)
-    with serving(site, listen(host, options.port), token) as port:
+    sock = listen(host, options.port)
+    port = sock.getsockname()[1]
+    with serving_app(make(token, port), sock):
         where = address(host, port, token) + (f"#{key}" if key else "")
         tell(f"Open {where}\nCtrl-C ends it.")
         if token:

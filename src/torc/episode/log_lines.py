@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter
 
+from torc.episode.identity import MaskFaults
 from torc.records import MAX_OBJECTS, Exchange, FeltOutcome, PlanFailure, Touch
 
 MAX_PICKS = 1000
@@ -59,6 +60,8 @@ class LookedLine(_Line):
     valid_grasps: dict[str, _Count] = {}
     blocking: tuple[Blocking, ...] = ()
     digest: _Text = ""
+    true_ids: dict[str, _Id] = {}
+    mask_faults: MaskFaults = MaskFaults()
     seconds: dict[str, FiniteFloat] = {}
 
 
@@ -69,6 +72,7 @@ class DecidedLine(_Line):
     reason: _Text
     attempts: _Count = 1
     give_up: bool = False
+    is_target: bool = False
     exchanges: Annotated[tuple[Exchange, ...], Field(max_length=100)] = ()
     evidence: dict[str, Any] = {}
     seconds: FiniteFloat = 0.0
@@ -106,7 +110,13 @@ class ExecutedLine(_Line):
     at_home: bool = True
     touch: Touch | None = None
     felt: FeltOutcome | None = None
+    true_id: _Id | None = None
     seconds: FiniteFloat = 0.0
+
+    @property
+    def meant_id(self) -> int:
+        """As `PickOutcome.meant_id`."""
+        return self.object_id if self.true_id is None else self.true_id
 
     @property
     def felt_result(self) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from torc.episode.events import Decided, Ended, EpisodeResult, Event, Executed, Looked, Planned, Started
+from torc.episode.identity import mask_faults, true_ids
 from torc.episode.log_lines import LOG_LINE
 from torc.pipeline.look import Look
 from torc.records import GraspStatus, PickPlan, PlanFailure
@@ -24,10 +25,14 @@ def log_line(event: Event) -> dict[str, Any]:
             facts = {**_look_facts(event.look), "seconds": _round(event.look.seconds)}
         case Decided():
             facts = {**to_plain(event.decision), "seconds": round(event.seconds, 4)}
+            if not event.decision.is_target:
+                del facts["is_target"]
         case Planned():
             facts = {**_plan_facts(event.look, event.plan), "seconds": round(event.seconds, 4)}
         case Executed():
             facts = {**to_plain(event.outcome), "seconds": round(event.seconds, 3)}
+            if event.outcome.true_id is None:
+                del facts["true_id"]
     pick = {} if isinstance(event, Started | Ended) else {"pick": event.pick}
     line = LOG_LINE.validate_python({"event": type(event).__name__.lower(), **pick, **facts})
     plain: dict[str, Any] = line.model_dump(mode="json", exclude_unset=True)
@@ -72,7 +77,8 @@ def digest(*arrays: np.ndarray) -> str:
 def _look_facts(look: Look) -> dict[str, Any]:
     context = look.context
     scene, grasps, report, volume = context.scene, context.grasps, context.report, context.volume
-    depth_m = scene.observation.depth_m
+    depth_m, truth = scene.observation.depth_m, true_ids(look)
+    faults = mask_faults(look)
     return {
         "target_visible": scene.target_id is not None,
         "objects": [{"id": o.id, "pixels": o.pixel_count} for o in scene.objects],
@@ -86,6 +92,8 @@ def _look_facts(look: Look) -> dict[str, Any]:
             for j, b in enumerate(report.object_ids)
             if report.blocking[i, j]
         ],
+        **({"true_ids": {str(k): true for k, true in truth.items()}} if truth else {}),
+        **({} if faults is None else {"mask_faults": to_plain(faults)}),
         "digest": digest(depth_m, scene.label_image, grasps.Ts_world_tcp, grasps.scores, report.qpos),
     }
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from torc.episode.events import Decided, Ended, EpisodeResult, Event, Listener, Started
 from torc.episode.steps import EpisodeConfig, PickParts, Steps, pick_request
+from torc.perception.protocol import Wanted
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason, EpisodeState, first_state, stage_rng
 from torc.pipeline.warm_up import rehearse_look
@@ -54,7 +55,7 @@ class Episode:
         outcomes = self.state.outcomes
         return EpisodeResult(
             retrieved=self.end is EndReason.RETRIEVED,
-            held_target=any(o.held_after_lift and o.held_id == o.object_id == TARGET_ID for o in outcomes),
+            held_target=any(o.held_after_lift and o.held_id == o.meant_id == TARGET_ID for o in outcomes),
             end=self.end,
             outcomes=outcomes,
             seconds=dict(self.steps.clock.seconds),
@@ -62,11 +63,16 @@ class Episode:
 
 
 def run_episode(
-    parts: PickParts, planner: TaskPlanner, started: Started, listeners: Sequence[Listener] = ()
+    parts: PickParts,
+    planner: TaskPlanner,
+    started: Started,
+    listeners: Sequence[Listener] = (),
+    wanted: Wanted | None = None,
 ) -> EpisodeResult:
     """Pick until the target is retrieved or lost, the budget is spent, or nothing is left to try.
 
-    The listeners are called with every event in order, `started` first. Raises the TorcErrors of the parts: the trial
+    The listeners are called with every event in order, `started` first; `wanted` is the target, if there is more to say
+    than its description. Raises the TorcErrors of the parts: the trial
     is errored, no result.
     """
 
@@ -76,7 +82,7 @@ def run_episode(
 
     tell(started)
     config = EpisodeConfig(started.max_picks, started.seed)
-    episode = Episode(Steps(parts, started.target_description, config, tell))
+    episode = Episode(Steps(parts, wanted or Wanted(started.target_description), config, tell))
     while (look := episode.look()) is not None:
         pick = episode.state.pick
         with episode.steps.clock.stage("decide") as lap:

@@ -12,6 +12,7 @@ import numpy as np
 from torc.episode.events import Event, Looked
 from torc.episode.simulated import needs_color, pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, Steps
+from torc.perception.protocol import Wanted
 from torc.pipeline.building import System
 from torc.pipeline.look import Look
 from torc.pipeline.state import EpisodeState, first_state
@@ -130,5 +131,5 @@ def open_sandbox(problem: Problem, system: System, config: EpisodeConfig) -> Ite
     """A sandbox for a problem, in which it is looked, planned and picked as in a trial with these parts."""
     # The color picture takes most of the camera's time.
     with simulated_robot(system, problem, color=needs_color(system)) as simulated:
-        steps = Steps(pick_parts(system, simulated), problem.description, config)
+        steps = Steps(pick_parts(system, simulated), Wanted(problem.description), config)
         yield Sandbox(simulated, steps)

@@ -5,6 +5,7 @@ from rich.markup import escape
 from rich.status import Status
 
 from torc.episode.events import Decided, Ended, Event, Executed, Looked, Planned, Started
+from torc.episode.identity import true_ids
 from torc.records import PickPlan, PickResult, PlanFailure
 
 _GOOD = (PickResult.RETRIEVED, PickResult.REMOVED)
@@ -26,6 +27,8 @@ class TerminalProgress:
         """status: the console's live line, shown by whoever runs the trial."""
         self.console, self.status = console, status
         self.names: tuple[str, ...] = ()
+        self.true_ids: dict[int, int] = {}
+        """Of the objects in sight, where perception has ids of its own."""
 
     def __call__(self, event: Event) -> None:
         """Print one event."""
@@ -44,6 +47,7 @@ class TerminalProgress:
                     )
             case Looked():
                 context = event.look.context
+                self.true_ids = true_ids(event.look)
                 target = "target in sight" if context.scene.target_id is not None else "target hidden"
                 self._line(
                     f"\n[bold]pick {event.pick + 1}[/]  {len(context.scene.objects)} objects in sight, {target}, "
@@ -51,7 +55,7 @@ class TerminalProgress:
                 )
             case Decided():
                 chosen = event.decision.object_id
-                choice = "no choice" if chosen is None else self._name(chosen)
+                choice = "no choice" if chosen is None else self._seen(chosen)
                 self._line(f"  decide   {choice}: {escape(event.decision.reason)} {_time(event.seconds)}")
             case Planned(plan=PickPlan() as plan):
                 score = event.look.context.grasps.scores[plan.grasp_index]
@@ -78,6 +82,12 @@ class TerminalProgress:
     def _name(self, object_id: int) -> str:
         known = f" ({escape(self.names[object_id])})" if 0 <= object_id < len(self.names) else ""
         return f"{object_id}{known}"
+
+    def _seen(self, object_id: int) -> str:
+        """An object by perception's id, with the name of what it really is."""
+        true_id = self.true_ids.get(object_id, object_id)
+        name = self.names[true_id] if 0 <= true_id < len(self.names) else ""
+        return f"{object_id} ({escape(name)})" if name else f"{object_id}"
 
     def _line(self, text: str) -> None:
         self.console.print(text, highlight=False)

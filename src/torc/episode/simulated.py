@@ -3,8 +3,13 @@
 from dataclasses import replace
 
 from torc.episode.steps import PickParts
+from torc.errors import InputError
+from torc.objects.library import load_object
+from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, configured, make_stage
 from torc.problems.problem import Problem
+from torc.records import TARGET_ID
+from torc.sim.portraits import turn_table
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
 from torc.sim.stepping import Observer
 from torc.sim.world import build_world
@@ -24,6 +29,11 @@ def simulated_robot(
     world.model.geom_friction[:, 0] *= system.conditions.friction
     simulated = SimulatedRobot(world, config, observer)
     camera = make_stage(system.conditions, "camera", camera=simulated.camera, workspace=system.workspace)
+    if getattr(camera, "real", False):
+        raise InputError(
+            f"--camera {system.conditions.camera} looks at the real world, which a simulated robot does not change. "
+            "`torc camera show` and `torc camera record` use it; `torc decide` decides for what it recorded."
+        )
     simulated.look_through(camera)
     return simulated
 
@@ -31,6 +41,13 @@ def simulated_robot(
 def pick_parts(system: System, simulated: SimulatedRobot) -> PickParts:
     """Who looks and picks in that simulation."""
     return PickParts(simulated, system.pipeline, system.motion_planner)
+
+
+def wanted_in(system: System, problem: Problem) -> Wanted:
+    """The problem's target as its perception knows it: with pictures of it from all sides if it asks for them."""
+    pictures = getattr(system.pipeline.perception, "needs_pictures", False)
+    model = load_object(problem.ordered()[TARGET_ID].model)
+    return Wanted(problem.description, turn_table(model) if pictures else ())
 
 
 def needs_color(system: System) -> bool:

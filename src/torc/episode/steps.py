@@ -1,16 +1,18 @@
 """The two halves of a pick, looking and trying, as functions of the episode's state."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from torc.episode.events import Executed, Listener, Looked, Planned
+from torc.episode.identity import true_ids
 from torc.motion.asking import ask_motion_planner
 from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.perception.asking import ask_camera
+from torc.perception.protocol import Wanted
 from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.look import Look, Pipeline, StageClock
 from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.touch import touched_points
-from torc.records import Decision, GraspStatus, PickOutcome, PickPlan, PickResult, PlanFailure
+from torc.records import TARGET_ID, Decision, GraspStatus, PickOutcome, PickPlan, PickResult, PlanFailure
 from torc.robots.description import RobotDescription
 from torc.robots.protocols import Robot
 
@@ -39,10 +41,10 @@ class Steps:
     """
 
     def __init__(
-        self, parts: PickParts, target: str, config: EpisodeConfig, listener: Listener = lambda event: None
+        self, parts: PickParts, wanted: Wanted, config: EpisodeConfig, listener: Listener = lambda event: None
     ) -> None:
-        """target: its description; listener: told of every look, plan and execution."""
-        self.parts, self.config, self.target = parts, config, target
+        """wanted: the target; listener: told of every look, plan and execution."""
+        self.parts, self.config, self.wanted = parts, config, wanted
         self.clock, self._tell = StageClock(), listener
 
     def look(self, state: EpisodeState) -> Look:
@@ -51,7 +53,7 @@ class Steps:
             observation = ask_camera(self.parts.robot)
         left = self.config.max_picks - state.pick
         look = self.parts.pipeline.look(
-            observation, state, target_description=self.target, seed=self.config.seed, picks_left=left
+            observation, state, wanted=self.wanted, seed=self.config.seed, picks_left=left
         )
         self.clock.add(look.seconds)
         self._tell(Looked(state.pick, look, lap.seconds + sum(look.seconds.values()), state))
@@ -60,6 +62,7 @@ class Steps:
     def attempt(self, state: EpisodeState, look: Look, decision: Decision) -> EpisodeState:
         """The state after planning and executing a decision; a lost pick where there is nothing to execute."""
         choice, failed, seconds = checked_choice(look, decision), state.failed, 0.0
+        truth, scene = true_ids(look), look.context.scene
         if isinstance(choice, PickOutcome):
             outcome = choice
         else:
@@ -70,12 +73,21 @@ class Steps:
             if isinstance(plan, PlanFailure):
                 outcome = PickOutcome(PickResult.NO_PLAN, choice, detail=f"{plan.stage}: {plan.reason}")
             else:
+                # Ids that perception was given are the truth, whoever says otherwise.
+                named = decision.is_target and scene.observation.label_image is None
+                meant = replace(plan, object_id=TARGET_ID) if named else plan
                 with self.clock.stage("execute") as lap:
-                    outcome = self.parts.robot.execute(plan)
+                    outcome = self.parts.robot.execute(meant, truth.get(choice))
                 seconds = lap.seconds
+                if named:
+                    outcome, scene = replace(outcome, object_id=choice), scene.with_target(choice)
             failed = remembered(failed, look, plan, outcome.as_felt, self.parts.robot.description)
+            if scene is not look.context.scene:
+                failed = tuple(
+                    replace(f, object_id=TARGET_ID) if f.object_id == choice else f for f in failed
+                )
         self._tell(Executed(state.pick, outcome, seconds))
-        return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), look.context.scene)
+        return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), scene)
 
 
 def pick_request(look: Look, object_id: int) -> PickRequest:

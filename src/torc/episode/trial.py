@@ -18,7 +18,7 @@ from torc.episode.planners import make_spec_planner
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
 from torc.episode.recorded import VIDEO
 from torc.episode.recorder import TrialRecorder
-from torc.episode.simulated import pick_parts, simulated_robot
+from torc.episode.simulated import pick_parts, simulated_robot, wanted_in
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trajectory import TrajectoryRecorder
 from torc.episode.versions import versions
@@ -92,6 +92,11 @@ def run_trial(
     truth = None if situations is None else situations.situation
     planner = planner or make_spec_planner(spec.planner, vlm_cache, truth)
     privileged = [part for part in (planner, situations) if isinstance(part, Privileged)]
+    if privileged and not getattr(system.pipeline.perception, "needs_labels", False):
+        raise InputError(
+            f"'{spec.planner.asking}' knows the objects by the simulator's own ids, and --perception "
+            f"{spec.conditions.perception} gives them others. Play it with --perception labels."
+        )
     about: dict[str, Any] = {
         "vlm": None if asked is None else asked.text,
         # Who knows the simulator's truth, or sees more than planners do, plays, but does not compete.
@@ -166,7 +171,7 @@ def _play(
             for part in privileged:
                 part.attach(simulation)
             listeners = [*listeners, simulation]
-        result = run_episode(parts, planner, started, listeners)
+        result = run_episode(parts, planner, started, listeners, wanted_in(system, problem))
     # A planner may know how sure it is that its costs are the least.
     bound = getattr(planner, "bound", None)
     facts = {"status": "completed", **result_facts(result)}

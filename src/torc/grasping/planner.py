@@ -1,12 +1,13 @@
 """Geometric grasp planning: propose, check, measure, score, select."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float32, UInt64
+from jaxtyping import Bool, Float, Float32, UInt8, UInt64
 
 from torc.errors import InputError
 from torc.grasping.checks import Fault, check_candidates
@@ -65,6 +66,24 @@ class CandidateSet:
     proposed: int
 
 
+@dataclass(frozen=True)
+class Proposals:
+    """Unchecked candidates of one object.
+
+    Attributes:
+        raw: where the gripper would be.
+        generators: index into the planner's generator_names.
+        scores: what is to stand in place of the planner's own score; None for that.
+    """
+
+    raw: RawCandidates
+    generators: UInt8[np.ndarray, "n"]
+    scores: Float[np.ndarray, "n"] | None = None
+
+
+Rngs = Mapping[int, np.random.Generator]
+
+
 class GeometricGraspPlanner:
     """Grasps from geometry alone; needs no trained network, only a score.
 
@@ -74,6 +93,9 @@ class GeometricGraspPlanner:
         config: settings.
         scorer: rates the candidates; the shipped model by default.
     """
+
+    generator_names: tuple[str, ...] = GENERATOR_NAMES
+    """Who proposes."""
 
     def __init__(
         self,
@@ -94,7 +116,7 @@ class GeometricGraspPlanner:
         parts, config = self._propose(scene, volume, rng), self.config.selection
         kept = [thinned(p.grasps.scores, p.blocked, p.grasps.Ts_world_tcp, config) for p in parts]
         free = [k[~p.blocked[k]] for p, k in zip(parts, kept)]
-        spread = _concatenated([_rows(p.grasps, k) for p, k in zip(parts, free)])
+        spread = self._concatenated([_rows(p.grasps, k) for p, k in zip(parts, free)])
         ids = spread.object_ids.astype(np.int64)
         in_the_way = voxel_blockers(spread.Ts_world_tcp, spread.widths_m, ids, volume, self.hand) != 0
         out, start = [], 0
@@ -103,7 +125,7 @@ class GeometricGraspPlanner:
             blocked[f] = in_the_way[start : start + len(f)]
             start += len(f)
             out.append(_rows(part.grasps, chosen(k, part.grasps.scores, blocked, config)))
-        return _concatenated(out)
+        return self._concatenated(out)
 
     def candidates(
         self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
@@ -111,11 +133,35 @@ class GeometricGraspPlanner:
         """What `plan` selects from; for training. The same candidates for the same generator state."""
         parts = self._propose(scene, volume, rng)
         return CandidateSet(
-            _concatenated([p.grasps for p in parts]),
+            self._concatenated([p.grasps for p in parts]),
             np.concatenate([p.features for p in parts] or [np.zeros((0, len(FEATURE_NAMES)), np.float32)]),
             np.concatenate([p.blocked for p in parts] or [np.zeros(0, dtype=bool)]),
             np.concatenate([p.blockers for p in parts] or [np.zeros(0, dtype=np.uint64)]),
             sum(p.proposed for p in parts),
+        )
+
+    def propose(self, scene: SegmentedScene, clouds: SceneClouds, rngs: Rngs) -> Mapping[int, Proposals]:
+        """Unchecked candidates for each of `clouds.objects`; a subclass may take them from elsewhere.
+
+        Args:
+            scene: as it was perceived.
+            clouds: the same, thinned out and completed.
+            rngs: a generator per object id.
+        """
+        return {cloud.id: self._generated(cloud, clouds, rngs[cloud.id]) for cloud in clouds.objects}
+
+    def _generated(self, cloud: ObjectCloud, clouds: SceneClouds, rng: np.random.Generator) -> Proposals:
+        checks, config = self.config.checks, self.config.candidates.for_object(cloud.id)
+        limits = checks.tip_margin_m, checks.min_points_between
+        given = GeneratorInput(cloud, self.hand, clouds.forward, self.support_z_m, *limits, config)
+        proposals = [propose(given, rng) for propose in GENERATORS.values()]
+        raw = RawCandidates(
+            np.concatenate([p.Rs for p in proposals]),
+            np.concatenate([p.tips for p in proposals]),
+            np.concatenate([p.widths_m for p in proposals]),
+        )
+        return Proposals(
+            raw, np.repeat(np.arange(len(proposals), dtype=np.uint8), [len(p) for p in proposals])
         )
 
     def _propose(
@@ -125,31 +171,26 @@ class GeometricGraspPlanner:
         clouds = build_clouds(scene, volume, self.support_z_m, self.config.clouds)
         # A seed per id: what is drawn for one object does not depend on which others are seen.
         seeds = rng.integers(1 << 62, size=MAX_OBJECTS)
+        rngs = {cloud.id: np.random.default_rng(seeds[cloud.id]) for cloud in clouds.objects}
+        proposed = self.propose(scene, clouds, rngs)
         return [
-            self._propose_for(cloud, clouds, volume, np.random.default_rng(seeds[cloud.id]))
+            self._examined(proposed[cloud.id], cloud, clouds, volume, rngs[cloud.id])
             for cloud in clouds.objects
         ]
 
-    def _propose_for(
+    def _examined(
         self,
+        proposals: Proposals,
         cloud: ObjectCloud,
         clouds: SceneClouds,
         volume: OcclusionVolume,
         rng: np.random.Generator,
     ) -> CandidateSet:
-        checks, hand, z = self.config.checks, self.hand, self.support_z_m
-        config = self.config.candidates.for_object(cloud.id)
-        limits = checks.tip_margin_m, checks.min_points_between
-        given = GeneratorInput(cloud, hand, clouds.forward, z, *limits, config)
-        proposals = [propose(given, rng) for propose in GENERATORS.values()]
-        generators = np.repeat(np.arange(len(proposals), dtype=np.uint8), [len(p) for p in proposals])
-        raw = RawCandidates(
-            np.concatenate([p.Rs for p in proposals]),
-            np.concatenate([p.tips for p in proposals]),
-            np.concatenate([p.widths_m for p in proposals]),
-        )
-        found = check_candidates(raw, cloud, clouds.cells, hand, z, checks)
-        keep = _drawn_blocked(found.fault == Fault.NONE, found.blocked, config.max_blocked, rng)
+        """Those of an object's proposals that pass the checks, with their features and scores."""
+        hand, z, raw = self.hand, self.support_z_m, proposals.raw
+        found = check_candidates(raw, cloud, clouds.cells, hand, z, self.config.checks)
+        most = self.config.candidates.max_blocked
+        keep = _drawn_blocked(found.fault == Fault.NONE, found.blocked, most, rng)
         kept, foreign, camera = raw[keep], found.foreign[keep], clouds.camera_position
         features = compute_features(kept, foreign, cloud, clouds.cells, hand, volume, z, camera)
         behind = features[:, FEATURE_NAMES.index("contact_behind_tip")].astype(float)
@@ -160,13 +201,26 @@ class GeometricGraspPlanner:
         grasps = GraspSet(
             Ts_world_tcp=Ts,
             widths_m=np.minimum(kept.widths_m, hand.max_width_m),
-            scores=np.asarray(self.scorer.score(features), dtype=float),
+            scores=self._scores(proposals, keep, features),
             object_ids=np.full(len(kept), cloud.id, dtype=np.int16),
             contacts=np.stack([middle - half, middle + half], axis=1),
-            generators=generators[keep],
-            generator_names=GENERATOR_NAMES,
+            generators=proposals.generators[keep],
+            generator_names=self.generator_names,
         )
         return CandidateSet(grasps, features, found.blocked[keep], found.blockers[keep], len(raw))
+
+    def _concatenated(self, parts: list[GraspSet]) -> GraspSet:
+        """All grasps of several sets, in order."""
+        parts = parts or [NO_GRASPS]
+        columns: dict[str, Any] = {n: np.concatenate([getattr(p, n) for p in parts]) for n in _COLUMNS}
+        return GraspSet(**columns, generator_names=self.generator_names)
+
+    def _scores(
+        self, proposals: Proposals, keep: Bool[np.ndarray, "n"], features: Float32[np.ndarray, "k f"]
+    ) -> Float[np.ndarray, "k"]:
+        if proposals.scores is not None:
+            return proposals.scores[keep]
+        return np.asarray(self.scorer.score(features), dtype=float)
 
 
 def _for_hand(config: GraspConfig, hand: HandGeometry) -> GraspConfig:
@@ -189,10 +243,3 @@ def _drawn_blocked(
 def _rows(grasps: GraspSet, index: np.ndarray) -> GraspSet:
     """The grasps of an index, in its order."""
     return replace(grasps, **{name: getattr(grasps, name)[index] for name in _COLUMNS})
-
-
-def _concatenated(parts: list[GraspSet]) -> GraspSet:
-    """All grasps of several sets, in order."""
-    parts = parts or [NO_GRASPS]
-    columns: dict[str, Any] = {n: np.concatenate([getattr(p, n) for p in parts]) for n in _COLUMNS}
-    return replace(NO_GRASPS, **columns)

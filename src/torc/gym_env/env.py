@@ -11,7 +11,7 @@ from gymnasium import spaces
 from jaxtyping import Bool, Float32, Int8, UInt8
 
 from torc.episode.loop import Episode, rehearse
-from torc.episode.simulated import needs_color, pick_parts, simulated_robot
+from torc.episode.simulated import needs_color, pick_parts, simulated_robot, wanted_in
 from torc.episode.steps import EpisodeConfig, Steps
 from torc.errors import InputError, PhysicsError, UnknownNameError
 from torc.occlusion.volume import hidden_volumes_m3
@@ -123,7 +123,7 @@ class EpisodeSimulation(Closing):
             with announced_compilation(lambda text: print(text, file=sys.stderr)):
                 rehearse(parts)
             self._rehearsed = True
-        return Episode(Steps(parts, simulated.world.problem.description, config))
+        return Episode(Steps(parts, wanted_in(self._system, simulated.world.problem), config))
 
     def close(self) -> None:
         """Frees the world and its camera."""

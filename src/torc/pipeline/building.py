@@ -9,8 +9,8 @@ from torc.fingerprints import part_source
 from torc.motion.config import MotionConfig
 from torc.motion.protocol import MotionPlanner
 from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, OcclusionConfig
-from torc.perception.noise import stereo_camera
-from torc.perception.segmentation import REAL_CAMERA
+from torc.perception.noise import NoiseConfig, stereo_camera
+from torc.perception.protocol import Depth, Perception
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.failures import FailureConfig
 from torc.pipeline.look import Pipeline
@@ -57,40 +57,69 @@ def build_pipeline(
     workspace: Workspace,
     *,
     noisy: bool = False,
-    occlusion: OcclusionConfig | None = None,
+    rough: bool = False,
+    max_depth_m: float | None = None,
 ) -> Pipeline:
     """The parts between camera and task planner; for a gripper alone every pose counts as reachable. `noisy` adds the
-    noise of a stereo camera, and expects it; `occlusion` takes the place of the default. Raises as `build_system`.
+    noise of a stereo camera, and expects it; `rough` expects depth with a sensor's errors; `max_depth_m` is how far the
+    occlusion volume believes readings. Raises as `build_system`.
     """
     check_settings(stages, noisy)
-    depth = make_stage(stages, "depth", workspace=workspace)
-    rough = noisy or getattr(depth, "rough", False)
+    seeing = build_seeing(stages, workspace, noisy=noisy, rough=rough)
+    occlusion = seeing.occlusion
+    if max_depth_m is not None:
+        occlusion = replace(occlusion, max_depth_m=max_depth_m)
     gripper = robot.gripper if isinstance(robot, RobotDescription) else robot
-    occlusion = occlusion or (FIXED_REAL_CAMERA if rough else FIXED_CAMERA)
     support_z_m = workspace.support_z_m
     return Pipeline(
-        perception=make_stage(stages, "perception", REAL_CAMERA if rough else None),
-        depth=depth,
+        perception=seeing.perception,
+        depth=seeing.depth,
         grasp_planner=make_stage(
             stages, "grasps", gripper=gripper, support_z_m=support_z_m, workspace=workspace
         ),
         robot=robot,
         workspace=workspace,
-        noise=configured(stages, "noise", stereo_camera()) if noisy else None,
-        occlusion=configured(stages, "occlusion", occlusion),
+        noise=seeing.noise,
+        occlusion=occlusion,
         failures=configured(stages, "failures", FailureConfig()),
         bets=configured(stages, "bets", BetConfig()),
         min_score=stages.min_score,
     )
 
 
-def make_stage(stages: PipelineSpec, stage: str, default: Any = None, **offered: Any) -> Any:
-    """The part of a stage, see `torc.stages.STAGES`; `default` is its configuration without settings, for a part that
-    takes this kind of `config`; what is `offered` goes to a part that has parameters of these names.
+@dataclass(frozen=True)
+class SeeingParts:
+    """What turns a snapshot into a segmented scene and an occlusion volume; as in `Pipeline`."""
+
+    perception: Perception
+    depth: Depth
+    noise: NoiseConfig | None
+    occlusion: OcclusionConfig
+
+
+def build_seeing(
+    stages: PipelineSpec, workspace: Workspace, *, noisy: bool = False, rough: bool = False
+) -> SeeingParts:
+    """The part of a pipeline that sees. As `build_pipeline`."""
+    depth = make_stage(stages, "depth", workspace=workspace)
+    rough = rough or noisy or getattr(depth, "rough", False)
+    return SeeingParts(
+        perception=make_stage(stages, "perception", rough=rough, workspace=workspace),
+        depth=depth,
+        noise=configured(stages, "noise", stereo_camera()) if noisy else None,
+        occlusion=configured(stages, "occlusion", FIXED_REAL_CAMERA if rough else FIXED_CAMERA),
+    )
+
+
+def make_stage(stages: PipelineSpec, stage: str, *, rough: bool = False, **offered: Any) -> Any:
+    """The part of a stage, see `torc.stages.STAGES`; what is `offered` goes to a part that has parameters of these
+    names. If its configuration has a class method `rough`, that makes it where depth has a sensor's errors.
     """
     kind, name = STAGES[stage], getattr(stages, stage)
-    settings = under(stages.settings, stage)
-    return make_part(kind, name, arguments(load_part(kind, name), settings, stage, default), offered)
+    settings, part = under(stages.settings, stage), load_part(kind, name)
+    rough_config = getattr(config_class(part), "rough", None) if rough else None
+    default = None if rough_config is None else rough_config()
+    return make_part(kind, name, arguments(part, settings, stage, default), offered)
 
 
 def configured(stages: PipelineSpec, stage: str, default: Any) -> Any:

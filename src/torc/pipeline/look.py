@@ -37,6 +37,8 @@ from torc.robots.gripper import GripperDescription
 from torc.specs.conditions import DEFAULT_MIN_SCORE
 from torc.workspace.description import Workspace
 
+NOTHING_WANTED = Wanted("")
+
 
 @dataclass
 class Lap:
@@ -69,8 +71,8 @@ class StageClock:
 
 @dataclass(frozen=True)
 class Look:
-    """What one snapshot tells: to task planners the context alone. `observation` is as perception was given it, with
-    the labels of objects that are not in sight, too; `world` is for motion planning; `seconds` are wall time by stage.
+    """What one snapshot tells: to task planners the context alone. `observation` is as it was measured, with all labels
+    that its source knows; `world` is for motion planning; `seconds` are wall time by stage.
     """
 
     context: PlanningContext
@@ -114,7 +116,7 @@ class Pipeline:
         observation: Observation,
         state: EpisodeState | None = None,
         *,
-        target_description: str = "",
+        wanted: Wanted = NOTHING_WANTED,
         seed: int = 0,
         picks_left: int = 1,
         labels: Mapping[int, int] | None = None,
@@ -132,7 +134,9 @@ class Pipeline:
             if self.noise is not None:
                 observation = add_sensor_noise(observation, self.noise, stage_rng(seed, pick, "noise"))
             observation = ask_depth(self.depth, observation)
-            scene = ask_perception(self.perception, observation, Wanted(target_description), state.scene)
+            blind = not getattr(self.perception, "needs_labels", False)
+            shown = replace(observation, label_image=None) if blind else observation
+            scene = ask_perception(self.perception, shown, wanted, state.scene)
         with clock.stage("occlusion"):
             volume = update_volume(state.volume, scene, self.occlusion)
             scene = _reported(scene)
@@ -148,7 +152,7 @@ class Pipeline:
             report = hold_back_unlikely(report, grasps, self.min_score)
             if self.min_score > 0:
                 report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
-        told = target_description, history, picks_left, tuple((labels or {}).items())
+        told = wanted.description, history, picks_left, tuple((labels or {}).items())
         return Look(PlanningContext(scene, volume, grasps, report, *told), observation, world, clock.seconds)
 
     def evaluate(

@@ -25,6 +25,8 @@ class EndReason(StrEnum):
     RETRIEVED = "retrieved"
     BUDGET_SPENT = "budget spent"
     TARGET_LOST = "target lost"
+    WRONG_OBJECT = "wrong object"
+    """The robot brought something else and took it for the target."""
     NOTHING_LEFT = "nothing left to try"
     GAVE_UP = "gave up"
 
@@ -57,6 +59,8 @@ class EpisodeState:
             return None
         if self.outcomes[-1].target_lost:
             return EndReason.TARGET_LOST
+        if self.outcomes[-1].wrong_object:
+            return EndReason.WRONG_OBJECT
         return EndReason.RETRIEVED if self.outcomes[-1].result is PickResult.RETRIEVED else None
 
 

@@ -96,5 +96,6 @@ class Robot(Protocol):
     def capture(self) -> Observation:
         """One snapshot with the arm at rest."""
 
-    def execute(self, plan: PickPlan) -> PickOutcome:
-        """Carry out one pick; the arm is at rest again afterwards. Raises PhysicsError or a driver's TorcError."""
+    def execute(self, plan: PickPlan, true_id: int | None = None) -> PickOutcome:
+        """Carry out one pick; the arm is at rest again afterwards. `true_id` is for simulators: what the plan's object
+        is by their own ids, where perception has others. Raises PhysicsError or a driver's TorcError."""

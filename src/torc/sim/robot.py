@@ -108,9 +108,11 @@ class SimulatedRobot(Closing):
         """Take further snapshots with another camera, which may look through the simulated one."""
         self._eye = camera
 
-    def execute(self, plan: PickPlan) -> PickOutcome:
-        """Carries out one pick and tells what came of it, by the simulator's truth, and what the gripper felt. Raises
-        InputError if the plan does not start where the arm is, and PhysicsError if the simulation broke.
+    def execute(self, plan: PickPlan, true_id: int | None = None) -> PickOutcome:
+        """Carries out one pick and tells what came of it, by the simulator's truth, and what the gripper felt.
+
+        `true_id` is what the plan's object is by the simulator's ids, where the plan has others. Raises InputError if
+        the plan does not start where the arm is, and PhysicsError if the simulation broke.
         """
         # Whether the state before a pick was restored or reached must not matter for the pick.
         refresh(self.world)
@@ -126,7 +128,7 @@ class SimulatedRobot(Closing):
         self.last_trace = trace
         self.wait_for_rest()
         in_bin, left = self._clear(set(carried))
-        held_id = _choose_held(carried, in_bin, plan.object_id)
+        held_id = _choose_held(carried, in_bin, plan.object_id if true_id is None else true_id)
         held, delivered = held_id is not None, held_id in in_bin
         if delivered:
             result = PickResult.RETRIEVED if held_id == TARGET_ID else PickResult.REMOVED
@@ -147,6 +149,7 @@ class SimulatedRobot(Closing):
             at_home=trace.at_home,
             touch=trace.touch,
             felt=FeltOutcome(trace.result, trace.held_after_lift, trace.delivered),
+            true_id=true_id,
         )
 
     def remove(self, object_ids: Iterable[int]) -> None:

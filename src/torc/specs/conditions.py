@@ -23,12 +23,15 @@ class PipelineSpec:
     """
 
     depth: str = "as-measured"
-    """Depth: as-measured (what the camera gives; exact in simulation), sgbm (semi-global block matching of the two
-    pictures of a stereo camera), or your own as module:Class or path/to/file.py:Class."""
+    """Depth: as-measured (what the camera gives; exact in simulation); from the two pictures of a stereo camera by sgbm
+    (semi-global block matching), onnx (a learned matcher in a file) or network (one behind a server); tof (with the
+    errors of a time-of-flight camera, in simulation); or your own as module:Class or path/to/file.py:Class."""
     perception: str = "labels"
-    """Perception: labels (masks that come with the picture), or your own."""
+    """Perception: labels (masks that come with the picture; a frame without them is read by embedded), embedded (torc's
+    own eyes), regions (the same by hand-written rules), sam2-onnx, grounded-sam2, sam3 (large networks of others),
+    network (masks by a server), or your own."""
     grasps: str = "geometric"
-    """Grasp planner: geometric, or your own."""
+    """Grasp planner: geometric, graspgenx or contact-graspnet (candidates by a server), or your own."""
     min_score: float = DEFAULT_MIN_SCORE
     """Grasps that are less likely to deliver wait until no object has a better one; 0 keeps to the paper."""
     settings: Settings = field(default_factory=dict)
@@ -51,7 +54,7 @@ class Conditions(PipelineSpec):
     camera: str = "simulated"
     """Camera: simulated, or your own."""
     motion: str = "sampling"
-    """Motion planner: sampling, or your own."""
+    """Motion planner: sampling, curobo (free motions by a server), or your own."""
     robot: str = DEFAULT_ROBOT
     """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE

@@ -1,5 +1,6 @@
 """Variants of conditions, to be compared with each other: "occlusion.smooth_px=0,3"."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from itertools import product
@@ -33,7 +34,11 @@ def varied(conditions: Conditions, variant: Settings) -> Conditions:
 
 
 def plain_value(text: str) -> Any:
-    """What a text means as YAML: a number, true, null, a list in brackets; else the text itself."""
+    """What a text means as YAML: a number, true, null, a list in brackets; else the text itself. Digits after a 0, as
+    in serial numbers, are text: YAML would read them as octal.
+    """
+    if re.fullmatch(r"0[0-9_]+", text):
+        return text
     try:
         return yaml.safe_load(text)
     except yaml.YAMLError:

@@ -58,6 +58,8 @@ def decision_faults(answer: Any) -> Iterator[str]:
         yield f"reason is {_kind(answer.reason)}; it must be text"
     if not isinstance(answer.give_up, bool | np.bool_):
         yield f"give_up is {_kind(answer.give_up)}; it must be True or False"
+    if not isinstance(answer.is_target, bool | np.bool_):
+        yield f"is_target is {_kind(answer.is_target)}; it must be True or False"
     if not _is_whole(answer.attempts):
         yield f"attempts is {_kind(answer.attempts)}; it must be an int"
     if not (isinstance(exchanges, tuple | list) and all(isinstance(e, Exchange) for e in exchanges)):

@@ -27,6 +27,7 @@ class HumanPlanner:
             choice.object_id,
             choice.note or reason,
             give_up=choice.give_up,
+            is_target=choice.is_target and choice.object_id is not None,
             exchanges=(Exchange(ASKED, reply),),
             evidence={"expert": self._expert, "note": choice.note},
         )
@@ -38,6 +39,11 @@ def _told(choice: Choice) -> tuple[str, str]:
         return "give up", "The expert gave up."
     if choice.object_id is None:
         return "none", "The expert let this pick pass: nothing can be grasped."
+    if choice.is_target:
+        return (
+            f"{choice.object_id}, the target",
+            f"The expert takes object {choice.object_id} for the target.",
+        )
     return str(choice.object_id), f"The expert chose object {choice.object_id}."
 
 

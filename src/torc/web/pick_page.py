@@ -56,6 +56,8 @@ def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
         **_pick_line(number, pick, over),
         "objects": _objects(pick.looked, view),
         "target_visible": pick.looked.target_visible,
+        # Who is not told which object is the target may be told by a person.
+        "may_name_target": bool(pick.looked.true_ids) and not pick.looked.target_visible,
         "picks_left": trial.started.max_picks - number if trial.started else None,
         "graph": graph,
         "graph_by": "the planner" if own else "geometry",

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import uvicorn
+from starlette.applications import Starlette
 
 from torc.errors import InputError, TorcError
 from torc.web.app import Site, make_app
@@ -32,10 +33,17 @@ def listen(host: str, port: int) -> socket.socket:
 def serving(site: Site, sock: socket.socket, token: str | None) -> Iterator[int]:
     """Serve in a thread of its own while the block runs, and then close the socket of `listen`; gives the port."""
     port = sock.getsockname()[1]
-    app = make_app(site, token, port)
+    with serving_app(make_app(site, token, port), sock):
+        yield port
+
+
+@contextmanager
+def serving_app(app: Starlette, sock: socket.socket) -> Iterator[None]:
+    """The same for any application, whose `state.closing` is set at the end."""
     # No access log: addresses may hold the token.
+    # No web sockets: uvicorn would import a library for them wherever one is installed.
     config = uvicorn.Config(
-        app, log_level="warning", access_log=False, lifespan="off", timeout_graceful_shutdown=1
+        app, log_level="warning", access_log=False, lifespan="off", ws="none", timeout_graceful_shutdown=1
     )
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, args=([sock],), name="torc-web", daemon=True)
@@ -46,7 +54,7 @@ def serving(site: Site, sock: socket.socket, token: str | None) -> Iterator[int]
     if not server.started:
         raise TorcError("The local server did not start. Try another --port.")
     try:
-        yield port
+        yield
     finally:
         app.state.closing.set()
         server.should_exit = True

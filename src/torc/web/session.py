@@ -61,6 +61,7 @@ class Choice:
         trial, pick: which question it answers.
         object_id: what to pick; None to let the pick pass, or with give_up.
         give_up: end the trial.
+        is_target: the expert takes the object for the target.
         note: why, in the expert's words; may be empty.
     """
 
@@ -68,6 +69,7 @@ class Choice:
     pick: int
     object_id: int | None = None
     give_up: bool = False
+    is_target: bool = False
     note: Annotated[str, Field(max_length=500)] = ""
 
 

@@ -3,7 +3,7 @@
 import { chip, el, percent, plural } from "./dom.js";
 import { blockers } from "./panels.js";
 
-// can: {choosing, object: the selected one, names, pick(), pass(), giveUp(), now()}
+// can: {choosing, object: the selected one, names, pick(), pass(), giveUp(), now(), nameTarget()}
 export function actionBar(app, can) {
   const refusal = app.refusal ? el("p", { class: "bad", role: "alert" }, app.refusal) : null;
   if (app.mode === "view") return refusal ? [refusal] : [];
@@ -13,17 +13,24 @@ export function actionBar(app, can) {
   if (!can.choosing) return refusal ? [refusal] : [];
   const some = app.session.allowed.length > 0;
   return [refusal, el("div", { class: "facts", "aria-live": "polite" }, some ? facts(can.object) : nothing()),
-    some ? row(el("div", { class: "grow" }, note(app)), button("Give up", can.giveUp), choose(can))
+    some && app.page?.may_name_target && can.object ? row(naming(app, can)) : null,
+    some ? row(el("div", { class: "grow" }, note(app)), button("Give up", can.giveUp), choose(app, can))
       : row(el("span", { class: "grow" }), button("Give up", can.giveUp), button("Let this pick pass", can.pass, "main"))];
 }
 
 const row = (...children) => el("div", { class: "row" }, children);
 const button = (text, act, kind) => el("button", { type: "button", class: kind, onclick: act }, text);
 
-function choose(can) {
+// The robot has not found the target, or does not know it when it sees it; a person may.
+function naming(app, can) {
+  return el("label", {}, el("input", { type: "checkbox", id: "is-target", checked: app.isTarget, onchange: can.nameTarget }),
+    el("span", {}, `Object ${can.object.id} is the target, which the robot does not recognise`));
+}
+
+function choose(app, can) {
   const ready = can.object?.graspable;
   return el("button", { type: "button", class: "main", id: "pick", disabled: !ready, onclick: can.pick },
-    ready ? `Pick ${can.object.id}` : "Pick");
+    ready ? `Pick ${can.object.id}${app.isTarget ? ", the target" : ""}` : "Pick");
 }
 
 function note(app) {

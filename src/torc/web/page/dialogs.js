@@ -7,7 +7,8 @@ import { verdict } from "./panels.js";
 const KEYS = {
   human: [
     ["0 – 9", "type the number of an object to select it"], ["↑ ↓ ← →", "next or previous object that can be grasped"],
-    ["Enter", "pick the selected object"], ["n", "write a note: why"], ["g", "give up (asks first)"],
+    ["Enter", "pick the selected object"], ["n", "write a note: why"],
+    ["t", "the selected object is the target, where the robot does not recognise it"], ["g", "give up (asks first)"],
   ],
   view: [["← →", "earlier or later pick"], ["Home End", "first or last pick"], ["↑ ↓", "next or previous object"], ["0 – 9", "select an object"], ["t", "list of trials"]],
 };

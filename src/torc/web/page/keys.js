@@ -4,7 +4,7 @@ import { $ } from "./dom.js";
 
 const DIGIT_MS = 900;
 
-// act: {select(id), step(by), pick(), giveUp(), go(by or "first"/"last"), tab(name), zoom, help, note, trials, clear}
+// act: {select(id), step(by), pick(), giveUp(), go(by or "first"/"last"), tab(name), zoom, help, note, nameTarget, trials, clear}
 // facts: {mode(), ids()}
 export function listen(act, facts) {
   let typed = "";
@@ -41,7 +41,7 @@ export function listen(act, facts) {
     }
     const own = at.matches("input[type=range], [role=tab], pre") && event.key.startsWith("Arrow");
     if (own) return;
-    const human = facts.mode() === "human" ? { g: act.giveUp, n: act.note } : {};
+    const human = facts.mode() === "human" ? { g: act.giveUp, n: act.note, t: act.nameTarget } : {};
     const found = { ...letters, ...human, ...moves() }[event.key];
     if (/^[0-9]$/.test(event.key)) digit(event.key, event.timeStamp);
     else if (found) { event.preventDefault(); found(); }

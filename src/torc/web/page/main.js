@@ -21,7 +21,7 @@ const SHOWABLE = ["choosing", "planning", "executing"];
 
 const app = {
   mode: null, outside: false, trials: [], session: null, trial: null, key: null, pick: null, page: null, arrays: null,
-  selected: null, hovered: null, tab: "Objects", back: null, note: "", refusal: "", robot: false,
+  selected: null, hovered: null, tab: "Objects", back: null, note: "", isTarget: false, refusal: "", robot: false,
 };
 const picture = new Picture({ hover: (id) => { app.hovered = id; point(); }, select });
 let scene = null;
@@ -34,6 +34,7 @@ const names = () => app.trial?.names || [];
 function select(id) {
   if (app.selected === id) return;
   app.selected = id;
+  app.isTarget = false;
   app.refusal = "";
   picture.select(id);
   drawSide();
@@ -50,7 +51,7 @@ async function open(key, pick) {
   const same = app.key === key && app.pick === number;
   Object.assign(app, { trial, key, page, pick: number });
   if (!same || !app.arrays) {
-    Object.assign(app, { arrays: null, note: same ? app.note : "", hovered: null });
+    Object.assign(app, { arrays: null, note: same ? app.note : "", isTarget: false, hovered: null });
     app.selected = choosing() ? null : page?.decision?.object_id ?? null;
   }
   draw();
@@ -134,7 +135,7 @@ function drawSide() {
   else replace(panel, decisionPanel(app.page, app.trial));
   panel.scrollTop = scrolled;
   if (focused) panel.querySelector(`[data-id="${focused}"]`)?.focus({ preventScroll: true });
-  replace($("action"), actionBar(app, { choosing: choosing(), object: object(app.selected), names: names(), pick, pass, giveUp, now }));
+  replace($("action"), actionBar(app, { choosing: choosing(), object: object(app.selected), names: names(), pick, pass, giveUp, now, nameTarget }));
   $("action").hidden = !$("action").childElementCount;
 }
 
@@ -200,7 +201,13 @@ function answer(fields) {
 
 function pick() {
   const o = object(app.selected);
-  if (o?.graspable) answer({ object_id: o.id });
+  if (o?.graspable) answer({ object_id: o.id, is_target: app.isTarget });
+}
+
+function nameTarget() {
+  if (!choosing() || !app.page?.may_name_target || app.selected === null) return;
+  app.isTarget = !app.isTarget;
+  drawSide();
 }
 
 const pass = () => answer({ object_id: null });
@@ -226,7 +233,7 @@ async function follows(state, streamed = false) {
 
 listen({
   select: (id) => object(id) && select(id), step, pick, giveUp, go, tab: openTab, zoom: () => picture.toggleZoom(),
-  help: () => showHelp(app.mode, app.outside), note: () => $("note")?.focus(), trials: listTrials, clear: () => select(null),
+  help: () => showHelp(app.mode, app.outside), note: () => $("note")?.focus(), nameTarget, trials: listTrials, clear: () => select(null),
 }, { mode: () => app.mode, ids: () => (app.page?.objects || []).map((o) => o.id) });
 
 async function listTrials() {

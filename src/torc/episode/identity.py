@@ -1,0 +1,77 @@
+"""Perception's masks and ids against the simulator's: what each mask shows, and what is wrong with it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int16, Int64
+
+from torc.pipeline.look import Look
+from torc.records import MAX_OBJECTS, SegmentedScene
+
+_LEAST_SHARE = 0.25
+"""A mask of which no object has so much shows none; so much of an object is a part of it."""
+_MOST_SHARE = 0.5
+"""Of an object: a mask that holds so much of it holds it."""
+_LEAST_PX = 60
+"""An object that shows less is not missed."""
+
+
+@dataclass(frozen=True)
+class MaskFaults:
+    """What is wrong with the masks of a look, by the simulator's ids.
+
+    Attributes:
+        merged: objects that share a mask, most of each.
+        split: objects that are in parts.
+        missed: objects in sight that have no mask to speak of.
+    """
+
+    merged: tuple[int, ...] = ()
+    split: tuple[int, ...] = ()
+    missed: tuple[int, ...] = ()
+
+
+def true_ids(look: Look) -> dict[int, int]:
+    """As `shown_by`, of a look. Empty where perception was given the true labels, or nobody knows them."""
+    truth = _truth(look)
+    return {} if truth is None else shown_by(look.context.scene, truth)
+
+
+def shown_by(scene: SegmentedScene, truth: Int16[np.ndarray, "h w"]) -> dict[int, int]:
+    """What most of each object's mask really shows, by perception's id; -1 for nothing that has an id."""
+    shared, sizes = (
+        _shared(scene, truth),
+        np.bincount(scene.label_image[scene.label_image >= 0].astype(np.int64)),
+    )
+    return {
+        k: int(np.argmax(shared[k])) if shared[k].max() >= _LEAST_SHARE * sizes[k] else -1 for k in scene.ids
+    }
+
+
+def mask_faults(look: Look) -> MaskFaults | None:
+    """What is wrong with the masks of a look; None as `true_ids` is empty."""
+    truth = _truth(look)
+    if truth is None:
+        return None
+    shared = _shared(look.context.scene, truth)
+    sizes = np.bincount(truth[truth >= 0].astype(np.int64), minlength=MAX_OBJECTS)
+    there = np.flatnonzero(sizes >= _LEAST_PX)
+    share = shared[:, there] / sizes[there]
+    held = share >= _MOST_SHARE
+    merged = held[held.sum(axis=1) >= 2].any(axis=0)
+    parts = (share >= _LEAST_SHARE).sum(axis=0)
+    return MaskFaults(
+        *(tuple(there[chosen].tolist()) for chosen in (merged, parts >= 2, share.max(axis=0) < _LEAST_SHARE))
+    )
+
+
+def _truth(look: Look) -> Int16[np.ndarray, "h w"] | None:
+    given = look.context.scene.observation.label_image is not None
+    return None if given else look.observation.label_image
+
+
+def _shared(scene: SegmentedScene, truth: Int16[np.ndarray, "h w"]) -> Int64[np.ndarray, "ids ids"]:
+    """Pixels that each mask (rows, perception's id) has of each object (columns)."""
+    both = (scene.label_image >= 0) & (truth >= 0)
+    cells = scene.label_image[both].astype(np.int64) * MAX_OBJECTS + truth[both]
+    return np.bincount(cells, minlength=MAX_OBJECTS**2).reshape(MAX_OBJECTS, MAX_OBJECTS)
