@@ -45,6 +45,11 @@ def test_trouble_is_told_not_raised():
     assert "nothing stands on the support" in sight.facts()["no masks"]
 
 
+def test_a_picture_in_which_no_mask_was_found_says_so():
+    sight = see(replace(SEEN, label_image=None), REGIONS)
+    assert replace(sight, scene=replace(sight.scene, objects=())).facts()["objects"].startswith("none")
+
+
 def test_depth_is_cleaned_and_made_of_a_pair():
     holes = SEEN.depth_m.copy()
     holes[:9] = np.nan

@@ -12,7 +12,7 @@ from torc.perception.segmentation import PerceptionConfig, segment
 from torc.records import TARGET_ID, KnownObject
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
-from torc.vlm.find_target import TargetByText, as_target, find_target, read_number
+from torc.vlm.find_target import TargetByText, find_target, read_number
 from torc.vlm.replies import reply_of
 
 WANTED = Wanted("the tall box")
@@ -98,7 +98,6 @@ def test_what_is_remembered_is_renamed_too():
     scene = Eyes().perceive(observation(), WANTED, None)
     look = np.ones(4, np.float32)
     known = tuple(KnownObject(k, np.zeros((1, 3), np.float32), look, 1.0) for k in (0, 3, 5))
-    renamed = as_target(replace(scene, known=known), 3)
+    renamed = replace(scene, known=known).with_target(3)
     assert [k.id for k in renamed.known] == [0, 5]
-    with pytest.raises(ValueError, match="target already"):
-        as_target(renamed, 5)
+    assert renamed.target_id == 0

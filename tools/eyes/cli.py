@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from torc.errors import InputError, TorcError
+from tools.running import exit_code
 from torc.objects.library import ENVIRONMENT_VARIABLE
 
 
@@ -184,12 +184,4 @@ def main(arguments: list[str] | None = None) -> int:
         args=arguments,
         prog="python -m tools.eyes",
     )
-    try:
-        command.run()
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return 2
-    except TorcError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
+    return exit_code(command)

@@ -1,7 +1,7 @@
 """The network: a plain residual U-net on half the resolution of its input, whose outputs are at full resolution.
 
-Outputs per pixel: whether it shows an object; for each of a list of offsets whether the pixel there shows the same
-object (affinities); and the way to the middle of what is seen of the object.
+Outputs per pixel: whether it shows an object; and for each of a list of offsets whether the pixel there shows the same
+object (affinities).
 """
 
 from itertools import pairwise

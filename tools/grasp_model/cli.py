@@ -1,13 +1,13 @@
 """The commands: collect trials, train a score, try it out on fresh scenes, report; try what can be grasped at all."""
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from torc.errors import InputError, TorcError
+from tools.running import exit_code
+from torc.errors import InputError
 from torc.grasping.planner import MODEL_PATH
 
 
@@ -185,12 +185,4 @@ def main(arguments: list[str] | None = None) -> int:
         args=arguments,
         prog="python -m tools.grasp_model",
     )
-    try:
-        command.run()
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return 2
-    except TorcError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
+    return exit_code(command)

@@ -7,14 +7,14 @@ import numpy as np
 from torc.brain.answer import Answer, Sought
 from torc.errors import InputError
 from torc.perception.label_places import mask_anchor
-from torc.perception.protocol import Perception, Wanted
+from torc.perception.protocol import Depth, Perception, Wanted
 from torc.perception.segmentation import PerceptionConfig
-from torc.pipeline.building import build_pipeline, make_stage
+from torc.pipeline.building import build_pipeline
 from torc.pipeline.frames import Frame
 from torc.pipeline.look import Pipeline
 from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.warm_up import rehearse_look
-from torc.records import Observation, OcclusionVolume
+from torc.records import Observation, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
@@ -29,7 +29,7 @@ from torc.workspace.files import load_workspace
 
 # Frames come from any distance: what perception takes for a reading, the volume does too.
 _ANY_DISTANCE_M = PerceptionConfig().max_depth_m
-OWN_EYES = "embedded"
+_OWN_EYES = "embedded"
 _SAME_TABLE_M = 0.02
 """A support this close to the height of the robot's own table is that table."""
 
@@ -66,9 +66,9 @@ def decide_frame(
     pipeline = _pipeline(frame, robot, stages)
     # What perception finds by itself has numbers of its own.
     given = frame.labels if getattr(pipeline.perception, "needs_labels", False) else {}
-    wanted = wanted or Wanted(frame.target_description)
+    stages, wanted = stages or PipelineSpec(), wanted or Wanted(frame.target_description)
     marked = wanted if given else _marked(frame, wanted)
-    sought = _sought(marked, pipeline.perception, finder)
+    sought = Sought.LABEL if given else _sought(marked, pipeline.perception, finder)
     if finder is not None:
         pipeline = replace(pipeline, perception=TargetByText(pipeline.perception, finder))
     look = pipeline.look(
@@ -79,13 +79,8 @@ def decide_frame(
         labels=given,
     )
     scene = look.context.scene
-    if not given and not scene.objects:
-        raise InputError(f"No object was found in the picture: {_readings(scene.observation)}")
-    if wanted.mark and scene.target_id is None:
-        raise InputError(
-            f"No object was found at the mark {','.join(map(str, wanted.mark))}. Leave the mark out and give --out "
-            "DIR: DIR/seen.png shows the objects that were found."
-        )
+    if not given:
+        _check_found(scene, wanted)
     decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
     if decision.object_id is not None and decision.object_id not in look.context.scene.ids:
         raise InputError(
@@ -96,7 +91,7 @@ def decide_frame(
         look,
         labels=given or {k: k for k in scene.ids},
         names=frame.names if given else {},
-        eyes=eyes_of(frame, stages),
+        eyes=eyes_of(frame.observation, stages),
         sought=sought,
         pose_estimated=frame.pose_estimated,
     )
@@ -112,14 +107,24 @@ def _marked(frame: Frame, wanted: Wanted) -> Wanted:
 
 
 def _sought(wanted: Wanted, perception: Perception, finder: VlmClient | None) -> Sought:
+    """What tells such a perception the target."""
     if wanted.mark:
         return Sought.MARK
     if wanted.pictures:
         return Sought.PICTURES
     words = finder is not None or getattr(perception, "reads_words", False)
-    if getattr(perception, "needs_labels", False):
-        return Sought.LABEL
     return Sought.WORDS if wanted.description and words else Sought.NOTHING
+
+
+def _check_found(scene: SegmentedScene, wanted: Wanted) -> None:
+    """Raises InputError if nothing was found at all, or nothing at the mark."""
+    if not scene.objects:
+        raise InputError(f"No object was found in the picture: {_readings(scene.observation)}")
+    if wanted.mark and scene.target_id is None:
+        raise InputError(
+            f"No object was found at the mark {','.join(map(str, wanted.mark))}. Leave the mark out and give --out "
+            "DIR: DIR/seen.png shows the objects that were found."
+        )
 
 
 def _readings(observation: Observation) -> str:
@@ -154,29 +159,31 @@ def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: Pipeli
     description = load_robot(robot) if isinstance(robot, str) else robot
     who = load_robot(DEFAULT_ROBOT).gripper if description is None else description
     workspace = workspace_of(frame, with_robot=description is not None)
-    used = replace(stages or PipelineSpec(), perception=eyes_of(frame, stages))
-    refuse_made_up(used)
+    stages = stages or PipelineSpec()
+    used = replace(stages, perception=eyes_of(frame.observation, stages))
     # Masks may come with depth of any kind; a frame without them comes from a camera.
     rough = frame.observation.label_image is None
-    return build_pipeline(used, who, workspace, rough=rough, max_depth_m=_ANY_DISTANCE_M)
+    pipeline = build_pipeline(used, who, workspace, rough=rough, max_depth_m=_ANY_DISTANCE_M)
+    refuse_made_up(used, pipeline.depth)
+    return pipeline
 
 
-def refuse_made_up(stages: PipelineSpec) -> None:
+def refuse_made_up(stages: PipelineSpec, depth: Depth) -> None:
     """Raises InputError for a depth stage that adds the errors of a camera, which real pictures have already."""
-    if getattr(make_stage(stages, "depth"), "simulated_only", False):
+    if getattr(depth, "simulated_only", False):
         raise InputError(
             f"--depth {stages.depth} adds a camera's errors to the exact depth of a simulation. A real picture has "
             "them already: leave --depth out."
         )
 
 
-def eyes_of(frame: Frame, stages: PipelineSpec | None) -> str:
-    """The perception that is used for a frame: what is asked for, but for a frame without masks, which the default
-    perception cannot read, torc's own eyes.
+def eyes_of(observation: Observation, stages: PipelineSpec) -> str:
+    """The perception that is used: what is asked for, but for a picture without masks, which the default perception
+    cannot read, torc's own eyes.
     """
-    default = PipelineSpec().perception
-    asked = default if stages is None else stages.perception
-    return OWN_EYES if frame.observation.label_image is None and asked == default else asked
+    asked = stages.perception
+    blind = observation.label_image is None and asked == PipelineSpec().perception
+    return _OWN_EYES if blind else asked
 
 
 def workspace_of(frame: Frame, *, with_robot: bool = False) -> Workspace:

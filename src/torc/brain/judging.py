@@ -5,19 +5,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Int16
 
+from torc.brain.deciding import workspace_of
 from torc.brain.seeing import measured
 from torc.errors import InputError
 from torc.perception.asking import ask_perception
 from torc.perception.protocol import Wanted
 from torc.perception.scoring import MaskScore, score_masks
 from torc.pipeline.building import make_stage
+from torc.pipeline.frames import frame_of
 from torc.pipeline.frames.annotated import AnnotatedPicture
 from torc.pipeline.frames.level import level_pose
-from torc.pipeline.frames.support_plane import estimate_support_z_m, grid_around, standing_points
 from torc.records import BACKGROUND
 from torc.specs.conditions import PipelineSpec
-from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
 
 
 @dataclass(frozen=True)
@@ -34,16 +33,8 @@ def judge(picture: AnnotatedPicture, stages: PipelineSpec) -> Judged:
     """
     observation = measured(picture.observation, stages)
     if not picture.posed:
-        observation = replace(observation, T_world_camera=level_pose(observation))
-    support_z_m = estimate_support_z_m(observation) if picture.posed else 0.0
-    points = standing_points(observation, support_z_m)
-    if len(points) == 0:
-        raise InputError(
-            f"{picture.name}: nothing stands on the support, which seems to be at z = {support_z_m:.3f} m."
-        )
-    own = load_workspace()
-    table = replace(own.table, center=(0.0, 0.0, support_z_m - own.table.size[2] / 2))
-    workspace: Workspace = replace(own, table=table, grid=grid_around(points, support_z_m))
+        observation = replace(observation, T_world_camera=level_pose(observation), pose_estimated=True)
+    workspace = workspace_of(frame_of(observation, picture.name))
     perception = make_stage(stages, "perception", rough=True, workspace=workspace)
     if getattr(perception, "needs_labels", False):
         raise InputError(

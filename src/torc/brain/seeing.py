@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from torc.brain.deciding import OWN_EYES, refuse_made_up, workspace_of
+from torc.brain.deciding import eyes_of, refuse_made_up, workspace_of
 from torc.errors import InputError
 from torc.perception.asking import ask_depth, ask_perception
 from torc.perception.protocol import Wanted
@@ -54,9 +54,8 @@ class Sight:
         if self.support_z_m is not None and not o.pose_estimated:
             facts["support"] = f"at z = {self.support_z_m:.3f} m"
         if self.scene is not None:
-            facts["objects"] = (
-                str(len(self.scene.objects)) or "none that rises from the support within the watched region"
-            )
+            count = len(self.scene.objects)
+            facts["objects"] = str(count or "none that rises from the support within the watched region")
         if self.trouble:
             facts["no masks"] = self.trouble
         return facts
@@ -67,8 +66,9 @@ def measured(observation: Observation, stages: PipelineSpec) -> Observation:
     cannot be, and if there is none.
     """
     check_settings(stages, noisy=False)
-    refuse_made_up(stages)
-    found = ask_depth(make_stage(stages, "depth"), observation)
+    depth = make_stage(stages, "depth")
+    refuse_made_up(stages, depth)
+    found = ask_depth(depth, observation)
     if found.pair is not None and not (found.depth_m > 0).any():
         raise InputError("The snapshot has no depth, but a stereo pair: add --depth sgbm.")
     return replace(found, depth_m=clean_depth("The snapshot", found.depth_m))
@@ -81,10 +81,7 @@ def see(observation: Observation, stages: PipelineSpec) -> Sight:
     Raises InputError and PartError for parts that cannot be made, or crash.
     """
     observation = measured(observation, stages)
-    default = PipelineSpec().perception
-    eyes = stages.perception
-    if eyes == default and observation.label_image is None:
-        eyes = OWN_EYES
+    eyes = eyes_of(observation, stages)
     try:
         frame = frame_of(observation)
     except InputError as error:

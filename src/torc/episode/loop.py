@@ -72,8 +72,7 @@ def run_episode(
     """Pick until the target is retrieved or lost, the budget is spent, or nothing is left to try.
 
     The listeners are called with every event in order, `started` first; `wanted` is the target, if there is more to say
-    than its description. Raises the TorcErrors of the parts: the trial
-    is errored, no result.
+    than its description. Raises the TorcErrors of the parts: the trial is errored, no result.
     """
 
     def tell(event: Event) -> None:

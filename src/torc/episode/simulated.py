@@ -45,9 +45,9 @@ def pick_parts(system: System, simulated: SimulatedRobot) -> PickParts:
 
 def wanted_in(system: System, problem: Problem) -> Wanted:
     """The problem's target as its perception knows it: with pictures of it from all sides if it asks for them."""
-    pictures = getattr(system.pipeline.perception, "needs_pictures", False)
-    model = load_object(problem.ordered()[TARGET_ID].model)
-    return Wanted(problem.description, turn_table(model) if pictures else ())
+    if not getattr(system.pipeline.perception, "needs_pictures", False):
+        return Wanted(problem.description)
+    return Wanted(problem.description, turn_table(load_object(problem.ordered()[TARGET_ID].model)))
 
 
 def needs_color(system: System) -> bool:

@@ -106,8 +106,7 @@ def same_ids(
     """An id for each object, and what is to be remembered of all.
 
     `overlap` is the agreement of each with each object of `before.objects`, see `agreement`; before the first snapshot
-    there is none. New objects get ids that
-    nothing known has; TARGET_ID is given to nobody who did not have it.
+    there is none. New objects get ids that nothing known has; TARGET_ID is given to nobody who did not have it.
     """
     ids: list[int | None] = [None] * len(seen)
     remembered = () if before is None else before.known

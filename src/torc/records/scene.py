@@ -83,8 +83,8 @@ class SegmentedScene:
         raise KeyError(f"No visible object {object_id}; visible: {self.ids}.")
 
     def with_target(self, object_id: int) -> "SegmentedScene":
-        """The scene in which that visible object is the target; what was taken for it before has that id now. Raises
-        KeyError as `object`.
+        """The scene in which that visible object is the target; what was taken for it before has that id now, and what
+        is remembered of a target out of sight was of this one. Raises KeyError as `object`.
         """
         self.object(object_id)
         other = {object_id: TARGET_ID, TARGET_ID: object_id}
@@ -92,7 +92,8 @@ class SegmentedScene:
         for k, new in other.items():
             swapped[label == k] = new
         objects = sorted((replace(o, id=other.get(o.id, o.id)) for o in self.objects), key=lambda o: o.id)
-        known = sorted((replace(k, id=other.get(k.id, k.id)) for k in self.known), key=lambda k: k.id)
+        facts = (k for k in self.known if k.id != TARGET_ID or TARGET_ID in self.ids)
+        known = sorted((replace(k, id=other.get(k.id, k.id)) for k in facts), key=lambda k: k.id)
         return replace(
             self, label_image=swapped, objects=tuple(objects), known=tuple(known), target_id=TARGET_ID
         )

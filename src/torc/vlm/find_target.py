@@ -1,13 +1,9 @@
 """The target by its description: a model is asked which of the numbered objects it is, or none of them."""
 
-from dataclasses import replace
-
-import numpy as np
-
 from torc.errors import InputError
 from torc.perception.marking import mark_image
 from torc.perception.protocol import Perception, Wanted
-from torc.records import MAX_OBJECTS, TARGET_ID, Exchange, Observation, SegmentedScene
+from torc.records import Exchange, Observation, SegmentedScene
 from torc.records.files import png_bytes
 from torc.task_planning.protocol import MAX_ATTEMPTS
 from torc.vlm.answers import Useless, read_id
@@ -53,7 +49,7 @@ class TargetByText:
         if found is None:
             self._refused = frozenset(scene.ids)
             return scene
-        return as_target(scene, found)
+        return scene.with_target(found)
 
 
 def find_target(
@@ -83,20 +79,3 @@ def read_number(reply: Reply, offered: tuple[int, ...]) -> int | Useless | None:
         return None
     number = read_id(value)
     return number if number in offered else Useless(f"It names {value!r}, which is no number in the picture.")
-
-
-def as_target(scene: SegmentedScene, object_id: int) -> SegmentedScene:
-    """The scene with TARGET_ID for an object that had another id. Raises ValueError if another object has it."""
-    if TARGET_ID in scene.ids:
-        raise ValueError("Another object is the target already.")
-    table = np.arange(-2, MAX_OBJECTS, dtype=np.int16)
-    table[object_id + 2] = TARGET_ID
-    renamed = (replace(o, id=TARGET_ID) if o.id == object_id else o for o in scene.objects)
-    known = (replace(k, id=TARGET_ID) if k.id == object_id else k for k in scene.known if k.id != TARGET_ID)
-    return replace(
-        scene,
-        label_image=table[scene.label_image + 2],
-        objects=tuple(sorted(renamed, key=lambda o: o.id)),
-        target_id=TARGET_ID,
-        known=tuple(sorted(known, key=lambda k: k.id)),
-    )
