@@ -19,9 +19,11 @@ TARGET = SyntheticBox(0, (0.62, 0.05, 1.08), (0.05, 0.05, 0.06))
 
 @pytest.fixture
 def play(robot):
-    def run(choices, names=None, targets=(), results=()):
-        """The result, the events, and the eyes; `names` are perception's ids by true ones."""
-        parts = fake_parts(FakeRobot(robot, (TARGET, TALL, SIDE), results), names)
+    def run(choices, names=None, targets=(), results=(), in_hand=None):
+        """The result, the events, and the eyes; `names` are perception's ids by true ones, `in_hand` what it says of
+        each of those in the hand.
+        """
+        parts = fake_parts(FakeRobot(robot, (TARGET, TALL, SIDE), results), names, in_hand)
         events = []
         started = Started("test", "scripted", 0, "the box", 4)
         result = run_episode(parts, ScriptedPlanner(choices, targets), started, [events.append])
@@ -136,3 +138,33 @@ def test_a_neighbour_that_came_up_in_the_targets_place_is_no_mistake_of_the_eyes
     result, _, _ = play([0], {0: 0, 1: 4, 2: 5})
     outcome = replace(result.outcomes[0], result=PickResult.REMOVED, held_id=1)
     assert not outcome.wrong_object
+
+
+def test_what_was_taken_for_the_target_and_is_not_is_let_go(play):
+    """The hand knows better than the first look: the episode goes on, and nothing is called the target by habit."""
+    result, events, eyes = play([0, 7], {0: 7, 1: 0, 2: 5}, in_hand={0: 0.1, 7: 0.9})
+    assert [o.felt.result for o in result.outcomes] == [PickResult.REMOVED, PickResult.RETRIEVED]
+    assert [o.target_p for o in result.outcomes] == [0.1, 0.9]
+    assert result.end is EndReason.RETRIEVED
+    assert eyes.before[1].target_id is None
+    assert TARGET_ID not in eyes.before[1].ids
+    lines = [log_line(e) for e in events if isinstance(e, Executed)]
+    assert [line["target_p"] for line in lines] == [0.1, 0.9]
+
+
+def test_another_object_that_passes_for_the_target_in_the_hand_ends_the_episode(play):
+    result, _, _ = play([4], {0: 7, 1: 4, 2: 5}, in_hand={4: 0.6})
+    assert result.end is EndReason.WRONG_OBJECT
+    assert not result.retrieved
+
+
+def test_where_the_hand_cannot_tell_belief_stays(play):
+    result, events, _ = play([4, 0], {0: 0, 1: 4, 2: 5}, in_hand={0: None, 4: None})
+    assert [o.felt.result for o in result.outcomes] == [PickResult.REMOVED, PickResult.RETRIEVED]
+    assert not any("target_p" in log_line(e) for e in events)
+
+
+def test_who_names_the_target_is_not_asked_again(play):
+    result, _, _ = play([7], {0: 7, 1: 4, 2: 5}, targets=[7], in_hand={})
+    assert result.end is EndReason.RETRIEVED
+    assert result.outcomes[0].target_p is None

@@ -11,7 +11,7 @@ from torc.episode.steps import EpisodeConfig, PickParts, Steps
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.motion.protocol import PickRequest
 from torc.perception.privileged import LabelPerception
-from torc.perception.protocol import Wanted
+from torc.perception.protocol import Perception, Wanted
 from torc.perception.segmentation import PerceptionConfig, segment
 from torc.pipeline.look import Pipeline
 from torc.records import (
@@ -30,6 +30,7 @@ from torc.records import (
     Trajectory,
 )
 from torc.robots.description import RobotDescription
+from torc.robots.protocols import HeldCheck
 from torc.testing.synthetic import Shape, synthetic_observation
 from torc.workspace.files import load_workspace
 
@@ -50,22 +51,25 @@ class FakeRobot:
         seen = synthetic_observation(self.shapes, stamp_s=float(len(self.executed)))
         return replace(seen, qpos=self.description.arm.rest_qpos)
 
-    def execute(self, plan: PickPlan, true_id: int | None = None) -> PickOutcome:
+    def execute(
+        self, plan: PickPlan, true_id: int | None = None, is_target: HeldCheck | None = None
+    ) -> PickOutcome:
         """Take the object away, or what the script says."""
         self.executed.append(plan)
         if len(self.executed) <= len(self.results):
             return self.results[len(self.executed) - 1]
         meant = plan.object_id if true_id is None else true_id
         self.shapes = [s for s in self.shapes if s.id != meant]
-        result, felt = (_delivered(k) for k in (meant, plan.object_id))
+        believed = plan.object_id == TARGET_ID if is_target is None else is_target(self.capture(), 0.04)
+        result, felt = _delivered(meant == TARGET_ID), _delivered(believed)
         told = FeltOutcome(felt, True, True)
         return PickOutcome(
             result, plan.object_id, meant, True, True, duration_s=5.0, felt=told, true_id=true_id
         )
 
 
-def _delivered(object_id: int) -> PickResult:
-    return PickResult.RETRIEVED if object_id == TARGET_ID else PickResult.REMOVED
+def _delivered(target: bool) -> PickResult:
+    return PickResult.RETRIEVED if target else PickResult.REMOVED
 
 
 class RenamingEyes:
@@ -90,11 +94,42 @@ class RenamingEyes:
         return segment(observation, label, PerceptionConfig())
 
 
-def fake_parts(robot: FakeRobot, names: Mapping[int, int] | None = None) -> PickParts:
-    """Real perception and grasps, and motions that stand still; with `names` eyes that have ids of their own."""
+class RecognisingEyes(RenamingEyes):
+    """The same; says of what is in the hand that it is the target with a probability by its own id."""
+
+    def __init__(
+        self, robot: FakeRobot, names: Mapping[int, int], in_hand: Mapping[int, float | None]
+    ) -> None:
+        super().__init__(robot, names)
+        self.in_hand = in_hand
+
+    def recognise(
+        self,
+        observation: Observation,
+        mask: np.ndarray,
+        wanted: Wanted,
+        scene: SegmentedScene,
+        object_id: int,
+    ) -> float | None:
+        """What was said beforehand."""
+        assert mask.shape == observation.depth_m.shape
+        assert observation.label_image is None
+        return self.in_hand[object_id]
+
+
+def fake_parts(
+    robot: FakeRobot,
+    names: Mapping[int, int] | None = None,
+    in_hand: Mapping[int, float | None] | None = None,
+) -> PickParts:
+    """Real perception and grasps, and motions that stand still; with `names` eyes that have ids of their own, and with
+    `in_hand` ones that recognise what is lifted.
+    """
     workspace, gripper = load_workspace(), robot.description.gripper
     grasps = GeometricGraspPlanner(gripper, workspace.support_z_m)
-    eyes = LabelPerception() if names is None else RenamingEyes(robot, names)
+    eyes: Perception = LabelPerception()
+    if names is not None:
+        eyes = RenamingEyes(robot, names) if in_hand is None else RecognisingEyes(robot, names, in_hand)
     return PickParts(robot, Pipeline(eyes, grasps, gripper, workspace), FakeMotionPlanner())
 
 

@@ -3,7 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from torc.errors import PartError
+from torc.perception.asking import ask_recognition
 from torc.perception.from_masks import FromMasks, Masks
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import make_stage
@@ -40,3 +43,32 @@ def test_one_of_ones_own_is_made_by_its_name_with_its_settings():
     assert len(scene.objects) == 2
     assert scene.target_id is None
     assert sorted(k.sureness for k in scene.known) == [np.float32(0.5), np.float32(0.6)]
+
+
+def test_what_is_in_the_hand_is_judged_by_pictures_and_else_by_what_was_believed(rng):
+    """A picture of the object itself tells more than one of something else."""
+    eyes = Halves()
+    observation = synthetic_observation((box(1, 0.55, -0.20, (0.1, 0.1, 0.2)),))
+    observation = replace(observation, label_image=None)
+    own = np.dstack([rng.integers(0, 255, (40, 30, 3)), np.full((40, 30), 255)]).astype(np.uint8)
+    own[0, :, 3] = 0
+    other = np.where(np.arange(4) < 3, np.uint8(120), own)
+    rgb, mask = observation.rgb.copy(), np.zeros(observation.depth_m.shape, bool)
+    rgb[101:140, 200:230], mask[101:140, 200:230] = own[1:, :, :3], True
+    seen, scene = replace(observation, rgb=rgb), eyes.perceive(observation, Wanted("", (own,)), None)
+    before = scene.known[0]
+
+    def recognised(where, *pictures):
+        return ask_recognition(eyes, seen, where, Wanted("", pictures), scene, before.id)
+
+    assert recognised(mask, own) > recognised(mask, other)
+    assert recognised(np.zeros_like(mask), own) == before.target_p > 0
+    assert recognised(mask) is None
+
+
+def test_a_recognition_that_is_no_probability_is_refused():
+    eyes = Halves()
+    eyes.recognise = lambda *_: 1.2
+    observation = synthetic_observation((box(1, 0.55, -0.20, (0.1, 0.1, 0.2)),))
+    with pytest.raises(PartError, match="no probability"):
+        ask_recognition(eyes, observation, np.zeros((1, 1), bool), Wanted(""), None, 1)

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.perception.target import TargetConfig, choose_target, reference_mask, target_probabilities
+from torc.perception.target import (
+    TargetConfig,
+    choose_target,
+    held_probability,
+    reference_mask,
+    target_probabilities,
+)
 
 CONFIG = TargetConfig(likeness=0.75, steepness=20.0, pixels=0.3, sure=0.6, still=0.2, ahead=0.2)
 
@@ -80,3 +86,15 @@ def test_a_picture_that_shows_nothing_is_refused(picture):
 def test_limits_are_checked():
     with pytest.raises(InputError, match="still"):
         TargetConfig(sure=0.3, still=0.5)
+
+
+def test_in_the_hand_looks_count_and_so_does_what_was_believed():
+    config = TargetConfig(held_likeness=0.7, held_steepness=20.0, held_trust=0.5)
+    assert held_probability(0.7, 0.5, config) == pytest.approx(0.5)
+    by_looks = [held_probability(c, 0.5, config) for c in (0.3, 0.65, 0.75, 1.0)]
+    by_belief = [held_probability(0.7, p, config) for p in (0.0, 0.2, 0.8, 1.0)]
+    for p in (by_looks, by_belief):
+        assert p == sorted(p)
+        assert 0 < p[0] < 0.5 < p[-1] < 1
+    # A belief of nothing can be overcome, and one of certainty lost.
+    assert held_probability(0.95, 0.0, config) > 0.5 > held_probability(0.45, 1.0, config)

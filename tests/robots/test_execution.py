@@ -176,3 +176,25 @@ def test_a_blocked_way_back_from_the_transfer_ends_the_pick_with_the_object_held
     assert not trace.at_home
     assert len(arm.followed) == 5  # nothing is commanded from off the path
     assert gripper.commands[-1][0] == "close"
+
+
+@pytest.mark.parametrize("target", [True, False])
+@pytest.mark.parametrize("object_id", [TARGET_ID, 3])
+def test_a_look_at_what_is_held_counts_for_more_than_the_plan(object_id, target):
+    arm, looked_at = FakeArm(REST), []
+
+    def is_target():
+        looked_at.append(arm.qpos.copy())
+        return target
+
+    trace = execute_pick(arm, FakeGripper(), plan(object_id), is_target=is_target)
+    assert trace.result is (PickResult.RETRIEVED if target else PickResult.REMOVED)
+    np.testing.assert_allclose(looked_at, [UP])
+
+
+def test_nobody_looks_at_an_empty_hand():
+    def is_target():
+        raise AssertionError("There is nothing to look at.")
+
+    trace = execute_pick(FakeArm(REST), FakeGripper(object_width_m=None), plan(), is_target=is_target)
+    assert trace.result is PickResult.MISSED

@@ -161,6 +161,24 @@ class Target:
 
 
 @dataclass(frozen=True)
+class Held:
+    """Fit how surely what is in the hand is the target, and measure it."""
+
+    problems: int = 40
+    """Scenes of as many seeds, up to eight picks in each."""
+    depth: str = "sgbm"
+    """Depth: sgbm or as-measured."""
+    held_out: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Of kinds that are never trained on."""
+
+    def run(self) -> None:
+        """Fit."""
+        from tools.eyes.fit_held import fit_held
+
+        fit_held(self.problems, self.depth, self.held_out)
+
+
+@dataclass(frozen=True)
 class LossesCommand:
     """What perception cost in trials of `torc bench --perception embedded`: ids, target, masks, failed picks."""
 
@@ -180,7 +198,7 @@ Losses = Annotated[LossesCommand, tyro.conf.subcommand("losses")]
 def main(arguments: list[str] | None = None) -> int:
     """Run one command; 0 when done, 1 on failure, 2 on bad input."""
     command = tyro.cli(
-        Collect | Train | Describe | Export | Measure | Target | Losses,
+        Collect | Train | Describe | Export | Measure | Target | Held | Losses,
         args=arguments,
         prog="python -m tools.eyes",
     )

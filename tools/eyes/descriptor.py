@@ -2,7 +2,8 @@
 
 A crop of an object in clutter, partly hidden maybe, is to be like one of the portraits of that object alone, and unlike
 all portraits of all other objects of the batch, many of them of the same scene (InfoNCE, van den Oord et al. 2018; of
-the portraits the nearest counts).
+the portraits the nearest counts). Some objects take the colour of others of the batch: only shape and pattern tell
+those apart.
 """
 
 import time
@@ -88,6 +89,8 @@ class DescriptorConfig:
     rate: float = 2e-3
     warm_up: int = 500
     temperature: float = 0.07
+    alike: float = 0.1
+    """Share of the objects that take the colour of another one."""
     seed: int = 1
 
 
@@ -102,14 +105,31 @@ class Batches(IterableDataset):  # type: ignore[type-arg]
         torch.set_num_threads(1)
         scenes = [SceneCrops(**dict(np.load(f))) for f in self.files]
         while True:
-            crops, portraits = [], []
+            pictures = []
             for s in rng.choice(len(scenes), self.config.scenes, replace=False):
                 scene = scenes[s]
                 for k in rng.permutation(np.unique(scene.object_ids))[: self.config.objects]:
                     mine = np.flatnonzero(scene.object_ids == k)
-                    crops.append(varied(scene.crops[rng.choice(mine)], rng))
-                    portraits += [relit(picture, rng) for picture in scene.portraits[k]]
+                    pictures.append(np.concatenate([scene.crops[rng.choice(mine)][None], scene.portraits[k]]))
+            pictures = alike(pictures, self.config.alike, rng)
+            crops = [varied(p[0], rng) for p in pictures]
+            portraits = [relit(side, rng) for p in pictures for side in p[1:]]
             yield descriptor_inputs(np.stack(crops)), descriptor_inputs(np.stack(portraits))
+
+
+def alike(
+    pictures: list[UInt8[np.ndarray, "k s s 4"]], share: float, rng: np.random.Generator
+) -> list[UInt8[np.ndarray, "k s s 4"]]:
+    """The pictures of objects, some of which take the mean colour of another one."""
+    means = [p[1:][p[1:, ..., 3] > 0][:, :3].mean(axis=0) for p in pictures]
+    out = []
+    for own, mean in zip(pictures, means):
+        if rng.random() < share:
+            shift = means[rng.integers(len(means))] - mean
+            color = np.clip(own[..., :3] + shift, 0, 255).astype(np.uint8)
+            own = np.where(own[..., 3:] > 0, np.concatenate([color, own[..., 3:]], axis=-1), 0)
+        out.append(own.astype(np.uint8))
+    return out
 
 
 def varied(picture: UInt8[np.ndarray, "s s 4"], rng: np.random.Generator) -> UInt8[np.ndarray, "s s 4"]:

@@ -79,7 +79,7 @@ def scene_cases(rng: np.random.Generator, workspace: Workspace, held_out: bool) 
     for object_id, placement in enumerate(problem.ordered()):
         shown = [i for i, k in enumerate(true_ids) if k == object_id]
         right = max(shown, key=lambda i: pixels[i]) if shown else None
-        cases.append(Case(looks, pixels, _references(placement.model), right))
+        cases.append(Case(looks, pixels, references(placement.model), right))
     return cases
 
 
@@ -103,7 +103,8 @@ def _seen(
 
 
 @cache
-def _references(model: str) -> Float32[np.ndarray, "m d"]:
+def references(model: str) -> Float32[np.ndarray, "m d"]:
+    """What an object looks like on each picture of a turn-table."""
     pictures = turn_table(load_object(model))
     return describe(np.stack([crop(p[..., :3], reference_mask(p)) for p in pictures]))
 

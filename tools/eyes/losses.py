@@ -8,6 +8,7 @@ from pathlib import Path
 
 from torc.benchmark.reading import read_tables
 from torc.benchmark.rows import TrialRow
+from torc.episode.held import SURE
 from torc.episode.recorded import RecordedPick, picks_of, read_events
 from torc.records import TARGET_ID
 
@@ -24,6 +25,8 @@ class Losses:
         objects: objects that were seen, look by look; merged, split, missed: of those, by `MaskFaults`.
         target_known, target_unknown: looks at a target that has a mask.
         target_mistaken: looks in which another object was taken for the target.
+        held: what was lifted and looked at: whether it was the target, whether it was taken for it.
+        unnoticed: targets that were brought unrecognised.
         ends: how trials ended.
         failures: per failed pick what had been wrong with the mask of the object that was to be picked.
     """
@@ -39,6 +42,8 @@ class Losses:
     target_unknown: int = 0
     target_mistaken: int = 0
     picks: int = 0
+    held: Counter[tuple[bool, bool]] = field(default_factory=Counter)
+    unnoticed: int = 0
     ends: Counter[str] = field(default_factory=Counter)
     failures: Counter[str] = field(default_factory=Counter)
 
@@ -74,6 +79,9 @@ class Losses:
         if done is None:
             return
         self.picks += 1
+        if done.target_p is not None and done.held_id is not None:
+            self.held[done.held_id == TARGET_ID, done.target_p >= SURE] += 1
+        self.unnoticed += done.result == "retrieved" != done.felt_result
         if done.result in _WENT_WELL:
             return
         meant = done.meant_id
@@ -111,6 +119,16 @@ def print_losses(directories: Sequence[Path]) -> None:
         print(f"of {objects} objects, look by look: {told}")
         print(f"target with a mask known in {found.target_known / looks:.4f} of {looks} looks,")
         print(f"another object taken for it in {found.target_mistaken} looks")
+        if found.held:
+            print(
+                f"in the hand: targets known {found.held[True, True]}, not known {found.held[True, False]},",
+                end=" ",
+            )
+            print(
+                f"others taken for it {found.held[False, True]}, not taken {found.held[False, False]};",
+                end=" ",
+            )
+            print(f"targets brought unrecognised {found.unnoticed}")
         print("ends:", ", ".join(f"{name} {n}" for name, n in found.ends.most_common()))
         failed = ", ".join(f"{name} {n}" for name, n in found.failures.most_common())
         print(f"{found.picks} picks; failed: {failed}\n")

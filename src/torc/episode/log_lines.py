@@ -111,6 +111,7 @@ class ExecutedLine(_Line):
     touch: Touch | None = None
     felt: FeltOutcome | None = None
     true_id: _Id | None = None
+    target_p: FiniteFloat | None = None
     seconds: FiniteFloat = 0.0
 
     @property

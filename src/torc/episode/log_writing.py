@@ -31,8 +31,9 @@ def log_line(event: Event) -> dict[str, Any]:
             facts = {**_plan_facts(event.look, event.plan), "seconds": round(event.seconds, 4)}
         case Executed():
             facts = {**to_plain(event.outcome), "seconds": round(event.seconds, 3)}
-            if event.outcome.true_id is None:
-                del facts["true_id"]
+            for name in ("true_id", "target_p"):
+                if facts[name] is None:
+                    del facts[name]
     pick = {} if isinstance(event, Started | Ended) else {"pick": event.pick}
     line = LOG_LINE.validate_python({"event": type(event).__name__.lower(), **pick, **facts})
     plain: dict[str, Any] = line.model_dump(mode="json", exclude_unset=True)

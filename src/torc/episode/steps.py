@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from torc.episode.events import Executed, Listener, Looked, Planned
+from torc.episode.held import HeldLook, held_look
 from torc.episode.identity import true_ids
 from torc.motion.asking import ask_motion_planner
 from torc.motion.protocol import MotionPlanner, PickRequest
@@ -76,11 +77,16 @@ class Steps:
                 # Ids that perception was given are the truth, whoever says otherwise.
                 named = decision.is_target and scene.observation.label_image is None
                 meant = replace(plan, object_id=TARGET_ID) if named else plan
+                # Who names the target is trusted; else what is lifted is looked at.
+                check = None if named else self._held_look(state, look, choice)
                 with self.clock.stage("execute") as lap:
-                    outcome = self.parts.robot.execute(meant, truth.get(choice))
+                    outcome = self.parts.robot.execute(meant, truth.get(choice), check)
                 seconds = lap.seconds
                 if named:
                     outcome, scene = replace(outcome, object_id=choice), scene.with_target(choice)
+                elif check is not None and check.p is not None:
+                    outcome = replace(outcome, target_p=check.p)
+                    scene = scene if check.is_target or choice != TARGET_ID else scene.without_target()
             failed = remembered(failed, look, plan, outcome.as_felt, self.parts.robot.description)
             if scene is not look.context.scene:
                 failed = tuple(
@@ -88,6 +94,11 @@ class Steps:
                 )
         self._tell(Executed(state.pick, outcome, seconds))
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), scene)
+
+    def _held_look(self, state: EpisodeState, look: Look, object_id: int) -> HeldLook | None:
+        rng = stage_rng(self.config.seed, state.pick, "held")
+        pipeline, robot = self.parts.pipeline, self.parts.robot.description
+        return held_look(pipeline, robot, look, self.wanted, object_id, rng)
 
 
 def pick_request(look: Look, object_id: int) -> PickRequest:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+from jaxtyping import Bool
 
 from torc.errors import PartError
 from torc.perception.protocol import Depth, Perception, Wanted
@@ -61,6 +62,26 @@ def observation_faults(observation: Any, method: str) -> Iterator[str]:
         yield "depth_m must be a float32 array of shape (height, width), in metres"
     elif observation.rgb.shape != (*depth.shape, 3) or observation.rgb.dtype != np.uint8:
         yield f"rgb must be a uint8 array of shape {(*depth.shape, 3)}, as large as depth_m"
+
+
+def ask_recognition(
+    perception: Perception,
+    observation: Observation,
+    mask: Bool[np.ndarray, "h w"],
+    wanted: Wanted,
+    scene: SegmentedScene,
+    object_id: int,
+) -> float | None:
+    """What a perception says of an object in the hand. Raises PartError as `ask_perception`, and if it is no
+    probability.
+    """
+    what = f"Perception {type(perception).__name__}"
+    recognise: Any = perception.recognise  # type: ignore[attr-defined]
+    with blamed(what, PartError, _HELP):
+        p = recognise(observation, mask, wanted, scene, object_id)
+    if p is not None and not 0 <= p <= 1:
+        raise PartError(f"{what}: recognise returned {p!r}, which is no probability. {_HELP}")
+    return None if p is None else float(p)
 
 
 def scene_faults(scene: Any, observation: Observation) -> Iterator[str]:

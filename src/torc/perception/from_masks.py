@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Self
 
 import numpy as np
-from jaxtyping import Float, Float32, Int16
+from jaxtyping import Bool, Float, Float32, Int16
 
 from torc.perception.embedded.crops import crop
 from torc.perception.embedded.model import describe
@@ -18,6 +18,7 @@ from torc.perception.target import (
     Certainty,
     TargetConfig,
     choose_target,
+    held_probability,
     marked_object,
     reference_mask,
     target_probabilities,
@@ -113,8 +114,35 @@ class FromMasks(ABC):
         seen = self._seen(found, label, sureness, before, carried)
         was = seen.ids.index(TARGET_ID) if TARGET_ID in seen.ids else None
         settled = replace(masks, label=label, sureness=sureness)
-        target = self._target(settled, seen, wanted, was, before is None)
-        return _named(found, *with_target(seen.ids, seen.known, was, target))
+        p = self._target_p(settled, seen, wanted)
+        certainty = self.config.target if wanted.pictures else self.words
+        target = was if p is None else choose_target(p, was, certainty)
+        if wanted.mark and before is None:
+            marked = marked_object(label, wanted.mark)
+            target = seen.masks.index(marked) if marked in seen.masks else None
+        chances = {} if p is None else dict(zip(seen.ids, map(float, p), strict=True))
+        known = tuple(replace(k, target_p=chances.get(k.id, k.target_p)) for k in seen.known)
+        return _named(found, *with_target(seen.ids, known, was, target))
+
+    def recognise(
+        self,
+        observation: Observation,
+        mask: Bool[np.ndarray, "h w"],
+        wanted: Wanted,
+        scene: SegmentedScene,
+        object_id: int,
+    ) -> float | None:
+        """How surely the object in the hand is the target, by reference pictures; None without them. Where nothing of
+        it can be seen, as surely as before the pick.
+        """
+        if not wanted.pictures:
+            return None
+        before = {k.id: k.target_p for k in scene.known}.get(object_id, 0.0)
+        if not mask.any():
+            return before
+        look = describe(crop(observation.rgb, mask)[None], self.config.threads)
+        cosine = float((look @ self._described(wanted).T).max())
+        return held_probability(cosine, before, self.config.target)
 
     def _seen(
         self,
@@ -137,18 +165,14 @@ class FromMasks(ABC):
         ids, known = same_ids(seen, overlap, before, observation, config.tracking)
         return _Seen(masks, looks, [o.pixel_count for o in found.objects], ids, known)
 
-    def _target(self, masks: Masks, seen: _Seen, wanted: Wanted, was: int | None, first: bool) -> int | None:
-        """Index of the target among what is in sight."""
-        if wanted.mark and first:
-            marked = marked_object(masks.label, wanted.mark)
-            return seen.masks.index(marked) if marked in seen.masks else None
+    def _target_p(self, masks: Masks, seen: _Seen, wanted: Wanted) -> Float[np.ndarray, "n"] | None:
+        """How surely each object in sight is the target; None if nothing but a mark tells."""
         if wanted.pictures:
-            references, config = self._described(wanted), self.config.target
-            p = target_probabilities(seen.looks, seen.pixels, references, config)
-            return choose_target(p, was, config)
+            references = self._described(wanted)
+            return target_probabilities(seen.looks, seen.pixels, references, self.config.target)
         if masks.wanted_p is not None:
-            return choose_target(by_words(masks.label, masks.wanted_p, seen.masks), was, self.words)
-        return was
+            return by_words(masks.label, masks.wanted_p, seen.masks)
+        return None
 
     def _described(self, wanted: Wanted) -> Float32[np.ndarray, "m d"]:
         """What the target looks like on each reference picture; the same pictures are described once."""

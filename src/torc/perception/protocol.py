@@ -38,6 +38,10 @@ class Perception(Protocol):
     knows, a simulator's truth or an annotator's: others find the objects themselves, and `observation.label_image` is
     None for them; `needs_pictures`, true if it knows the target by reference pictures, which a simulated trial takes
     only then; and `reads_words`, true if the target's description tells it the target.
+
+    It may also have a method `recognise(observation, mask, wanted, scene, object_id) -> float | None`: how surely what
+    the gripper holds is the target, from a snapshot after the lift and the pixels (h, w) of what is held, which may be
+    none; `object_id` is what it was in the latest `scene`. None: it cannot tell, and what it was believed to be stays.
     """
 
     def perceive(

@@ -40,15 +40,22 @@ class TargetConfig(Certainty):
             probability 1/2; how fast that changes with the cosine; how much it changes with the logarithm of the number
             of pixels. Chosen by `python -m tools.eyes target`: a wrong object costs the trial, a target that is not
             known yet a pick or two.
+        held_likeness, held_steepness, held_trust: the same for what is in the hand, and how much the log-odds of before
+            the pick count there. Chosen by `python -m tools.eyes held`.
     """
 
-    sure: float = 0.8
+    sure: float = 0.5
     likeness: float = 0.75
     steepness: float = 20.0
     pixels: float = 0.3
+    held_likeness: float = 0.75
+    held_steepness: float = 20.0
+    held_trust: float = 0.7
 
 
 _TYPICAL_PIXELS = 1000.0
+_LEAST_P = 0.005
+"""No belief of before the pick is surer, either way."""
 _NEAR_PX = 4
 MAX_PICTURES = 24
 _MAX_SIDE_PX = 1024
@@ -70,6 +77,17 @@ def target_probabilities(
     size = np.log(np.maximum(np.asarray(pixels, float), 1) / _TYPICAL_PIXELS)
     odds = np.exp(config.steepness * (cosine - config.likeness) + config.pixels * size)
     return np.asarray(odds / (1 + odds.sum()))
+
+
+def held_probability(cosine: float, before: float, config: TargetConfig) -> float:
+    """How surely an object in the hand is the target: by its cosine to the nearest reference picture, and by how surely
+    it was before the pick.
+    """
+    before = min(max(before, _LEAST_P), 1 - _LEAST_P)
+    odds = config.held_steepness * (cosine - config.held_likeness) + config.held_trust * np.log(
+        before / (1 - before)
+    )
+    return float(1 / (1 + np.exp(-odds)))
 
 
 def choose_target(p: Float[np.ndarray, "n"], was: int | None, config: Certainty) -> int | None:

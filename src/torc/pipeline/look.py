@@ -131,9 +131,7 @@ class Pipeline:
         history = tuple(outcome.as_felt for outcome in state.outcomes)
         pick, clock = state.pick, StageClock()
         with clock.stage("perceive"):
-            if self.noise is not None:
-                observation = add_sensor_noise(observation, self.noise, stage_rng(seed, pick, "noise"))
-            observation = ask_depth(self.depth, observation)
+            observation = self.measured(observation, stage_rng(seed, pick, "noise"))
             blind = not getattr(self.perception, "needs_labels", False)
             shown = replace(observation, label_image=None) if blind else observation
             scene = ask_perception(self.perception, shown, wanted, state.scene)
@@ -154,6 +152,12 @@ class Pipeline:
                 report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
         told = wanted.description, history, picks_left, tuple((labels or {}).items())
         return Look(PlanningContext(scene, volume, grasps, report, *told), observation, world, clock.seconds)
+
+    def measured(self, observation: Observation, rng: np.random.Generator) -> Observation:
+        """A snapshot with this pipeline's depth, after its noise if it adds any."""
+        if self.noise is not None:
+            observation = add_sensor_noise(observation, self.noise, rng)
+        return ask_depth(self.depth, observation)
 
     def evaluate(
         self, grasps: GraspSet, scene: SegmentedScene, volume: OcclusionVolume, world: CollisionWorld

@@ -75,6 +75,7 @@ class PickOutcome:
         touch: where an unexpected contact ended the approach, if one did.
         true_id: what the object that was to be picked really is, by a simulator's ids, where perception has ids of its
             own; None where the two are one, or nobody knows.
+        target_p: how surely what was lifted looked like the target; None if nobody looked.
         felt: what the gripper told, where that is known apart from what happened; None where the two are one: the robot
             did not move, or is a real one.
     """
@@ -92,6 +93,7 @@ class PickOutcome:
     touch: Touch | None = None
     felt: FeltOutcome | None = None
     true_id: int | None = None
+    target_p: float | None = None
 
     @property
     def meant_id(self) -> int:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float32, Int16, Int32
 
-from torc.records.camera import TARGET_ID, Observation
+from torc.records.camera import MAX_OBJECTS, TARGET_ID, Observation
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,7 @@ class KnownObject:
         sureness: how surely what was seen is one object, 0 to 1.
         looks: in how many snapshots it was seen.
         missed: how many have passed since.
+        target_p: how surely it is the target, by reference pictures, when it was last seen.
     """
 
     id: int
@@ -48,6 +49,7 @@ class KnownObject:
     sureness: float
     looks: int = 1
     missed: int = 0
+    target_p: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,16 @@ class SegmentedScene:
             if o.id == object_id:
                 return o
         raise KeyError(f"No visible object {object_id}; visible: {self.ids}.")
+
+    def without_target(self) -> "SegmentedScene":
+        """The scene in which what was taken for the target is another object: it has the lowest free id now."""
+        taken = {*self.ids, *(k.id for k in self.known)}
+        free = next(k for k in range(1, MAX_OBJECTS + 1) if k not in taken)
+        new = {TARGET_ID: free}
+        label = np.where(self.label_image == TARGET_ID, np.int16(free), self.label_image)
+        objects = sorted((replace(o, id=new.get(o.id, o.id)) for o in self.objects), key=lambda o: o.id)
+        known = sorted((replace(k, id=new.get(k.id, k.id)) for k in self.known), key=lambda k: k.id)
+        return replace(self, label_image=label, objects=tuple(objects), known=tuple(known), target_id=None)
 
     def with_target(self, object_id: int) -> "SegmentedScene":
         """The scene in which that visible object is the target; what was taken for it before has that id now, and what

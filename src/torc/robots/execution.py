@@ -91,8 +91,11 @@ def execute_pick(
     plan: PickPlan,
     config: ExecutionConfig | None = None,
     on_phase: Callable[[PhaseTrace], None] | None = None,
+    is_target: Callable[[], bool] | None = None,
 ) -> ExecutionTrace:
-    """Carry out one pick; returns when the arm rests at home again, or where it could get no further."""
+    """Carry out one pick; returns when the arm rests at home again, or where it could get no further. `is_target` is
+    asked after a lift with something in the hand; without it, the plan's object id tells.
+    """
     run = _Run(arm, gripper, plan, config or ExecutionConfig(), on_phase)
     run.open(Phase.OPEN)
     if not run.follow(Phase.FREE, plan.free, run.config.free_guard):
@@ -104,6 +107,9 @@ def execute_pick(
         run.open(Phase.RELEASE)
         return run.give_up("lift")
     run.held_after_lift = run.gripper.state.holding
+    target = plan.object_id == TARGET_ID
+    if run.held_after_lift and is_target is not None:
+        target = is_target()
     if not run.follow(Phase.TRANSFER, plan.transfer, None):
         # Put it back where it stood. Where the arm cannot get there it stops: letting go high up would drop the
         # object, and from off its path the arm must not leap on to an earlier one.
@@ -121,7 +127,6 @@ def execute_pick(
     if not still:
         return run.trace(PickResult.SLIPPED, home, "the object slipped out of the fingers before the bin")
     run.delivered = True
-    target = run.plan.object_id == TARGET_ID
     return run.trace(PickResult.RETRIEVED if target else PickResult.REMOVED, home, "delivered to the bin")
 
 

@@ -1,5 +1,6 @@
 """What a robot must be able to do. The simulator, drivers of real hardware and the tests' fakes implement it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -42,6 +43,11 @@ class GripperState:
 
     width_m: float
     holding: bool
+
+
+HeldCheck = Callable[[Observation, float], bool]
+"""Whether what the gripper holds is the target, by a snapshot with the arm at rest after the lift, and by the gripper's
+opening."""
 
 
 @runtime_checkable
@@ -96,6 +102,9 @@ class Robot(Protocol):
     def capture(self) -> Observation:
         """One snapshot with the arm at rest."""
 
-    def execute(self, plan: PickPlan, true_id: int | None = None) -> PickOutcome:
+    def execute(
+        self, plan: PickPlan, true_id: int | None = None, is_target: HeldCheck | None = None
+    ) -> PickOutcome:
         """Carry out one pick; the arm is at rest again afterwards. `true_id` is for simulators: what the plan's object
-        is by their own ids, where perception has others. Raises PhysicsError or a driver's TorcError."""
+        is by their own ids, where perception has others. `is_target` is asked after a lift with something in the hand;
+        without it, the plan's object id tells. Raises PhysicsError or a driver's TorcError."""

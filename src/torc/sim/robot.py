@@ -18,7 +18,7 @@ from torc.records import (
 )
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, Phase, PhaseTrace, execute_pick
-from torc.robots.protocols import Camera
+from torc.robots.protocols import Camera, HeldCheck
 from torc.sim.actuation import GripState, SimulatedArm, SimulatedGripper
 from torc.sim.closing import Closing
 from torc.sim.contacts import ContactReader
@@ -108,10 +108,13 @@ class SimulatedRobot(Closing):
         """Take further snapshots with another camera, which may look through the simulated one."""
         self._eye = camera
 
-    def execute(self, plan: PickPlan, true_id: int | None = None) -> PickOutcome:
+    def execute(
+        self, plan: PickPlan, true_id: int | None = None, is_target: HeldCheck | None = None
+    ) -> PickOutcome:
         """Carries out one pick and tells what came of it, by the simulator's truth, and what the gripper felt.
 
-        `true_id` is what the plan's object is by the simulator's ids, where the plan has others. Raises InputError if
+        `true_id` is what the plan's object is by the simulator's ids, where the plan has others; `is_target` is asked
+        about what was lifted. Raises InputError if
         the plan does not start where the arm is, and PhysicsError if the simulation broke.
         """
         # Whether the state before a pick was restored or reached must not matter for the pick.
@@ -124,7 +127,8 @@ class SimulatedRobot(Closing):
             if step.phase is Phase.LIFT and step.reached:
                 carried.update(self._contacts.carried(heights_before, self.config.risen_m))
 
-        trace = execute_pick(self.arm, self.gripper, plan, self.config.execution, look)
+        ask = None if is_target is None else lambda: is_target(self.capture(), self.gripper.state.width_m)
+        trace = execute_pick(self.arm, self.gripper, plan, self.config.execution, look, ask)
         self.last_trace = trace
         self.wait_for_rest()
         in_bin, left = self._clear(set(carried))

@@ -1,0 +1,63 @@
+"""Looking at what was lifted, before it is brought: is it the target?"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from torc.perception.asking import ask_recognition
+from torc.perception.in_hand import held_mask
+from torc.perception.protocol import Wanted
+from torc.pipeline.look import Look, Pipeline
+from torc.records import TARGET_ID, Observation
+from torc.robots.description import RobotDescription
+
+SURE = 0.5
+"""From this probability on, what is in the hand is the target."""
+
+
+def held_look(
+    pipeline: Pipeline,
+    robot: RobotDescription,
+    look: Look,
+    wanted: Wanted,
+    object_id: int,
+    rng: np.random.Generator,
+) -> "HeldLook | None":
+    """How to look at that object once it is lifted; None if perception does not recognise what is in the hand."""
+    if not hasattr(pipeline.perception, "recognise"):
+        return None
+    return HeldLook(pipeline, robot, look, wanted, object_id, rng)
+
+
+@dataclass
+class HeldLook:
+    """A `torc.robots.protocols.HeldCheck` for one pick: asks perception.
+
+    Attributes:
+        p: what came of it; None as long as nobody asked, or where perception cannot tell.
+    """
+
+    pipeline: Pipeline
+    robot: RobotDescription
+    look: Look
+    wanted: Wanted
+    object_id: int
+    rng: np.random.Generator
+    p: float | None = None
+
+    @property
+    def is_target(self) -> bool:
+        """By what was seen in the hand; else what it was believed to be."""
+        return self.object_id == TARGET_ID if self.p is None else self.p >= SURE
+
+    def __call__(self, observation: Observation, width_m: float) -> bool:
+        """Whether the object in the hand is the target. Raises PartError if perception or depth crashed."""
+        then, pipeline = self.look.context.scene.observation, self.pipeline
+        seen = replace(pipeline.measured(observation, self.rng), label_image=None)
+        same_view = np.array_equal(seen.T_world_camera, then.T_world_camera)
+        before_m = then.depth_m if same_view else np.zeros_like(then.depth_m)
+        rough = getattr(pipeline.depth, "rough", False) or pipeline.noise is not None
+        mask = held_mask(seen, before_m, self.robot, width_m, rough)
+        scene = self.look.context.scene
+        self.p = ask_recognition(pipeline.perception, seen, mask, self.wanted, scene, self.object_id)
+        return self.is_target

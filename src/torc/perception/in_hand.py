@@ -1,0 +1,109 @@
+"""Where a snapshot shows what the gripper holds, by the arm's joints and by what stayed where it was."""
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32, UInt8
+
+from torc.geometry.transforms import invert, unproject
+from torc.records import Observation
+from torc.robots.description import RobotDescription
+from torc.robots.kinematics import sphere_centers, tcp_pose
+
+_ASIDE_M, _BEHIND_M, _BEYOND_M = 0.14, 0.06, 0.24
+"""What is held lies within this box about the TCP: to the sides, against the approach, along it."""
+_ROBOT_M = 0.004
+"""So close to the robot's shape, a point is the robot's."""
+_STAYED_M, _STAYED_SHARE = 0.008, 0.012
+"""A surface is where it was if the depth is this close to what it was, or within this share of it."""
+_JUMP_M = 0.02
+"""Neighbouring pixels further apart show two surfaces."""
+_SEED_M, _LEAST_SEEDS = 0.05, 8
+"""What is held has so many pixels this close to the TCP."""
+_LEAST_PX = 40
+_CORE_PX, _RIM_PX = 7, 9
+"""Colour decides about a band this wide inside and outside of the outline that depth tells, twice each."""
+
+
+def held_mask(
+    observation: Observation,
+    before_m: Float32[np.ndarray, "h w"],
+    robot: RobotDescription,
+    width_m: float,
+    rough: bool = False,
+) -> Bool[np.ndarray, "h w"]:
+    """Pixels of what is between the fingers: near the TCP, not the robot, and not there before. None where it cannot be
+    seen.
+
+    Args:
+        observation: snapshot with the object lifted; its `qpos` tells where the arm is.
+        before_m: depth from the same camera before the pick, 0 for no reading.
+        width_m: the gripper's opening.
+        rough: depth has a sensor's errors: colour tells where the outline is (GrabCut; Rother et al. 2004).
+    """
+    depth = np.nan_to_num(observation.depth_m)
+    near = np.maximum(_STAYED_M, _STAYED_SHARE * depth)
+    stayed = (before_m > 0) & (np.abs(depth - np.nan_to_num(before_m)) < near)
+    rows, cols = np.nonzero((depth > 0) & ~stayed)
+    z = depth[rows, cols].astype(np.float64)
+    points = unproject(rows, cols, z, observation.K, observation.T_world_camera)
+    T = invert(tcp_pose(robot, observation.qpos, width_m))
+    local = points @ T[:3, :3].T + T[:3, 3]
+    inside = (np.abs(local[:, :2]) < _ASIDE_M).all(axis=1)
+    inside &= (local[:, 2] > -_BEHIND_M) & (local[:, 2] < _BEYOND_M)
+    rows, cols, points, local = rows[inside], cols[inside], points[inside], local[inside]
+    free = ~_on_robot(points, robot, observation.qpos, width_m)
+    mask = np.zeros(depth.shape, bool)
+    mask[rows[free], cols[free]] = True
+    seeds = free & (np.linalg.norm(local, axis=1) < _SEED_M)
+    found = _pieces(mask, depth, rows[seeds], cols[seeds])
+    if rough and found.any():
+        other = stayed.copy()
+        other[rows[~free], cols[~free]] = True
+        found = _by_color(observation.rgb, found, other)
+    return found if np.count_nonzero(found) >= _LEAST_PX else np.zeros_like(mask)
+
+
+def _on_robot(
+    points: np.ndarray, robot: RobotDescription, qpos: np.ndarray, width_m: float
+) -> Bool[np.ndarray, "n"]:
+    centers = sphere_centers(robot, qpos[None], np.array([width_m]))[0]
+    out = np.zeros(len(points), bool)
+    for center, radius in zip(centers, robot.spheres.radii, strict=True):
+        out |= ((points - center) ** 2).sum(axis=1) < (radius + _ROBOT_M) ** 2
+    return out
+
+
+def _pieces(
+    mask: Bool[np.ndarray, "h w"], depth: Float32[np.ndarray, "h w"], rows: np.ndarray, cols: np.ndarray
+) -> Bool[np.ndarray, "h w"]:
+    """The pieces of the mask that hold enough of these pixels: fingers in front divide what they hold."""
+    square = np.ones((3, 3), np.uint8)
+    nearest = cv2.erode(np.where(mask, depth, np.float32(np.inf)), square)
+    farthest = cv2.dilate(np.where(mask, depth, np.float32(0)), square)
+    whole = mask & (farthest - nearest < _JUMP_M)
+    count, piece = cv2.connectedComponents(whole.view(np.uint8), connectivity=4)
+    seeds = np.bincount(piece[rows, cols], minlength=count)
+    seeds[0] = 0
+    found = (seeds >= _LEAST_SEEDS)[piece]
+    # The rim of a piece is beside a jump: it belongs to it all the same.
+    return np.asarray(mask & (cv2.dilate(found.view(np.uint8), square) > 0))
+
+
+def _by_color(
+    rgb: UInt8[np.ndarray, "h w 3"], found: Bool[np.ndarray, "h w"], other: Bool[np.ndarray, "h w"]
+) -> Bool[np.ndarray, "h w"]:
+    """The mask with its outline where the colour changes; `other` is what is certainly something else."""
+    rows, cols = np.nonzero(found)
+    box = tuple(slice(max(int(v.min()) - _RIM_PX, 0), int(v.max()) + _RIM_PX + 1) for v in (rows, cols))
+    inside, outside = found[box].view(np.uint8), other[box] & ~found[box]
+    marks = np.full(inside.shape, cv2.GC_BGD, np.uint8)
+    marks[cv2.dilate(inside, np.ones((_RIM_PX, _RIM_PX), np.uint8)) > 0] = cv2.GC_PR_BGD
+    marks[outside] = cv2.GC_BGD
+    marks[inside > 0] = cv2.GC_PR_FGD
+    marks[cv2.erode(inside, np.ones((_CORE_PX, _CORE_PX), np.uint8)) > 0] = cv2.GC_FGD
+    cv2.setRNGSeed(0)
+    models = np.zeros((1, 65)), np.zeros((1, 65))
+    cv2.grabCut(np.ascontiguousarray(rgb[box]), marks, (0, 0, 1, 1), *models, 3, cv2.GC_INIT_WITH_MASK)
+    out = np.zeros_like(found)
+    out[box] = np.isin(marks, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    return out
