@@ -42,6 +42,7 @@ ORDER = [
     # Nothing that decides knows the simulation.
     "sim",
     "episode",
+    "lab",
     "gym_env",
     "exports",
     "generation",
@@ -127,6 +128,7 @@ def test_no_modules_import_each_other_in_a_circle():
         ("pyrealsense2", "cameras"),
         ("pyzed", "cameras"),
         ("websockets", "cameras"),
+        ("pymodbus", "lab"),
         ("zmq", "networks"),
         ("msgpack", "networks"),
         ("torch", "perception"),
@@ -153,6 +155,7 @@ def test_extras_are_imported_only_where_they_are_used(library, package):
         ("torc.benchmark.report.writing", {"matplotlib", "duckdb"}),
         ("torc.cameras.kinds", {"pyrealsense2", "pyzed", "websockets"}),
         ("torc.cameras.ros", {"websockets"}),
+        ("torc.lab.robotiq.wires", {"pymodbus", "serial"}),
     ],
 )
 def test_importing_a_module_needs_none_of_these_libraries(module, libraries):

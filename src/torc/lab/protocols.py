@@ -1,0 +1,81 @@
+"""What a driver of a real arm must do. It moves nothing on its own, and judges nothing: `torc.lab.supervisor` does."""
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.errors import TorcError
+from torc.records import Trajectory
+
+
+class LabError(TorcError):
+    """A device of the laboratory cannot be reached, is silent, or refuses. Whatever was going on has no result: a trial
+    is errored, no pick failed."""
+
+
+class MotionRefusedError(LabError):
+    """The supervisor did not let a motion begin."""
+
+
+class RobotStoppedError(LabError):
+    """A motion was stopped halfway, by the robot, the supervisor or a person. The arm rests; somebody has to look, and
+    to say `resume`."""
+
+
+@dataclass(frozen=True)
+class ArmStatus:
+    """What the controller said last.
+
+    Attributes:
+        stamp_s: when that came in, by `time.monotonic`.
+        qpos: joint positions, radians, in the order of the robot description.
+        moving: the controller says that the arm moves.
+        stopped: why the controller lets nothing move: e-stop, protective stop, mode, drives off, error; "" if it does.
+        touching: the driver feels a contact; always false for one that cannot.
+    """
+
+    stamp_s: float
+    qpos: Float[np.ndarray, "dof"]
+    moving: bool
+    stopped: str = ""
+    touching: bool = False
+
+
+@runtime_checkable
+class ArmDriver(Protocol):
+    """A connection to one arm. No method waits for a motion. All raise LabError once the connection is lost; it is not
+    made again, so that nothing is sent after a reconnection.
+    """
+
+    @property
+    def name(self) -> str:
+        """For messages, e.g. "UR5e at 192.168.1.10"."""
+
+    @property
+    def feels_contact(self) -> bool:
+        """Whether `ArmStatus.touching` means anything."""
+
+    @property
+    def start_tolerance_rad(self) -> float:
+        """A trajectory must start this close to where the arm is, in every joint, or the controller refuses it."""
+
+    def status(self) -> ArmStatus:
+        """The latest status that came in; never waits."""
+
+    def start(self, trajectory: Trajectory) -> None:
+        """Hands a whole trajectory to the controller and returns. Raises LabError if it was refused."""
+
+    def ended(self) -> str | None:
+        """None while the controller carries out the latest trajectory; "" once it says that it is done; else why it
+        ended early. What it says is checked against where the arm is.
+        """
+
+    def stop(self) -> None:
+        """Makes the arm stop as fast as it safely can; may be called at any time, also twice, and from a handler of a
+        signal. Returns at once.
+        """
+
+    def close(self) -> None:
+        """Ends the connection."""

@@ -1,0 +1,163 @@
+"""How the gripper is reached: Modbus over a serial line or over TCP, or the socket that its program opens on a UR."""
+
+import socket
+import threading
+from typing import Any, Protocol
+
+from torc.errors import MissingDependencyError, extra_remedy
+from torc.lab.protocols import LabError
+from torc.lab.robotiq.registers import (
+    COMMAND_REGISTER,
+    COUNT,
+    STATUS_REGISTER,
+    GripperCommand,
+    GripperStatus,
+    Object,
+    status_of,
+)
+
+DEVICE, BAUD = 9, 115_200
+URCAP_PORT = 63352
+_TIMEOUT_S = 0.5
+_MOST_BYTES = 256
+
+
+class Wire(Protocol):
+    """One exchange at a time; raises LabError if the gripper is gone, silent, or talks nonsense."""
+
+    name: str
+
+    def send(self, command: GripperCommand) -> None:
+        """Tells the gripper."""
+
+    def status(self) -> GripperStatus:
+        """Asks the gripper."""
+
+    def close(self) -> None:
+        """Ends the connection."""
+
+
+class ModbusWire:
+    """Modbus RTU on a serial port ("/dev/ttyUSB0"), or Modbus TCP at "host" or "host:port"."""
+
+    def __init__(self, address: str, device: int = DEVICE, timeout_s: float = _TIMEOUT_S) -> None:
+        """Connects. Raises LabError, MissingDependencyError."""
+        try:
+            from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+        except ImportError as error:
+            raise MissingDependencyError("pymodbus, for Robotiq grippers,", extra_remedy("lab")) from error
+        self.name, self._device, self._lock = f"Robotiq gripper at {address}", device, threading.Lock()
+        self._client: Any
+        if address.startswith(("/", "COM")):
+            self._client = ModbusSerialClient(address, baudrate=BAUD, timeout=timeout_s, retries=1)
+        else:
+            host, _, port = address.partition(":")
+            self._client = ModbusTcpClient(
+                host, port=_port(address, port or "502"), timeout=timeout_s, retries=1
+            )
+        if not self._client.connect():
+            raise LabError(f"{self.name} cannot be reached. Is it on, and nobody else connected to it?")
+
+    def send(self, command: GripperCommand) -> None:
+        """Writes the three registers."""
+        self._ask("write_registers", COMMAND_REGISTER, list(command.registers))
+
+    def status(self) -> GripperStatus:
+        """Reads the three registers."""
+        return status_of(self._ask("read_input_registers", STATUS_REGISTER, count=COUNT).registers)
+
+    def close(self) -> None:
+        """Ends the connection."""
+        with self._lock:
+            self._client.close()
+
+    def _ask(self, function: str, *arguments: Any, **options: Any) -> Any:
+        from pymodbus.exceptions import ModbusException
+
+        with self._lock:
+            try:
+                answer = getattr(self._client, function)(*arguments, device_id=self._device, **options)
+            except (ModbusException, OSError) as error:
+                raise LabError(f"{self.name} does not answer: {error}") from error
+        if answer.isError():
+            raise LabError(f"{self.name} refuses: {answer}")
+        return answer
+
+
+class UrcapWire:
+    """The text socket of Robotiq's program on a UR controller (URCap), at "host" or "host:port"."""
+
+    def __init__(self, address: str, timeout_s: float = _TIMEOUT_S) -> None:
+        """Connects. Raises LabError."""
+        host, _, port = address.partition(":")
+        self.name, self._lock = f"Robotiq gripper at {address} (URCap)", threading.Lock()
+        try:
+            self._socket = socket.create_connection(
+                (host, _port(address, port or str(URCAP_PORT))), timeout_s
+            )
+        except OSError as error:
+            raise LabError(
+                f"{self.name} cannot be reached: {error}. Is the URCap installed, and the robot on?"
+            ) from error
+
+    def send(self, command: GripperCommand) -> None:
+        """Sets the variables, position last."""
+        values = {
+            "ACT": int(command.activate),
+            "GTO": int(command.go),
+            "SPE": command.speed,
+            "FOR": command.force,
+            "POS": command.position,
+        }
+        answer = self._ask("SET " + " ".join(f"{name} {value}" for name, value in values.items()))
+        if answer != "ack":
+            raise LabError(f"{self.name} answered {answer!r} to a command, not 'ack'.")
+
+    def status(self) -> GripperStatus:
+        """Asks for the variables, one by one: "PRE" echoes the position that was requested."""
+        v = {name: self._value(name) for name in ("ACT", "GTO", "STA", "OBJ", "FLT", "PRE", "POS")}
+        if v["OBJ"] not in set(Object):
+            raise LabError(f"{self.name} tells of an object state {v['OBJ']}, which there is not.")
+        return GripperStatus(
+            bool(v["ACT"]),
+            bool(v["GTO"]),
+            v["STA"],
+            Object(v["OBJ"]),
+            v["FLT"],
+            v["PRE"],
+            v["POS"],
+            0,
+        )
+
+    def close(self) -> None:
+        """Ends the connection."""
+        self._socket.close()
+
+    def _value(self, name: str) -> int:
+        answer = self._ask(f"GET {name}")
+        key, _, value = answer.partition(" ")
+        if key != name or not value.isdigit() or int(value) > 0xFF:
+            raise LabError(f"{self.name} answered {answer!r} to GET {name}.")
+        return int(value)
+
+    def _ask(self, line: str) -> str:
+        with self._lock:
+            try:
+                self._socket.sendall(line.encode() + b"\n")
+                answer = b""
+                while not answer.endswith((b"\n", b"ack")) and len(answer) < _MOST_BYTES:
+                    part = self._socket.recv(_MOST_BYTES)
+                    if not part:
+                        raise OSError("it ended the connection")
+                    answer += part
+                    if b"\n" not in answer and answer.strip() and not answer.startswith(b"a"):
+                        break  # some versions end no line
+            except OSError as error:
+                raise LabError(f"{self.name} does not answer: {error}") from error
+        return answer.decode("ascii", "replace").strip()
+
+
+def _port(address: str, port: str) -> int:
+    if not port.isdigit() or not 0 < int(port) < 65536:
+        raise LabError(f"{address} is no address: host or host:port.")
+    return int(port)

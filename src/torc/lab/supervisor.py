@@ -1,0 +1,224 @@
+"""Between torc's loop and a driver: nothing reaches the arm unchecked, and nothing goes on unwatched.
+
+It obeys what laboratories agree on. An e-stop is hardware, and only reported here. A motion starts where the arm is, or
+not at all. Whoever does not hear from the arm for a moment stops it. After a stop a person looks, and resumes; nothing
+is done again by itself, and the gripper keeps its grip.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.lab.checks import MotionLimits, form_faults, motion_faults, stretch_for, stretched
+from torc.lab.protocols import ArmDriver, ArmStatus, LabError, MotionRefusedError, RobotStoppedError
+from torc.records import Trajectory
+from torc.robots.description import RobotDescription
+from torc.robots.execution import reverse
+from torc.robots.kinematics import tool0_poses
+from torc.robots.protocols import ContactGuard, FollowResult
+
+Confirm = Callable[[str, Trajectory], bool]
+"""Asked before each motion, with a line that says what comes: whether to go."""
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class SupervisorConfig:
+    """How closely an arm is watched.
+
+    Attributes:
+        period_s: between two looks at the arm.
+        stale_s: a status that is older stops the arm.
+        following_rad: so far from its path, in any joint, the arm is stopped.
+        lag_s: the arm may be behind its path, or ahead of it, by so much time.
+        late_s: beyond a motion's end, before it counts as stuck.
+        rest_s: how long to wait for an arm that was told to stop.
+        goal_rad: so close to the goal, in every joint, the arm has arrived.
+        resting_rad_s: slower than this, it rests.
+    """
+
+    period_s: float = 0.02
+    stale_s: float = 0.3
+    following_rad: float = 0.15
+    lag_s: float = 0.5
+    late_s: float = 3.0
+    rest_s: float = 3.0
+    goal_rad: float = 0.01
+    resting_rad_s: float = 0.01
+
+
+class SupervisedArm:
+    """The `Arm` of torc.robots.protocols on a real one. Times are stretched so that the limits' speeds are kept."""
+
+    def __init__(
+        self,
+        driver: ArmDriver,
+        robot: RobotDescription,
+        limits: MotionLimits,
+        config: SupervisorConfig | None = None,
+        *,
+        slowdown: float = 1.0,
+        confirm: Confirm = lambda what, trajectory: True,
+    ) -> None:
+        """slowdown: every motion takes at least so many times as long as it was planned."""
+        self.driver, self.robot, self.limits = driver, robot, limits
+        self.config, self.slowdown, self.confirm = config or SupervisorConfig(), slowdown, confirm
+        self._halted = ""
+
+    @property
+    def halted(self) -> str:
+        """Why nothing moves until `resume`; "" if it does."""
+        return self._halted
+
+    @property
+    def qpos(self) -> Float[np.ndarray, "dof"]:
+        """Joint positions now. Raises LabError if nobody knows."""
+        return self._fresh().qpos.copy()
+
+    def resume(self) -> None:
+        """A person has looked, and lets it go on. Raises RobotStoppedError if the controller does not, and LabError if
+        the arm is silent.
+        """
+        status = self._fresh()
+        if status.stopped:
+            raise RobotStoppedError(f"{self.driver.name} does not move yet: {status.stopped}.")
+        self._halted = ""
+
+    def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
+        """Moves along a trajectory; returns when the arm rests at its end, or backed off from what it touched.
+
+        Raises MotionRefusedError if the motion may not begin, RobotStoppedError if it was stopped on the way, and
+        LabError if the arm is lost. KeyboardInterrupt stops the arm, and comes through once it rests.
+        """
+        planned = self._allowed(trajectory)
+        guarded = guard is not None and self.driver.feels_contact
+        self.driver.start(planned)
+        try:
+            touched = self._watch(planned, guarded)
+        except RobotStoppedError as error:
+            self._halted = str(error)
+            self._stop()
+            raise
+        except BaseException as error:
+            self._halted = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+            self._stop()
+            raise
+        if touched and guard is not None:
+            self._stop()
+            self._back_off(planned, guard)
+            return FollowResult(False, True, self.qpos, f"{self.driver.name} felt a contact")
+        qpos = self.qpos
+        error_rad = float(np.abs(qpos - planned.qpos[-1]).max())
+        reached = error_rad <= self.config.goal_rad
+        return FollowResult(
+            reached, False, qpos, "" if reached else f"stopped {error_rad:.3f} rad short of the goal"
+        )
+
+    def _allowed(self, trajectory: Trajectory) -> Trajectory:
+        """The trajectory as it will be sent. Raises MotionRefusedError."""
+        if self._halted:
+            raise MotionRefusedError(
+                f"{self.driver.name} was stopped ({self._halted}); look at it, then resume."
+            )
+        status = self._fresh()
+        if status.stopped:
+            raise MotionRefusedError(f"{self.driver.name} does not move: {status.stopped}.")
+        if status.moving:
+            raise MotionRefusedError(f"{self.driver.name} moves already, and not by torc.")
+        if faults := form_faults(trajectory, self.robot.arm.dof):
+            raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
+        planned = stretched(trajectory, max(self.slowdown, stretch_for(trajectory, self.limits)))
+        faults = motion_faults(planned, status.qpos, self.driver.start_tolerance_rad, self.limits, self.robot)
+        if faults:
+            raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
+        if not self.confirm(f"{self.driver.name}: a motion of {planned.duration_s:.1f} s", planned):
+            raise MotionRefusedError("The motion was not confirmed.")
+        # Whoever confirms may have taken his time.
+        status = self._fresh()
+        if status.stopped or np.abs(status.qpos - planned.qpos[0]).max() > self.driver.start_tolerance_rad:
+            raise MotionRefusedError(
+                f"{self.driver.name} moved, or was stopped, before the motion was confirmed."
+            )
+        return planned
+
+    def _fresh(self) -> ArmStatus:
+        """The latest status. Raises LabError if it is old."""
+        status = self.driver.status()
+        age_s = time.monotonic() - status.stamp_s
+        if age_s > self.config.stale_s:
+            raise LabError(f"{self.driver.name} has said nothing for {age_s:.1f} s.")
+        return status
+
+    def _watch(self, planned: Trajectory, guarded: bool) -> bool:
+        """Until the arm rests at the end; whether it was ended by contact. Raises RobotStoppedError, LabError."""
+        config, began = self.config, time.monotonic()
+        while True:
+            time.sleep(config.period_s)
+            status, elapsed = self._fresh(), time.monotonic() - began
+            if guarded and status.touching:
+                return True
+            if status.stopped:
+                raise RobotStoppedError(f"{self.driver.name} was stopped: {status.stopped}")
+            away = off_path_rad(planned, status.qpos, elapsed, config.lag_s)
+            if away > config.following_rad:
+                raise RobotStoppedError(
+                    f"{self.driver.name} is {away:.2f} rad off its path after {elapsed:.1f} s, and was stopped"
+                )
+            ended = self.driver.ended()
+            if ended:
+                raise RobotStoppedError(f"{self.driver.name} ended the motion early: {ended}")
+            if ended is not None and not status.moving and self._rests(config.rest_s):
+                return False
+            if elapsed > planned.duration_s + config.late_s:
+                raise RobotStoppedError(
+                    f"{self.driver.name} did not finish a motion of {planned.duration_s:.1f} s in {elapsed:.1f} s, "
+                    "and was stopped"
+                )
+
+    def _rests(self, limit_s: float) -> bool:
+        """Whether the arm rests, by where it is at different moments, within a time limit."""
+        began, last = time.monotonic(), self._fresh()
+        while time.monotonic() - began < limit_s:
+            time.sleep(self.config.period_s)
+            status = self._fresh()
+            if status.stamp_s > last.stamp_s:
+                rate = np.abs(status.qpos - last.qpos).max() / (status.stamp_s - last.stamp_s)
+                if rate < self.config.resting_rad_s and not status.moving:
+                    return True
+                last = status
+        return False
+
+    def _stop(self) -> None:
+        """Stops the arm and waits until it rests; whatever happens meanwhile, a second interrupt included, it has been
+        told to stop."""
+        try:
+            self.driver.stop()
+            self._rests(self.config.rest_s)
+        except LabError:
+            # It cannot be told, or says nothing any more: its own watchdog, or the e-stop, has to do it.
+            return
+
+    def _back_off(self, planned: Trajectory, guard: ContactGuard) -> None:
+        """Back along the path until the flange is relief_m away from where it stopped."""
+        back = reverse(planned, self.qpos)
+        if back is None:
+            return
+        flange = tool0_poses(self.robot.arm, back.qpos)[:, :3, 3]
+        far = np.flatnonzero(np.linalg.norm(flange - flange[0], axis=1) >= guard.relief_m)
+        last = int(far[0]) + 1 if len(far) else len(back.times_s)
+        short = Trajectory(back.times_s[:last], back.qpos[:last], back.qvel[:last].copy())
+        if last >= 2:
+            short.qvel[-1] = 0.0
+            self.follow(short)
+
+
+def off_path_rad(
+    trajectory: Trajectory, qpos: Float[np.ndarray, "dof"], elapsed_s: float, lag_s: float
+) -> float:
+    """How far the arm is from where it should be, in the joint that is furthest off, at the best time within lag_s."""
+    times = np.clip(np.linspace(elapsed_s - lag_s, elapsed_s + lag_s, 41), 0, trajectory.duration_s)
+    path = np.stack([np.interp(times, trajectory.times_s, q) for q in trajectory.qpos.T], axis=1)
+    return float(np.abs(path - qpos).max(axis=1).min())

@@ -1,0 +1,211 @@
+"""A Robotiq gripper that is none, behind Modbus TCP or the text socket of a UR: registers as the manual has them.
+
+Its fingers are anybody's: `Fingers` says where they are. Faults come on command.
+"""
+
+import asyncio
+import socketserver
+import threading
+import time
+from contextlib import suppress
+from typing import Any, Protocol, Self
+
+from torc.errors import MissingDependencyError, extra_remedy
+from torc.lab.robotiq.registers import COMMAND_REGISTER, COUNT, READY, STATUS_REGISTER, Object
+from torc.lab.robotiq.wires import DEVICE
+
+_STARTS_S = 5.0
+
+
+class Fingers(Protocol):
+    """What moves. Positions are 0 (open) to 255 (closed)."""
+
+    def go(self, position: int, speed: int, force: int) -> None:
+        """Starts towards a position."""
+
+    def now(self) -> tuple[int, Object]:
+        """Where they are, and whether something stopped them."""
+
+
+class TimedFingers:
+    """Fingers that travel evenly, with or without something between them.
+
+    Attributes:
+        object_at: position at which they touch what is between them; None for nothing.
+    """
+
+    def __init__(self, travel_s: float = 0.2, ends: tuple[int, int] = (3, 230)) -> None:
+        self.travel_s, self.ends = travel_s, ends
+        self.object_at: int | None = None
+        self._from = self._to = float(ends[0])
+        self._began = time.monotonic()
+
+    def go(self, position: int, speed: int, force: int) -> None:
+        """Starts towards a position."""
+        self._from, self._began = self.now()[0], time.monotonic()
+        self._to = float(min(max(position, self.ends[0]), self.ends[1]))
+
+    def now(self) -> tuple[int, Object]:
+        """Where they are."""
+        gone = (time.monotonic() - self._began) / self.travel_s * (self.ends[1] - self.ends[0])
+        distance = self._to - self._from
+        closing, arrived = distance > 0, gone >= abs(distance)
+        at = self._to if arrived else self._from + (gone if closing else -gone)
+        if self.object_at is not None and self._to > self.object_at and at >= self.object_at:
+            return self.object_at, Object.STOPPED_CLOSING
+        return round(at), Object.AT_POSITION if arrived else Object.MOVING
+
+
+class RobotiqTwin:
+    """The gripper's own program.
+
+    Attributes:
+        fault: what it reports, e.g. 0x0E; 0 for none.
+        activation_s: how long activation takes.
+    """
+
+    def __init__(self, fingers: Fingers, activation_s: float = 0.1) -> None:
+        self.fingers, self.activation_s = fingers, activation_s
+        self.fault = 0
+        self._command = [0, 0, 0]
+        self._activated_at: float | None = None
+        self._lock = threading.Lock()
+
+    def write(self, offset: int, values: list[int]) -> None:
+        """Registers from COMMAND_REGISTER + offset on are written."""
+        with self._lock:
+            self._command[offset : offset + len(values)] = values
+            action = self._command[0] >> 8
+            if not action & 1:
+                self._activated_at = None
+            elif self._activated_at is None:
+                self._activated_at = time.monotonic()
+            if action & 8 and self._ready():
+                speed, force = self._command[2] >> 8, self._command[2] & 0xFF
+                self.fingers.go(self._command[1] & 0xFF, speed, force)
+
+    def read(self) -> list[int]:
+        """The registers from STATUS_REGISTER on."""
+        with self._lock:
+            position, found = self.fingers.now()
+            action = self._command[0] >> 8
+            state = 0 if self._activated_at is None else READY if self._ready() else 1
+            going = bool(action & 8)
+            flags = action & 1 | going << 3 | state << 4 | (found if going else 0) << 6
+            return [flags << 8, self.fault << 8 | self._command[1] & 0xFF, position << 8]
+
+    def _ready(self) -> bool:
+        return self._activated_at is not None and time.monotonic() - self._activated_at >= self.activation_s
+
+
+class ModbusTwin:
+    """A twin behind Modbus TCP on the loopback interface; in a `with`."""
+
+    def __init__(self, twin: RobotiqTwin, port: int = 0) -> None:
+        """Raises MissingDependencyError."""
+        try:
+            import pymodbus  # noqa: F401
+        except ImportError as error:
+            raise MissingDependencyError("pymodbus, for Robotiq grippers,", extra_remedy("lab")) from error
+        self.twin, self._port = twin, port
+        self._up, self._loop = threading.Event(), asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._server: Any = None
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        if not self._up.wait(_STARTS_S):
+            raise TimeoutError("The twin of the gripper did not start.")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        asyncio.run_coroutine_threadsafe(self._server.shutdown(), self._loop).result(_STARTS_S)
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+        self._loop.close()
+
+    @property
+    def address(self) -> str:
+        """For `ModbusWire`."""
+        return f"127.0.0.1:{self._port}"
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        self._loop.run_until_complete(self._serve())
+        self._loop.run_forever()
+
+    async def _serve(self) -> None:
+        from pymodbus.server import ModbusTcpServer
+        from pymodbus.simulator import DataType, SimData, SimDevice
+
+        blocks = [
+            SimData(start, count=COUNT, datatype=DataType.REGISTERS)
+            for start in (COMMAND_REGISTER, STATUS_REGISTER)
+        ]
+        device = SimDevice(DEVICE, simdata=blocks, action=self._exchange)
+        self._server = ModbusTcpServer(device, address=("127.0.0.1", self._port))
+        await self._server.listen()
+        self._port = self._server.transport.sockets[0].getsockname()[1]
+        self._up.set()
+
+    async def _exchange(
+        self, function: int, start: int, address: int, count: int, registers: list[int], values: Any
+    ) -> None:
+        if values and COMMAND_REGISTER <= address < COMMAND_REGISTER + COUNT:
+            self.twin.write(address - COMMAND_REGISTER, list(values))
+        at = STATUS_REGISTER - start
+        registers[at : at + COUNT] = self.twin.read()
+
+
+class UrcapTwin:
+    """A twin behind the text socket of a UR's program on the loopback interface; in a `with`."""
+
+    def __init__(self, twin: RobotiqTwin, port: int = 0) -> None:
+        outer = self
+        self.twin = twin
+
+        class Handler(socketserver.StreamRequestHandler):
+            def handle(self) -> None:
+                with suppress(OSError):
+                    for line in self.rfile:
+                        self.wfile.write(outer.answer(line.decode("ascii", "replace").split()).encode())
+
+        self._server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Handler)
+        self._server.daemon_threads = True
+        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+    @property
+    def address(self) -> str:
+        """For `UrcapWire`."""
+        return f"127.0.0.1:{self._server.server_address[1]}"
+
+    def answer(self, words: list[str]) -> str:
+        """What the URCap says to a line."""
+        if words[:1] == ["GET"] and len(words) == 2:
+            flags, faults, position = self.twin.read()
+            flags >>= 8
+            values = {
+                "ACT": flags & 1,
+                "GTO": flags >> 3 & 1,
+                "STA": flags >> 4 & 3,
+                "OBJ": flags >> 6,
+                "FLT": faults >> 8,
+                "PRE": faults & 0xFF,
+                "POS": position >> 8,
+            }
+            return f"{words[1]} {values[words[1]]}\n" if words[1] in values else "?\n"
+        if words[:1] == ["SET"] and len(words) % 2 and all(w.isdigit() for w in words[2::2]):
+            v = dict(zip(words[1::2], map(int, words[2::2])))
+            action = v.get("ACT", 0) | v.get("GTO", 0) << 3
+            self.twin.write(0, [action << 8, v.get("POS", 0), v.get("SPE", 0) << 8 | v.get("FOR", 0)])
+            return "ack"
+        return "?\n"
