@@ -16,7 +16,7 @@ from torc.lab.checks import MotionLimits, form_faults, motion_faults, stretch_fo
 from torc.lab.protocols import ArmDriver, ArmStatus, LabError, MotionRefusedError, RobotStoppedError
 from torc.records import Trajectory
 from torc.robots.description import RobotDescription
-from torc.robots.execution import reverse
+from torc.robots.execution import reverse, starting_from
 from torc.robots.kinematics import tool0_poses
 from torc.robots.protocols import ContactGuard, FollowResult
 
@@ -36,6 +36,7 @@ class SupervisorConfig:
         lag_s: the arm may be behind its path, or ahead of it, by so much time.
         late_s: beyond a motion's end, before it counts as stuck.
         rest_s: how long to wait for an arm that was told to stop.
+        bend_rad: a motion that starts within this of where the arm is, in every joint, is bent to start there.
         goal_rad: so close to the goal, in every joint, the arm has arrived.
         resting_rad_s: slower than this, it rests.
     """
@@ -46,6 +47,7 @@ class SupervisorConfig:
     lag_s: float = 0.5
     late_s: float = 3.0
     rest_s: float = 3.0
+    bend_rad: float = 0.02
     goal_rad: float = 0.01
     resting_rad_s: float = 0.01
 
@@ -130,6 +132,8 @@ class SupervisedArm:
             raise MotionRefusedError(f"{self.driver.name} moves already, and not by torc.")
         if faults := form_faults(trajectory, self.robot.arm.dof):
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
+        if np.abs(trajectory.qpos[0] - status.qpos).max() <= self.config.bend_rad:
+            trajectory = starting_from(trajectory, status.qpos)
         planned = stretched(trajectory, max(self.slowdown, stretch_for(trajectory, self.limits)))
         faults = motion_faults(planned, status.qpos, self.driver.start_tolerance_rad, self.limits, self.robot)
         if faults:

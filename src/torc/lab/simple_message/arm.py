@@ -1,0 +1,225 @@
+"""The `ArmDriver` of a Motoman controller with MotoROS, spoken to without ROS."""
+
+import itertools
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from torc.lab.protocols import ArmStatus, LabError
+from torc.lab.simple_message.channel import Channel
+from torc.lab.simple_message.messages import (
+    JOINTS,
+    MOTION_PORT,
+    STATE_PORT,
+    ByteOrder,
+    Comm,
+    Command,
+    Frame,
+    Kind,
+    MotionReply,
+    Result,
+    RobotStatus,
+    TrajectoryPoint,
+    feedback_of,
+    motion_ctrl,
+)
+from torc.records import Trajectory
+
+_BUSY_S, _POLL_S = 0.005, 0.05
+_FIRST = 3
+"""Times the time-out: until the controller has told its state for the first time."""
+
+
+class MotomanArm:
+    """One group of a controller, e.g. the right arm of an SDA10F.
+
+    It does not feel contacts. The controller stops all groups at once, and checks that a trajectory starts within 30
+    pulses of where the arm is.
+    """
+
+    feels_contact = False
+    start_tolerance_rad = 1e-4
+
+    def __init__(
+        self,
+        host: str,
+        group: int,
+        dof: int,
+        *,
+        motion_port: int = MOTION_PORT,
+        state_port: int = STATE_PORT,
+        timeout_s: float = 1.0,
+    ) -> None:
+        """Connects and waits for the first state. group: counted from 0. Raises LabError."""
+        if not 1 <= dof <= JOINTS or not 0 <= group <= 3:
+            raise LabError(f"A group is 0 to 3 with at most {JOINTS} joints, not {group} with {dof}.")
+        self.name, self.group, self.dof = f"Motoman at {host}, group {group}", group, dof
+        self._news = threading.Condition()
+        self._qpos: np.ndarray | None = None
+        self._robot: RobotStatus | None = None
+        self._stamps = [0.0, 0.0]
+        self._lost = ""
+        self._state = Channel(host, state_port, timeout_s)
+        self._reader = threading.Thread(target=self._read, name="torc-motoman-state", daemon=True)
+        self._reader.start()
+        self._await_first_state(_FIRST * timeout_s)
+        # The state told the byte order; commands have the same.
+        self._motion = Channel(host, motion_port, timeout_s, self._state.order)
+        self._sequence = itertools.count(1)
+        self._ended: str | None = ""
+        self._cancelled = threading.Event()
+        self._streamer: threading.Thread | None = None
+
+    def status(self) -> ArmStatus:
+        """The latest; as old as the older of positions and state. Raises LabError if the connection is lost."""
+        with self._news:
+            if self._lost:
+                raise LabError(self._lost)
+            assert self._qpos is not None
+            assert self._robot is not None
+            moving = self._robot.in_motion != 0
+            return ArmStatus(min(self._stamps), self._qpos.copy(), moving, self._robot.stopped)
+
+    def enable(self) -> None:
+        """Powers the servos and lets trajectories in (the controller's job INIT_ROS). **The brakes open.** Raises
+        LabError with the controller's reason.
+        """
+        self._command(Command.START_TRAJ_MODE)
+
+    def disable(self) -> None:
+        """Lets no trajectories in any more, so that the pendant has the robot again. Raises LabError."""
+        self._command(Command.STOP_TRAJ_MODE)
+
+    def start(self, trajectory: Trajectory) -> None:
+        """Sends the first point, which the controller checks, and goes on sending. Raises LabError if it refuses."""
+        self._command(Command.CHECK_MOTION_READY)
+        self._cancelled, self._ended = threading.Event(), None
+        refused = self._send(trajectory, 0, self._cancelled)
+        if refused:
+            self._ended = refused
+            raise LabError(f"{self.name} refuses the trajectory: {refused}.")
+        self._streamer = threading.Thread(
+            target=self._stream, args=(trajectory, self._cancelled), name="torc-motoman-motion", daemon=True
+        )
+        self._streamer.start()
+
+    def ended(self) -> str | None:
+        """None until all points are sent and the controller's queue is empty. Raises LabError if it is lost."""
+        with self._news:
+            if self._lost:
+                raise LabError(self._lost)
+        return self._ended
+
+    def stop(self) -> None:
+        """Sends no further points, and clears the controller's queue. Raises LabError if it cannot be told."""
+        self._cancelled.set()
+        if self._ended is None:
+            self._ended = "torc stopped it"
+        self._command(Command.STOP_MOTION)
+
+    def close(self) -> None:
+        """Ends both connections. What is in the controller's queue is still carried out: stop first."""
+        self._cancelled.set()
+        with self._news:
+            self._lost = self._lost or f"{self.name} was closed."
+        self._state.close()
+        self._motion.close()
+
+    def _await_first_state(self, seconds: float) -> None:
+        with self._news:
+            known = self._news.wait_for(
+                lambda: self._lost or (self._qpos is not None and self._robot), seconds
+            )
+        if self._lost or not known:
+            self._state.close()
+            raise LabError(self._lost or f"{self.name} does not tell its state: is there such a group?")
+
+    def _command(self, command: Command) -> int:
+        """The subcode of a command that succeeded. Raises LabError with the reason of one that did not."""
+        sequence = next(self._sequence)
+        body = motion_ctrl(self.group, sequence, command, self._order)
+        reply = self._asked(Frame(Kind.MOTION_CTRL, Comm.REQUEST, body))
+        if reply.command != command:
+            raise self._lose(f"{self.name} answered {reply.command} to command {command}.")
+        if reply.result != Result.SUCCESS:
+            raise LabError(f"{self.name} refuses {command.name}: {reply.reason}.")
+        return reply.subcode
+
+    @property
+    def _order(self) -> ByteOrder:
+        return self._state.order or "big"
+
+    def _asked(self, frame: Frame) -> MotionReply:
+        reply = self._motion.ask(frame)
+        if reply.kind != Kind.MOTION_REPLY:
+            raise self._lose(f"{self.name} answered with a message of type {reply.kind}.")
+        return MotionReply.unpack(reply.body, self._order)
+
+    def _send(self, trajectory: Trajectory, k: int, cancelled: threading.Event) -> str:
+        """Sends one point, again as long as the controller is busy; why it was refused, or ""."""
+        t, q, v = trajectory.times_s[k], trajectory.qpos[k], trajectory.qvel[k]
+        point = TrajectoryPoint(self.group, k, float(t), q, v)
+        frame = Frame(Kind.JOINT_TRAJ_PT_FULL, Comm.REQUEST, point.pack(self._order))
+        while not cancelled.is_set():
+            reply = self._asked(frame)
+            if reply.result == Result.SUCCESS:
+                return ""
+            if reply.result != Result.BUSY:
+                return f"point {k}: {reply.reason}"
+            cancelled.wait(_BUSY_S)
+        return "torc stopped it"
+
+    def _stream(self, trajectory: Trajectory, cancelled: threading.Event) -> None:
+        """Sends the other points, and waits until the queue is empty."""
+        try:
+            for k in range(1, len(trajectory.times_s)):
+                if refused := self._send(trajectory, k, cancelled):
+                    self._finish(refused, cancelled)
+                    return
+            while not cancelled.wait(_POLL_S):
+                if self._command(Command.CHECK_QUEUE_COUNT) == 0:
+                    self._finish("", cancelled)
+                    return
+        except LabError as error:
+            self._finish(str(error), cancelled)
+
+    def _finish(self, how: str, cancelled: threading.Event) -> None:
+        if not cancelled.is_set():
+            self._ended = how
+
+    def _read(self) -> None:
+        """Takes in what the controller tells of itself."""
+        takes: dict[int, Callable[[Frame], bool]] = {
+            Kind.ROBOT_STATUS: self._take_status,
+            Kind.JOINT_FEEDBACK: self._take_feedback,
+            Kind.JOINT_FEEDBACK_EX: self._take_feedback,
+        }
+        try:
+            while True:
+                frame = self._state.receive()
+                with self._news:
+                    if frame.kind in takes and takes[frame.kind](frame):
+                        self._news.notify_all()
+        except Exception as error:  # whatever ends the reader, nobody may go on without it
+            self._lose(f"{self.name} is lost: {error}")
+
+    def _take_status(self, frame: Frame) -> bool:
+        self._robot = RobotStatus.unpack(frame.body, self._order)
+        self._stamps[0] = time.monotonic()
+        return True
+
+    def _take_feedback(self, frame: Frame) -> bool:
+        for feedback in feedback_of(frame, self._order):
+            if feedback.group == self.group:
+                self._qpos = feedback.qpos[: self.dof]
+                self._stamps[1] = time.monotonic()
+                return True
+        return False
+
+    def _lose(self, why: str) -> LabError:
+        with self._news:
+            self._lost = self._lost or why
+            self._news.notify_all()
+        return LabError(self._lost)

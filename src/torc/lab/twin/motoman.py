@@ -1,0 +1,239 @@
+"""A Motoman controller that is none, behind simple_message on the loopback interface: as MotoROS answers.
+
+Its arm is anybody's: `ArmBehind` says where it is. Faults come on command.
+"""
+
+import socket
+import threading
+import time
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any, Protocol, Self
+
+import numpy as np
+
+from torc.lab.protocols import LabError
+from torc.lab.simple_message.messages import (
+    MAX_LENGTH,
+    ByteOrder,
+    Comm,
+    Command,
+    Feedback,
+    Frame,
+    Kind,
+    MotionReply,
+    Result,
+    RobotStatus,
+    TrajectoryPoint,
+)
+
+READY = RobotStatus(1, 0, 0, 0, 0, 2, 1)
+_STATE_PERIOD_S = 0.025
+_START_RAD = 1e-4
+_QUEUE_S = 0.4
+"""The controller takes in so much motion ahead of time; then it is busy."""
+
+
+class ArmBehind(Protocol):
+    """What moves: it is told points of a trajectory in time to be there."""
+
+    @property
+    def qpos(self) -> np.ndarray:
+        """Where it is."""
+
+    def goal(self, qpos: np.ndarray) -> None:
+        """Where it has to be now."""
+
+
+class ObedientArm:
+    """An arm that is at once where it is told to be."""
+
+    def __init__(self, qpos: np.ndarray) -> None:
+        self.qpos = np.array(qpos, dtype=float)
+
+    def goal(self, qpos: np.ndarray) -> None:
+        """There."""
+        self.qpos = qpos
+
+
+class MotomanTwin:
+    """A controller with one arm as one of its groups; in a `with`.
+
+    Attributes:
+        state: what it says of itself beside in_motion; change it to press the e-stop, say.
+        silent: it tells nothing any more.
+        heard: every message of the motion connection.
+    """
+
+    def __init__(
+        self,
+        arm: ArmBehind,
+        max_speed: np.ndarray,
+        group: int = 1,
+        order: ByteOrder = "big",
+        ports: tuple[int, int] = (0, 0),
+    ) -> None:
+        self.arm, self.max_speed, self.group, self.order = arm, max_speed, group, order
+        self.state, self.silent = replace(READY, motion_possible=0, drives_powered=0), False
+        self.heard: list[Frame] = []
+        self._points: list[TrajectoryPoint] = []
+        self._began = 0.0
+        self._lock = threading.RLock()
+        self._running = True
+        self._servers = [socket.create_server(("127.0.0.1", port)) for port in ports]
+        self._connections: list[socket.socket] = []
+        self._threads = [
+            threading.Thread(target=self._accept, args=(server, serve), daemon=True)
+            for server, serve in zip(self._servers, (self._serve_motion, self._serve_state))
+        ]
+        self._threads.append(threading.Thread(target=self._move, daemon=True))
+
+    def __enter__(self) -> Self:
+        for thread in self._threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._running = False
+        for server in self._servers:
+            with suppress(OSError):
+                server.shutdown(socket.SHUT_RDWR)
+            server.close()
+        self.cut()
+        for thread in self._threads:
+            thread.join()
+
+    @property
+    def ports(self) -> tuple[int, int]:
+        """Of motion and state."""
+        motion, state = (s.getsockname()[1] for s in self._servers)
+        return motion, state
+
+    @property
+    def moving(self) -> bool:
+        """Whether there is motion in its queue."""
+        return bool(self._points)
+
+    def cut(self) -> None:
+        """Ends all connections without a farewell."""
+        for connection in self._connections:
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
+            connection.close()
+        self._connections.clear()
+
+    def halt(self, **changed: int) -> None:
+        """Stops the arm where it is, with another state, e.g. e_stopped=1; no motion is possible then."""
+        with self._lock:
+            self._points = []
+            self.state = replace(self.state, **{"motion_possible": 0, **changed})
+
+    def _accept(self, server: socket.socket, serve: Any) -> None:
+        while self._running:
+            try:
+                connection, _ = server.accept()
+            except OSError:
+                return
+            self._connections.append(connection)
+            threading.Thread(target=serve, args=(connection,), daemon=True).start()
+
+    def _serve_state(self, connection: socket.socket) -> None:
+        with suppress(OSError):
+            while self._running:
+                if not self.silent:
+                    status = replace(self.state, in_motion=int(self.moving))
+                    other = Feedback(0, np.zeros(7)).pack(self.order)
+                    own = Feedback(self.group, self.arm.qpos).pack(self.order)
+                    for kind, body in (
+                        (Kind.JOINT_FEEDBACK, other),
+                        (Kind.JOINT_FEEDBACK, own),
+                        (Kind.ROBOT_STATUS, status.pack(self.order)),
+                    ):
+                        connection.sendall(Frame(kind, Comm.TOPIC, body).pack(self.order))
+                time.sleep(_STATE_PERIOD_S)
+
+    def _serve_motion(self, connection: socket.socket) -> None:
+        with suppress(OSError, LabError), connection.makefile("rb") as stream:
+            while length := stream.read(4):
+                size = int.from_bytes(length, self.order)
+                if size > MAX_LENGTH:
+                    return
+                frame = Frame.unpack(stream.read(size), self.order)
+                self.heard.append(frame)
+                reply = self._answer(frame)
+                body = reply.pack(self.order)
+                connection.sendall(Frame(Kind.MOTION_REPLY, Comm.REPLY, body, reply=1).pack(self.order))
+
+    def _answer(self, frame: Frame) -> MotionReply:
+        with self._lock:
+            if frame.kind == Kind.JOINT_TRAJ_PT_FULL:
+                point = TrajectoryPoint.unpack(frame.body, self.order)
+                result, subcode = self._take(point)
+                return MotionReply(point.group, point.sequence, frame.kind, result, subcode)
+            group, sequence, command = np.frombuffer(
+                frame.body, dtype=">i4" if self.order == "big" else "<i4", count=3
+            ).tolist()
+            result, subcode = self._obey(command)
+            return MotionReply(group, sequence, command, result, subcode)
+
+    def _take(self, point: TrajectoryPoint) -> tuple[int, int]:
+        if not self.state.motion_possible:
+            return Result.NOT_READY, self._not_ready()
+        if point.group != self.group:
+            return Result.INVALID, 3004
+        dof = len(self.arm.qpos)
+        if (np.abs(point.qvel[:dof]) > self.max_speed).any():
+            return Result.INVALID, 3013
+        if point.sequence == 0:
+            if np.abs(point.qpos[:dof] - self.arm.qpos).max() > _START_RAD:
+                return Result.INVALID, 3011
+            self._points, self._began = [point], time.monotonic()
+            return Result.SUCCESS, 0
+        if not self._points:
+            return Result.INVALID, 3005
+        if point.time_s - (time.monotonic() - self._began) > _QUEUE_S:
+            return Result.BUSY, 0
+        self._points.append(point)
+        return Result.SUCCESS, 0
+
+    def _obey(self, command: int) -> tuple[int, int]:
+        match command:
+            case Command.START_TRAJ_MODE:
+                if self.state.e_stopped or self.state.in_error or self.state.mode != READY.mode:
+                    return Result.NOT_READY, self._not_ready()
+                self.state = replace(self.state, motion_possible=1, drives_powered=1)
+            case Command.STOP_TRAJ_MODE:
+                self.halt()
+            case Command.STOP_MOTION:
+                self._points = []
+            case Command.CHECK_QUEUE_COUNT:
+                return Result.SUCCESS, len(self._points)
+            case Command.CHECK_MOTION_READY:
+                ready = bool(self.state.motion_possible) and not self.state.stopped
+                return (Result.SUCCESS, 0) if ready else (Result.FAILURE, self._not_ready())
+            case _:
+                return Result.INVALID, 3006
+        return Result.SUCCESS, 0
+
+    def _not_ready(self) -> int:
+        state = self.state
+        reasons = {
+            5003: state.e_stopped,
+            5001: state.in_error,
+            5004: state.mode != 2,
+            5006: not state.drives_powered,
+        }
+        return next((code for code, true in reasons.items() if true), 5008)
+
+    def _move(self) -> None:
+        """Leads the arm along what is in the queue."""
+        while self._running:
+            with self._lock:
+                if self._points:
+                    elapsed, dof = time.monotonic() - self._began, len(self.arm.qpos)
+                    times = [p.time_s for p in self._points]
+                    path = np.array([p.qpos[:dof] for p in self._points])
+                    self.arm.goal(np.array([np.interp(elapsed, times, q) for q in path.T]))
+                    if elapsed > times[-1] + 2 * _QUEUE_S or (len(times) > 1 and elapsed > times[-1] + 0.05):
+                        self._points = []
+            time.sleep(0.004)
