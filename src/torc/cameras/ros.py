@@ -13,9 +13,9 @@ import numpy as np
 
 from torc.cameras.base import RealCamera
 from torc.cameras.ros_messages import RosImage, RosLens, read_image, read_lens
-from torc.cameras.rosbridge import Rosbridge, RosbridgeError
 from torc.errors import CameraError, InputError
 from torc.records import Observation
+from torc.ros.rosbridge import Rosbridge, RosbridgeError
 from torc.workspace.description import Workspace
 
 _MOST_PICTURES = 200

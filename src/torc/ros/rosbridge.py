@@ -1,4 +1,4 @@
-"""A small client of rosbridge: topics and services of ROS 1 or ROS 2, as JSON over a web socket.
+"""A small client of rosbridge: topics, services and actions of ROS 1 or ROS 2, as JSON over a web socket.
 
 It is made for robots: nothing waits in a queue. Of each topic only the newest message is kept, and what cannot be sent
 now raises at once, so that no old command reaches a robot when a connection comes back. A lost connection is not made
@@ -8,8 +8,10 @@ again: every call raises from then on. (Protocol: rosbridge_suite, ROSBRIDGE_PRO
 import itertools
 import json
 import threading
+import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
 
@@ -25,6 +27,15 @@ _ALIVE_S = 5.0
 
 class RosbridgeError(TorcError):
     """rosbridge cannot be reached, is gone, refuses something, or is silent."""
+
+
+@dataclass(frozen=True)
+class Latest:
+    """The newest message of a topic: how many came up to it, and when it came, by `time.monotonic`."""
+
+    count: int
+    message: Any
+    stamp_s: float
 
 
 class Rosbridge:
@@ -61,8 +72,7 @@ class Rosbridge:
         self._numbers = itertools.count(1)
         self._news = threading.Condition()
         self._lost = ""
-        self._latest: dict[str, tuple[int, Any]] = {}
-        """Per topic how many messages came, and the newest."""
+        self._latest: dict[str, Latest] = {}
         self._answers: dict[str, Any] = {}
         """Per id of a request, None until it is answered."""
         self._refusals: dict[str, str] = {}
@@ -113,7 +123,15 @@ class Rosbridge:
     def count(self, topic: str) -> int:
         """How many messages of a topic came so far."""
         with self._news:
-            return self._latest.get(topic, (0, None))[0]
+            return self._count(topic)
+
+    def latest(self, topic: str) -> Latest | None:
+        """The newest message of a topic that was subscribed to; None before the first. Never waits. Raises
+        RosbridgeError once the connection is lost.
+        """
+        self._check()
+        with self._news:
+            return self._latest.get(topic)
 
     def receive(
         self, topic: str, after: int = 0, timeout_s: float | None = None, wish: str = ""
@@ -125,11 +143,12 @@ class Rosbridge:
         """
 
         def there() -> bool:
-            return self._latest.get(topic, (0, None))[0] > after
+            return self._count(topic) > after
 
         with self._news:
             self._await(there, f"no message on {topic}", timeout_s, wish)
-            return self._latest[topic]
+            latest = self._latest[topic]
+            return latest.count, latest.message
 
     def once(self, topic: str, kind: str = "", timeout_s: float | None = None) -> Any:
         """One message of a topic, sent after this call, or latched. Raises as `receive`."""
@@ -172,6 +191,35 @@ class Rosbridge:
             raise RosbridgeError(f"rosbridge at {self.url}: service {service} failed: {answer.get('values')}")
         values = answer.get("values", {})
         return values if isinstance(values, dict) else {"value": values}
+
+    def send_goal(self, action: str, kind: str, goal: Mapping[str, Any]) -> str:
+        """Sends a goal to an action of ROS 2 now, and returns its id. Raises RosbridgeError."""
+        wish = self._next_id("goal", action)
+        with self._news:
+            self._answers[wish] = None
+        self._send(
+            {"op": "send_action_goal", "id": wish, "action": action, "action_type": kind, "args": dict(goal)}
+        )
+        return wish
+
+    def cancel_goal(self, action: str, goal: str) -> None:
+        """Asks for the end of a goal of ROS 2. Raises RosbridgeError."""
+        self._send({"op": "cancel_action_goal", "id": goal, "action": action})
+
+    def goal_result(self, goal: str) -> dict[str, Any] | None:
+        """How a goal of ROS 2 ended: its `status`, and its `values`; None as long as it goes on. Raises RosbridgeError
+        if the server refused it, or the connection is lost.
+        """
+        self._check()
+        with self._news:
+            if goal in self._refusals:
+                raise RosbridgeError(f"rosbridge at {self.url} refuses: {self._refusals[goal]}")
+            return self._answers.get(goal)
+
+    def _count(self, topic: str) -> int:
+        """With the lock held."""
+        latest = self._latest.get(topic)
+        return 0 if latest is None else latest.count
 
     def _next_id(self, what: str, name: str) -> str:
         return f"{what}:{name}:{next(self._numbers)}"
@@ -223,9 +271,8 @@ class Rosbridge:
             if what == "fragment":
                 text = self._joined(message)
             elif what == "publish":
-                number, _ = self._latest.get(topic, (0, None))
-                self._latest[topic] = number + 1, message.get("msg")
-            elif what == "service_response" and message.get("id") in self._answers:
+                self._latest[topic] = Latest(self._count(topic) + 1, message.get("msg"), time.monotonic())
+            elif what in ("service_response", "action_result") and message.get("id") in self._answers:
                 self._answers[message["id"]] = message
             elif what == "status" and message.get("level") == "error":
                 self._refusals[str(message.get("id"))] = str(message.get("msg"))

@@ -7,8 +7,8 @@ import pytest
 pytest.importorskip("websockets", reason="websockets is not installed")
 
 from tests.helpers.rosbridge_server import Broken, FakeRosbridge
-from torc.cameras.rosbridge import Rosbridge, RosbridgeError
 from torc.errors import MissingDependencyError
+from torc.ros.rosbridge import Rosbridge, RosbridgeError
 
 
 def test_one_message_is_taken_and_no_more_are_asked_for():

@@ -1,0 +1,1 @@
+"""ROS from outside: no ROS is needed on this machine."""
