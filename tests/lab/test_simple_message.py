@@ -169,6 +169,7 @@ def test_faults_in_mid_motion_stop_the_arm(arm, twin, robot, fault, words):
     with pytest.raises(LabError, match=words):
         watched.follow(motion(robot.arm.rest_qpos, duration_s=1.0))
     timer.join()
+    time.sleep(0.1)  # what was sent before arrives
     where = twin.arm.qpos.copy()
     if words != "lost":  # a controller that was cut off carries out what it has: its own matter
         time.sleep(0.1)

@@ -1,0 +1,1 @@
+"""Arms that ROS drives: FollowJointTrajectory by rosbridge."""

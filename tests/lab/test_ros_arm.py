@@ -1,0 +1,145 @@
+"""An arm that ROS drives, by rosbridge: both dialects, and what goes wrong."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from test_supervisor import QUICK, WIDE, motion
+
+from torc.errors import InputError
+from torc.lab.checks import limits_of
+from torc.lab.protocols import ArmDriver, LabError
+from torc.lab.ros.arm import RosArm, RosArmConfig
+from torc.lab.ros.messages import duration, goal_message, joint_positions, result_of, thinned, ur_safety_fault
+from torc.lab.supervisor import SupervisedArm
+from torc.lab.twin.motoman import ObedientArm
+from torc.lab.twin.ros import RosTwin
+
+pytest.importorskip("websockets", reason="websockets is not installed")
+
+
+@pytest.fixture(params=[1, 2])
+def twin(request, robot):
+    with RosTwin(ObedientArm(robot.arm.rest_qpos), robot.arm.joint_names, request.param) as there:
+        yield there
+
+
+def config(twin, **changed):
+    known = {
+        "url": twin.url,
+        "ros": twin.ros,
+        "action": twin.action,
+        "joint_names": tuple(twin.joint_names),
+        "status_topic": "/robot_status",
+        "status": "industrial",
+        "timeout_s": 2.0,
+    }
+    return RosArmConfig(**{**known, **changed})
+
+
+@pytest.fixture
+def arm(twin):
+    driver = RosArm(config(twin))
+    yield driver
+    driver.close()
+
+
+def supervised(driver, robot):
+    return SupervisedArm(driver, robot, limits_of(robot, *WIDE, 1.0, 0.01), QUICK)
+
+
+def test_a_trajectory_goes_to_its_end_after_cancelling_was_proven(arm, twin, robot):
+    assert isinstance(arm, ArmDriver)
+    goal = robot.arm.rest_qpos + 0.1 * np.eye(7)[0]
+    assert supervised(arm, robot).follow(motion(robot.arm.rest_qpos)).reached
+    np.testing.assert_allclose(twin.arm.qpos, goal, atol=1e-9)
+    ops = [f"{h['op']} {h.get('topic', '')}" for h in twin.heard if "advertise" not in h["op"]]
+    begin, cancel = (
+        ("send_action_goal ", "cancel_action_goal ")
+        if twin.ros == 2
+        else (f"publish {twin.action}/goal", f"publish {twin.action}/cancel")
+    )
+    assert ops == [begin, cancel, begin]
+    assert supervised(arm, robot).follow(motion(goal, joint=3)).reached
+    assert len([h for h in twin.heard if "advertise" not in h["op"]]) == 4
+
+
+def test_an_arm_that_cannot_be_stopped_is_not_moved(arm, twin, robot):
+    twin.cancels = False
+    with pytest.raises(LabError, match="send_action_goals_in_new_thread"):
+        supervised(arm, robot).follow(motion(robot.arm.rest_qpos))
+    np.testing.assert_array_equal(twin.arm.qpos, robot.arm.rest_qpos)
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (lambda twin: twin.halt(e_stopped=1), r"e-stop|was stopped"),
+        (lambda twin: twin.cut(), "lost"),
+        (lambda twin: setattr(twin, "silent", True), "said nothing"),
+    ],
+)
+def test_faults_in_mid_motion_stop_the_arm_and_nothing_is_sent_after(arm, twin, robot, fault, words):
+    arm.prove_cancel()
+    watched = supervised(arm, robot)
+    timer = threading.Timer(0.2, fault, (twin,))
+    timer.start()
+    with pytest.raises(LabError, match=words):
+        watched.follow(motion(robot.arm.rest_qpos, duration_s=1.0))
+    timer.join()
+    time.sleep(0.1)  # what was sent before arrives
+    heard = len(twin.heard)
+    if words != "lost":  # a goal whose client is gone goes on: rosbridge does not cancel it
+        where = twin.arm.qpos.copy()
+        time.sleep(0.1)
+        np.testing.assert_array_equal(twin.arm.qpos, where)
+    time.sleep(0.1)
+    assert len(twin.heard) == heard
+    assert watched.halted
+
+
+def test_a_cancelled_goal_whose_result_says_success_is_no_success():
+    assert result_of(2, "", 0, 1) == "preempted"
+    assert result_of(5, "", 0, 2) == "cancelled"
+    assert result_of(3, "", 0, 1) == result_of(4, "", 0, 2) == ""
+    assert result_of(1, "", 0, 1) is None
+    assert "error code -5" in result_of(4, "path tolerance", -5, 2)
+    assert "no number" in result_of("4", "", 0, 2)
+
+
+def test_messages(robot):
+    assert duration(1.9999999996, 1) == {"secs": 2, "nsecs": 0}
+    assert duration(0.25, 2) == {"sec": 0, "nanosec": 250_000_000}
+    path = motion(robot.arm.rest_qpos)
+    goal = goal_message(path, robot.arm.joint_names, 2)["trajectory"]
+    assert goal["joint_names"] == list(robot.arm.joint_names)
+    assert len(goal["points"]) == len(path.times_s)
+    assert goal["points"][-1]["positions"] == pytest.approx(path.qpos[-1])
+    few = thinned(path, 5)
+    assert len(few.times_s) == 5
+    np.testing.assert_array_equal(few.qpos[[0, -1]], path.qpos[[0, -1]])
+    assert ur_safety_fault({"mode": 3}) == "protective stop"
+    assert ur_safety_fault({"mode": 1}) == ""
+    assert ur_safety_fault("normal")
+    with pytest.raises(LabError, match="have no 'elbow'"):
+        joint_positions({"name": ["wrist"], "position": [0.0]}, ["elbow"])
+    for wrong in ({}, None, {"name": ["a"], "position": ["x"]}, {"name": ["a"], "position": [float("nan")]}):
+        with pytest.raises(LabError):
+            joint_positions(wrong, ["a"])
+
+
+def test_settings_that_make_no_sense(twin):
+    for changed in (
+        {"ros": 3},
+        {"status": "none"},
+        {"status_topic": ""},
+        {"most_points": 1},
+        {"joint_names": ()},
+    ):
+        with pytest.raises(InputError):
+            config(twin, **changed)
+    with pytest.raises(LabError, match="does not tell its state"):
+        RosArm(config(twin, joint_names=("wrong",)))
+    with pytest.raises(LabError, match="cannot be reached"):
+        RosArm(config(twin, url="ws://127.0.0.1:9"))
