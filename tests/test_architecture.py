@@ -128,7 +128,7 @@ def test_no_modules_import_each_other_in_a_circle():
         ("pyarrow", "exports"),
         ("pyrealsense2", "cameras"),
         ("pyzed", "cameras"),
-        ("websockets", "ros"),
+        ("websockets", "ros lab"),
         ("pymodbus", "lab"),
         ("zmq", "networks"),
         ("msgpack", "networks"),

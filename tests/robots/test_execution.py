@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from fake_robot import FakeArm, FakeGripper
 
+from tests.helpers.fake_robot import FakeArm, FakeGripper
 from torc.records import TARGET_ID, PickPlan, PickResult, Trajectory
 from torc.robots.execution import ExecutionConfig, Phase, execute_pick, reverse, starting_from
 from torc.robots.protocols import ContactGuard

@@ -136,7 +136,9 @@ class RosArm:
                 "send_action_goals_in_new_thread:=true."
             )
         deadline = time.monotonic() + _CANCELLED_WITHIN_S
-        while self.status().moving and time.monotonic() < deadline:  # what it says of itself comes a little later
+        while (
+            self.status().moving and time.monotonic() < deadline
+        ):  # what it says of itself comes a little later
             time.sleep(0.01)
         # A controller of ROS 1 may call a motion on the spot done at once: cancelling is a topic of its own there.
         self._proven = True

@@ -1,0 +1,60 @@
+"""The `Robot` of torc.robots.protocols on real devices."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from torc.lab.protocols import LabError
+from torc.records import Observation, PickOutcome, PickPlan
+from torc.robots.description import RobotDescription
+from torc.robots.execution import ExecutionConfig, ExecutionTrace, PhaseTrace, execute_pick
+from torc.robots.protocols import Arm, Camera, Gripper, HeldCheck
+
+
+class LabRobot:
+    """A camera, an arm and a gripper. What came of a pick is what the gripper felt, and what the camera saw in the
+    hand: nobody tells the truth here.
+    """
+
+    def __init__(
+        self,
+        description: RobotDescription,
+        camera: Camera,
+        arm: Arm,
+        gripper: Gripper,
+        *,
+        feels_contact: bool = True,
+        config: ExecutionConfig | None = None,
+        on_phase: Callable[[PhaseTrace], None] = lambda step: None,
+    ) -> None:
+        """feels_contact: whether the arm notices a contact. Motions of one that does not have no guard."""
+        self.description, self.camera, self.arm, self.gripper = description, camera, arm, gripper
+        config = config or ExecutionConfig()
+        self.config = config if feels_contact else replace(config, free_guard=None, approach_guard=None)
+        self._on_phase = on_phase
+        self.last_trace: ExecutionTrace | None = None
+        """What was commanded in the latest pick, and what the robot felt."""
+
+    def capture(self) -> Observation:
+        """One snapshot, with the joints as they are. Raises LabError, CameraError."""
+        return replace(self.camera.capture(), qpos=self.arm.qpos)
+
+    def execute(
+        self, plan: PickPlan, true_id: int | None = None, is_target: HeldCheck | None = None
+    ) -> PickOutcome:
+        """Carries out one pick. Raises LabError: then the pick has no result."""
+        if true_id is not None:
+            raise LabError("A real robot is not told what objects really are.")
+        ask = None if is_target is None else lambda: is_target(self.capture(), self.gripper.state.width_m)
+        trace = execute_pick(self.arm, self.gripper, plan, self.config, self._on_phase, ask)
+        self.last_trace = trace
+        return PickOutcome(
+            result=trace.result,
+            object_id=plan.object_id,
+            held_id=plan.object_id if trace.held_after_lift else None,
+            held_after_lift=trace.held_after_lift,
+            delivered=trace.delivered,
+            detail=trace.detail,
+            duration_s=sum(p.trajectory.duration_s for p in trace.phases if p.trajectory is not None),
+            at_home=trace.at_home,
+            touch=trace.touch,
+        )

@@ -1,0 +1,142 @@
+"""Where the camera is, to a millimetre, from twenty pictures of a board; and what is wrong is said."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from torc.errors import InputError
+from torc.geometry.transforms import intrinsics, invert, look_at, make_pose
+from torc.lab.calibration.board import Board, FoundCorners
+from torc.lab.calibration.hand_eye import BoardView, check_views, error_at, solve_hand_eye
+from torc.lab.protocols import LabError
+
+K = intrinsics(1280, 720, 0.8)
+BOARD = Board()
+T_BASE_CAMERA = look_at(np.array([0.1, 0.0, 0.6]), np.array([0.7, 0.0, 0.1]))
+T_FLANGE_BOARD = make_pose(Rotation.from_euler("xyz", [0.05, -0.1, 0.4]).as_matrix(), [-0.1, -0.07, 0.03])
+ARM_RAD, ARM_M = np.deg2rad(0.07), 0.0008
+"""How far an arm is from where it says it is."""
+
+
+def jiggled(T, rng, turn=ARM_RAD, shift=ARM_M):
+    return T @ make_pose(
+        Rotation.from_rotvec(rng.normal(0, turn / np.sqrt(3), 3)).as_matrix(),
+        rng.normal(0, shift / np.sqrt(3), 3),
+    )
+
+
+def seen(T_camera_board, rng, noise_px=0.2, board=BOARD):
+    p = board.corners @ T_camera_board[:3, :3].T + T_camera_board[:3, 3]
+    pixels = np.column_stack([K[0, 0] * p[:, 0] / p[:, 2] + K[0, 2], K[1, 1] * p[:, 1] / p[:, 2] + K[1, 2]])
+    return FoundCorners(np.arange(len(p)), pixels + rng.normal(0, noise_px, pixels.shape))
+
+
+def views(rng, count=20, mounting="fixed", board=BOARD, turn=0.6, axes=3):
+    """The board about .7 m in front of the camera, turned up to +-35 degrees."""
+    found = []
+    for _ in range(count):
+        spin = rng.uniform(-turn, turn, 3) * (np.arange(3) < axes)
+        facing = make_pose(
+            Rotation.from_euler("xyz", [*spin]).as_matrix() @ np.diag([1.0, -1, -1]), [0, 0, 0]
+        )
+        facing[:3, 3] = [*rng.uniform(-0.12, 0.08, 2), rng.uniform(0.55, 0.8)]
+        if mounting == "fixed":
+            T_base_flange = T_BASE_CAMERA @ facing @ invert(T_FLANGE_BOARD)
+        else:  # the same two transforms with the roles of camera and board changed
+            T_base_flange = T_BASE_CAMERA @ invert(T_FLANGE_BOARD @ facing)
+        found.append(BoardView(jiggled(T_base_flange, rng), seen(facing, rng, board=board)))
+    return found
+
+
+def error_ahead_m(T, true):
+    """How far a point .7 m ahead of the camera is off."""
+    point = np.array([0.0, 0.0, 0.7, 1.0])
+    return float(np.linalg.norm((T @ point - true @ point)[:3]))
+
+
+@pytest.mark.parametrize("mounting", ["fixed", "hand"])
+def test_twenty_poses_give_a_millimetre_and_a_half(mounting):
+    """The median of some trials, with the errors of an arm and of corners; held-out poses say about as much."""
+    errors, promised = [], []
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        found = solve_hand_eye(views(rng, mounting=mounting), BOARD, K, mounting)
+        true = T_BASE_CAMERA if mounting == "fixed" else T_FLANGE_BOARD
+        errors.append(error_ahead_m(found.T_camera, true))
+        promised.append(found.error_m)
+        assert abs(found.scale - 1) < 0.01
+        assert found.rms_px < 3
+    assert np.median(errors) < 0.0015
+    assert 0.0002 < np.median(promised) < 0.0015
+
+
+def test_exact_pictures_give_the_exact_answer():
+    rng = np.random.default_rng(1)
+    exact = []
+    for view in views(rng, 8):
+        board_in_camera = invert(T_BASE_CAMERA) @ view.T_base_flange @ T_FLANGE_BOARD
+        exact.append(BoardView(view.T_base_flange, seen(board_in_camera, rng, 0.0)))
+    found = solve_hand_eye(exact, BOARD, K, "fixed")
+    np.testing.assert_allclose(found.T_camera, T_BASE_CAMERA, atol=1e-6)
+    np.testing.assert_allclose(found.T_board, T_FLANGE_BOARD, atol=1e-6)
+    assert found.error_m < 1e-6
+
+
+def test_one_bad_picture_hardly_counts():
+    rng = np.random.default_rng(2)
+    good = views(rng)
+    wrong = replace(good[3], T_base_flange=jiggled(good[3].T_base_flange, rng, 0.1, 0.05))
+    found = solve_hand_eye([*good[:3], wrong, *good[4:]], BOARD, K, "fixed")
+    assert error_ahead_m(found.T_camera, T_BASE_CAMERA) < 0.004
+    assert found.errors_m.argmax() == 3
+
+
+def test_a_board_of_another_size_is_noticed():
+    rng = np.random.default_rng(3)
+    printed = Board(square_m=0.0291, marker_m=0.0213)  # a printer that fits it to the page
+    with pytest.raises(LabError, match=r"seem to be 29\.\d+ mm wide, not 30"):
+        solve_hand_eye(views(rng, board=printed), BOARD, K, "fixed")
+
+
+def test_a_camera_that_was_moved_is_noticed():
+    rng = np.random.default_rng(4)
+    found = solve_hand_eye(views(rng), BOARD, K, "fixed")
+    now = views(rng, 6)
+    before = np.median([error_at(v, (found.T_camera, found.T_board), BOARD, K, "fixed") for v in now])
+    moved = jiggled(found.T_camera, rng, 0.01, 0.01)
+    after = np.median([error_at(v, (moved, found.T_board), BOARD, K, "fixed") for v in now])
+    assert before < 0.0015 < 0.004 < after
+
+
+def test_pictures_that_tell_too_little_are_refused():
+    rng = np.random.default_rng(5)
+    with pytest.raises(LabError, match="too few"):
+        solve_hand_eye(views(rng, 5), BOARD, K, "fixed")
+    for little in (views(rng, 10, turn=0.05), views(rng, 10, axes=1)):
+        with pytest.raises(LabError, match="turned too little"):
+            check_views(little)
+
+
+def test_the_printed_board_is_found_in_a_picture_and_in_a_mirror_it_is_said(rng):
+    flat = BOARD.picture(8000)
+    h, w = flat.shape
+    corners = np.array([[300, 200], [900, 260], [860, 620], [320, 560]], np.float32)
+    H = cv2.getPerspectiveTransform(np.array([[0, 0], [w, 0], [w, h], [0, h]], np.float32), corners)
+    picture = cv2.warpPerspective(flat, H, (1280, 720), borderValue=128, flags=cv2.INTER_AREA)
+    found = BOARD.find(picture)
+    assert found is not None
+    assert len(found.ids) == 24
+    true = cv2.perspectiveTransform((BOARD.corners[None, :, :2] * 8000).astype(np.float32), H)[0]
+    assert np.abs(found.pixels - true[found.ids]).max() < 1.5
+    with pytest.raises(LabError, match="mirrored"):
+        BOARD.find(np.ascontiguousarray(picture[:, ::-1]))
+    assert BOARD.find(np.full((200, 300), 90, np.uint8)) is None
+
+
+@pytest.mark.parametrize("wrong", [{"columns": 2}, {"square_m": 30.0, "marker_m": 22.0}, {"marker_m": 0.03}])
+def test_boards_that_are_none(wrong):
+    with pytest.raises(InputError):
+        Board(**wrong)
