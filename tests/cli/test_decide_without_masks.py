@@ -1,6 +1,7 @@
 """`torc decide` for a frame without masks: the target by a mark, by pictures, by words that a model reads."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -60,6 +61,12 @@ def test_reference_pictures_are_read(frame, tmp_path, capsys):
     assert code == 0
     assert answer["target_visible"]
     assert answer["label"] == 0
+    p = {k["label"]: k["target_p"] for k in answer["objects"]}
+    assert max(p, key=p.get) == 0
+    assert p[0] > 0.5
+    assert sum(p.values()) <= 1.001
+    _, out, _ = run_torc("decide", frame, "--reference", tmp_path / "box.png", *REGIONS, capsys=capsys)
+    assert re.search(r"The target is object 0 \(p = [01]\.\d\d\), in sight\.", " ".join(out.split()))
 
 
 @pytest.mark.parametrize(

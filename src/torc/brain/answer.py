@@ -75,6 +75,12 @@ class Answer:
         return {k.id: float(k.sureness) for k in self.look.context.scene.known}
 
     @property
+    def target_p(self) -> dict[int, float]:
+        """How surely each object in sight is the target, by id, where reference pictures or words told of it."""
+        told = {k.id: k.target_p for k in self.look.context.scene.known if k.id in self.labels}
+        return told if self.sought in (Sought.PICTURES, Sought.WORDS) else {}
+
+    @property
     def ids(self) -> tuple[int, ...]:
         """Ids of the objects in sight, by rising label."""
         return tuple(sorted(self.look.context.scene.ids, key=lambda k: self.labels[k]))
@@ -121,6 +127,7 @@ class Answer:
             **({"name": self.names[object_id]} if object_id in self.names else {}),
             "pixels": context.scene.object(object_id).pixel_count,
             **({"sureness": round(self.sureness[object_id], 3)} if object_id in self.sureness else {}),
+            **({"target_p": round(self.target_p[object_id], 3)} if object_id in self.target_p else {}),
             "valid_grasps": int(context.report.valid_total[context.report.object_ids.index(object_id)]),
             "grasps": {s.name.lower(): n for s, n in status_counts(context, object_id).items()},
             "blocked_by": {str(self.labels[k]): n for k, n in blockers_of(context, object_id).items()},

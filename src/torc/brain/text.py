@@ -11,6 +11,8 @@ from torc.task_planning.drawing import by_id
 _WIDTH = 80
 _DOUBTFUL = 0.6
 """A mask that is less sure is told of."""
+_WORTH_TELLING = 0.05
+"""A target that is less probable is not told of."""
 _ESTIMATED = (
     "The camera's pose was estimated: the largest plane in the picture is taken for a level support, at z = 0; the "
     "origin lies below the camera, x where it looks. Positions are in that world, not in a robot's."
@@ -40,14 +42,16 @@ def answer_text(answer: Answer) -> str:
         )
     scene = answer.look.context.scene
     if scene.target_id is not None:
-        target = f"object {_called(answer, scene.target_id)}, in sight"
+        p = answer.target_p.get(scene.target_id)
+        how_sure = "" if p is None else f" (p = {p:.2f})"
+        target = f"object {_called(answer, scene.target_id)}{how_sure}, in sight"
     elif TARGET_ID in answer.labels:
         target = f"object {answer.labels[TARGET_ID]}, shows too little to be found and counts as hidden"
     else:
         target = "hidden"
     lines += _wrapped(f"The target is {target}. Objects in sight: {len(scene.objects)}.")
     if scene.target_id is None and answer.sought in _NOT_FOUND:
-        lines += _wrapped(_NOT_FOUND[answer.sought])
+        lines += _wrapped(_NOT_FOUND[answer.sought] + _likeliest(answer))
     if answer.sureness:
         lines += _wrapped(_eyes(answer))
     if answer.pose_estimated:
@@ -58,6 +62,13 @@ def answer_text(answer: Answer) -> str:
         labels = ", ".join(map(str, answer.left_out))
         lines += _wrapped(f"Left out, for too few pixels or readings of depth: {labels}.")
     return "\n".join(lines).replace(_TIE, " ")
+
+
+def _likeliest(answer: Answer) -> str:
+    """The object that the target is most probably, although not surely enough."""
+    p = {k: v for k, v in answer.target_p.items() if k in answer.ids and v >= _WORTH_TELLING}
+    best = max(p, key=lambda k: p[k], default=None)
+    return "" if best is None else f" Likeliest is object {_called(answer, best)} (p = {p[best]:.2f})."
 
 
 def _eyes(answer: Answer) -> str:
