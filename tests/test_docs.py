@@ -94,7 +94,7 @@ def _printed(capsys):
 def test_the_code_on_the_page_on_frames_runs(beside_the_examples, capsys):
     for code in _blocks("frames.md", "python"):
         exec(code, {})
-    assert _printed(capsys)[1] == "9"
+    assert _printed(capsys)[1] == "6"
     assert (beside_the_examples / "mine" / "frame.json").is_file()
 
 

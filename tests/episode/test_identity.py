@@ -153,7 +153,7 @@ def test_what_was_taken_for_the_target_and_is_not_is_let_go(play):
 
 
 def test_another_object_that_passes_for_the_target_in_the_hand_ends_the_episode(play):
-    result, _, _ = play([4], {0: 7, 1: 4, 2: 5}, in_hand={4: 0.6})
+    result, _, _ = play([4], {0: 7, 1: 4, 2: 5}, in_hand={4: 0.9})
     assert result.end is EndReason.WRONG_OBJECT
     assert not result.retrieved
 

@@ -1,9 +1,9 @@
 """Training of the descriptor: what an object looks like, as a unit vector, the same from every side and in every light.
 
-A crop of an object in clutter, partly hidden maybe, is to be like one of the portraits of that object alone, and unlike
-all portraits of all other objects of the batch, many of them of the same scene (InfoNCE, van den Oord et al. 2018; of
-the portraits the nearest counts). Some objects take the colour of others of the batch: only shape and pattern tell
-those apart.
+A crop of an object in clutter, partly hidden maybe and cut out by torc's own masks, is to be like one of the portraits
+of that object alone, and unlike all portraits of all other objects of the batch, many of them of the same scene
+(InfoNCE, van den Oord et al. 2018; of the portraits the nearest counts). Some objects take the colour of others of the
+batch: only shape and pattern tell those apart.
 """
 
 import time
@@ -14,14 +14,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from jaxtyping import Int64, UInt8
+from jaxtyping import Bool, Int16, Int64, UInt8
 from torch import Tensor, nn
 from torch.nn import functional
 from torch.utils.data import DataLoader, IterableDataset
 
-from tools.eyes.collect import BACKGROUND, count_views, load_portraits, load_view, scene_files
+from tools.eyes.collect import count_views, load_portraits, load_view, scene_files
+from tools.eyes.measure import by_network, true_label, whole_patch
 from tools.eyes.train import schedule
 from torc.perception.embedded.crops import SIDE_PX, crop, descriptor_inputs
+from torc.perception.embedded.perception import uncut
 
 LENGTH = 64
 """Of a descriptor."""
@@ -58,16 +60,30 @@ class SceneCrops:
 
 
 def scene_crops(path: Path) -> SceneCrops:
-    """The crops of a scene's file."""
+    """The crops of a scene's file: by the masks that torc finds with exact depth and with depth from a stereo pair, and
+    by the true ones.
+    """
     crops, ids = [np.zeros((0, SIDE_PX, SIDE_PX, 4), np.uint8)], []
     for index in range(count_views(path)):
         view = load_view(path, index)
-        numbers, counts = np.unique(view.label, return_counts=True)
-        for k, n in zip(numbers.tolist(), counts.tolist()):
-            if k != BACKGROUND and n >= _MIN_PIXELS:
-                crops.append(crop(view.rgb, view.label == k)[None])
-                ids.append(k)
+        true = true_label(view)
+        patch = whole_patch(view, stereo=index % 3 != 0)
+        found = uncut(by_network(patch).label, patch.window, true.shape)
+        for k in np.unique(true[true >= 0]).tolist():
+            for mask in (true == k, best_mask(found, true == k)):
+                if np.count_nonzero(mask) >= _MIN_PIXELS:
+                    crops.append(crop(view.rgb, mask)[None])
+                    ids.append(k)
     return SceneCrops(np.concatenate(crops), np.array(ids, np.int64), load_portraits(path))
+
+
+def best_mask(found: Int16[np.ndarray, "h w"], true: Bool[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
+    """The mask that shows most of an object, if most of it is that object's."""
+    inside = found[true & (found >= 0)]
+    if len(inside) == 0:
+        return np.zeros_like(true)
+    mask = found == np.bincount(inside.astype(np.int64)).argmax()
+    return mask if np.count_nonzero(mask & true) > 0.5 * np.count_nonzero(mask) else np.zeros_like(mask)
 
 
 def save_crops(scenes: Path, out: Path) -> list[Path]:

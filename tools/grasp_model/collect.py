@@ -4,7 +4,7 @@ Every scene is a function of (seed, number of the scene), so a collection that w
 had not been, and any grasp can be looked at again.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from tools.grasp_model.floating import FloatingGripper, TrialOutcome
 from tools.grasp_model.floating_model import build_floating
 from tools.grasp_model.sampling import SamplingConfig, choose_for_evaluation, choose_for_training
 from tools.grasp_model.scenes import SceneConfig, make_scene, take_away
-from tools.grasp_model.snapshot import Snapshot, take_snapshot
+from tools.grasp_model.snapshot import Eyes, Snapshot, take_snapshot
 from torc.objects.library import load_object
 from torc.problems.problem import Problem
 from torc.robots.description import RobotDescription
@@ -45,7 +45,7 @@ class CollectConfig:
         sampling: which candidates are tried.
         stages: snapshots per scene at most; before each but the first, objects are taken away.
         taken_away: objects taken away before each later snapshot, at most.
-        noisy_share: share of the snapshots with sensor noise.
+        eyes: how often snapshots are seen with which depth and masks.
         shard_trials: a shard is written when at least this many trials have come together.
     """
 
@@ -53,7 +53,15 @@ class CollectConfig:
     sampling: SamplingConfig = field(default_factory=SamplingConfig)
     stages: int = 3
     taken_away: int = 4
-    noisy_share: float = 0.5
+    eyes: Mapping[Eyes, float] = field(
+        default_factory=lambda: {
+            Eyes.EXACT: 0.25,
+            Eyes.NOISE: 0.15,
+            Eyes.SGBM: 0.2,
+            Eyes.OWN: 0.15,
+            Eyes.OWN_SGBM: 0.25,
+        }
+    )
     shard_trials: int = 500
 
 
@@ -124,9 +132,10 @@ def scene_stages(bench: Bench, number: int, unseen_kinds: bool) -> Iterator[Prob
 
 def look(bench: Bench, problem: Problem, number: int, stage: int) -> Snapshot:
     """The snapshot of a stage of a scene."""
-    noisy = bool(_rng(bench, number, stage, _NOISE).random() < bench.config.noisy_share)
+    shares = bench.config.eyes
+    drawn = _rng(bench, number, stage, _EYES).choice(len(shares), p=list(shares.values()))
     rng = look_rng(bench.seed, number, stage)
-    return take_snapshot(problem, bench.robot.gripper, bench.workspace, noisy, rng)
+    return take_snapshot(problem, bench.robot.gripper, bench.workspace, list(shares)[int(drawn)], rng)
 
 
 def look_rng(seed: int, number: int, stage: int) -> np.random.Generator:
@@ -134,7 +143,7 @@ def look_rng(seed: int, number: int, stage: int) -> np.random.Generator:
     return np.random.default_rng([seed, number, stage, _LOOK])
 
 
-_SCENE, _NOISE, _LOOK, _CHOICE = range(4)
+_SCENE, _EYES, _LOOK, _CHOICE = range(4)
 
 
 def _rng(bench: Bench, number: int, stage: int, purpose: int) -> np.random.Generator:
@@ -152,9 +161,13 @@ def _try_all(
 ) -> Trials:
     """Try the chosen candidates; one that several rules chose is tried once and listed for each."""
     gripper = FloatingGripper(build_floating(problem, bench.robot, bench.workspace))
-    grasps = snapshot.grasps
+    grasps, true_ids = snapshot.grasps, snapshot.true_ids
+    # A mask that shows nothing is no object's; nothing can come of it.
+    tried = [(i, policy) for i, policy in tried if true_ids[int(grasps.object_ids[i])] >= 0]
     outcome_of = {
-        i: gripper.trial(int(grasps.object_ids[i]), grasps.Ts_world_tcp[i], float(grasps.widths_m[i]))
+        i: gripper.trial(
+            true_ids[int(grasps.object_ids[i])], grasps.Ts_world_tcp[i], float(grasps.widths_m[i])
+        )
         for i in sorted({i for i, _ in tried})
     }
     return _rows(problem, snapshot, tried, [outcome_of[i] for i, _ in tried], (bench.seed, number, stage))
@@ -169,8 +182,9 @@ def _rows(
 ) -> Trials:
     """The table of one snapshot; `place` is seed, scene and stage."""
     grasps, index, n = snapshot.grasps, np.array([i for i, _ in tried]), len(tried)
-    models = [load_object(placement.model) for placement in problem.ordered()]
+    placements = problem.ordered()
     of = grasps.object_ids[index]
+    models = {k: load_object(placements[snapshot.true_ids[int(k)]].model) for k in np.unique(of).tolist()}
     return Trials(
         features=snapshot.features[index],
         feature_names=snapshot.feature_names,
@@ -181,10 +195,10 @@ def _rows(
         stage=np.full(n, place[2], np.uint8),
         seed=np.full(n, place[0], np.int64),
         object_id=of.astype(np.int16),
-        kind=np.array([models[k].kind for k in of], dtype=np.str_),
+        kind=np.array([models[k].kind for k in of.tolist()], dtype=np.str_),
         structured=np.full(n, problem.category == "structured"),
-        held_out=np.array([models[k].held_out for k in of]),
-        noisy=np.full(n, snapshot.noisy),
+        held_out=np.array([models[k].held_out for k in of.tolist()]),
+        eyes=np.full(n, snapshot.eyes, np.uint8),
         valid=snapshot.valid[index],
         generator=grasps.generators[index],
         p_hand=snapshot.p_hand[index].astype(np.float32),

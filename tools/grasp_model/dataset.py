@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float, Float32, Int16, Int32, Int64, UInt8
 from torc.errors import InputError
 from torc.problems.problem import ObjectPlacement, Problem
 
-SHARD_VERSION = 2
+SHARD_VERSION = 3
 _SHARD_NAME = re.compile(r"trials-(\d{6})-(\d{6})\.npz")
 
 
@@ -65,11 +65,11 @@ class Trials:
         scene: number of the scene within its collection; with the seed it gives the scene again.
         stage: how many objects had been taken away before the snapshot.
         seed: seed of the collection.
-        object_id: the object to be grasped.
+        object_id: the object to be grasped, by the id that it was seen under.
         kind: its kind.
         structured: an arrangement of standing objects rather than a dumped pile.
         held_out: its kind belongs to those that no training scene contains.
-        noisy: the snapshot carried sensor noise.
+        eyes: an `Eyes` each: which depth and whose masks the snapshot was seen with.
         valid: the gripper alone passes all checks of validity.
         generator: index of the generator that proposed the grasp.
         p_hand: hand-written score.
@@ -92,7 +92,7 @@ class Trials:
     kind: np.ndarray
     structured: Bool[np.ndarray, "n"]
     held_out: Bool[np.ndarray, "n"]
-    noisy: Bool[np.ndarray, "n"]
+    eyes: UInt8[np.ndarray, "n"]
     valid: Bool[np.ndarray, "n"]
     generator: UInt8[np.ndarray, "n"]
     p_hand: Float32[np.ndarray, "n"]

@@ -16,7 +16,7 @@ from rich.console import Console
 from tools.grasp_model.facts import model_digest, save_facts
 from tools.grasp_model.floating import FloatingGripper
 from tools.grasp_model.floating_model import build_floating
-from tools.grasp_model.snapshot import interpret, observe
+from tools.grasp_model.snapshot import Eyes, interpret, observe
 from torc.errors import PhysicsError
 from torc.geometry.transforms import rotation_about, rotation_from_wxyz, wxyz_from_rotation
 from torc.grasping.planner import GeometricGraspPlanner
@@ -134,8 +134,9 @@ class _Trials:
     def _held(self) -> bool:
         """Whether one of the best grasps that the planner proposes for the object as it lies holds."""
         workspace = self.world.workspace
-        scene, volume = interpret(observe(self.renderer, workspace.camera), workspace)
-        grasps = self.planner.plan(scene, volume, np.random.default_rng(0))
+        rng = np.random.default_rng(0)
+        scene, volume = interpret(observe(self.renderer, workspace.camera), workspace, Eyes.EXACT, rng)
+        grasps = self.planner.plan(scene, volume, rng)
         if len(grasps) == 0:
             return False
         gripper = FloatingGripper(build_floating(with_poses_of(self.world), self.robot, workspace))

@@ -17,7 +17,7 @@ from tools.grasp_model.dataset import (
     shard_ranges,
 )
 from tools.grasp_model.hand_score import HandScore
-from tools.grasp_model.snapshot import perceive
+from tools.grasp_model.snapshot import Eyes, perceive
 from torc.grasping.checks import Fault, check_candidates
 from torc.grasping.clouds import ObjectCloud, SceneClouds, build_clouds
 from torc.grasping.config import GraspConfig
@@ -63,7 +63,7 @@ def refresh(data: Path, out: Path) -> None:
 def refreshed(trials: Trials, problem: Problem, hand: HandGeometry, workspace: Workspace) -> Trials:
     """The trials of one snapshot with today's features, hand-written score and validity."""
     rng = look_rng(int(trials.seed[0]), int(trials.scene[0]), int(trials.stage[0]))
-    scene, volume = perceive(problem, workspace, bool(trials.noisy[0]), rng)
+    scene, volume, _ = perceive(problem, workspace, Eyes(int(trials.eyes[0])), rng)
     clouds = build_clouds(scene, volume, workspace.support_z_m, GraspConfig().clouds)
     features = np.zeros((len(trials), len(FEATURE_NAMES)), np.float32)
     valid, sound = np.zeros(len(trials), bool), np.zeros(len(trials), bool)

@@ -21,6 +21,7 @@ from tools.grasp_model.evaluation import (
     reliability,
     wilson,
 )
+from tools.grasp_model.snapshot import Eyes
 from tools.grasp_model.train import (
     Fit,
     TrainConfig,
@@ -85,6 +86,36 @@ def scores_section(trials: Trials, fitted: Fit) -> str:
         )
     header = ["score", "AUC", "AUC structured", "AUC piles", "log loss", "Brier", "calibration error"]
     return table(header, rows)
+
+
+_SEEN_WITH = {
+    Eyes.EXACT: "exact masks, exact depth",
+    Eyes.NOISE: "the same with the noise of `--noise`",
+    Eyes.SGBM: "exact masks, `sgbm`",
+    Eyes.OWN: "`embedded`, exact depth",
+    Eyes.OWN_SGBM: "`embedded`, `sgbm`",
+}
+
+
+def eyes_section(trials: Trials, p: Float[np.ndarray, "n"]) -> str:
+    """Promise against outcome by what the snapshots were seen with."""
+    rows = []
+    for eyes, what in _SEEN_WITH.items():
+        mine = trials.eyes == eyes
+        if mine.any():
+            held, promised = trials.delivered[mine], p[mine]
+            error = f"{calibration_error(promised, held):.3f}"
+            rows.append(
+                [
+                    what,
+                    len(held),
+                    f"{promised.mean():.3f}",
+                    f"{held.mean():.3f}",
+                    f"{auc(promised, held):.3f}",
+                    error,
+                ]
+            )
+    return table(["masks and depth", "trials", "promised", "delivered", "AUC", "calibration error"], rows)
 
 
 def reliability_section(p: Float[np.ndarray, "n"], trials: Trials) -> str:
@@ -230,6 +261,7 @@ def write_report(
     draw_calibration(picture, train, curves)
     parts = [_opening(train, notes), "## How trials ended\n", causes_section(train)]
     parts += ["## Quality on unseen scenes (cross-validated by scene)\n", scores_section(train, fitted)]
+    parts += ["### By what the scene was seen with\n", eyes_section(train, fitted.p)]
     parts += [
         "### Calibration\n",
         f"![calibration](img/{picture.name})\n",
@@ -265,8 +297,7 @@ def _choice_parts(held_out: Trials, p: np.ndarray, rng: np.random.Generator) -> 
 _LIMITS = """## What this does not cover
 
 - The arm: a real pick also needs a reachable, collision-free arm, and its approach may differ by a few millimetres.
-- Reality: rigid objects, friction coefficients near 1 on the pads; half of the snapshots with exact masks and depth,
-  half with those of `--noise`.
+- Reality: rigid objects, friction coefficients near 1 on the pads; depth and masks of a simulated camera.
 - One snapshot: the occlusion volume in training knows one view of the scene; later in an episode it knows more.
 """
 

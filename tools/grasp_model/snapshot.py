@@ -1,23 +1,50 @@
 """What the grasp planner sees of a scene: rendered, perceived, candidates with features."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import IntEnum
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32
 
 from tools.grasp_model.hand_score import HandScore
+from torc.episode.identity import shown_by
 from torc.grasping.features import FEATURE_NAMES
 from torc.grasping.planner import GeometricGraspPlanner
-from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, empty_volume, update_volume
-from torc.perception.noise import add_sensor_noise, stereo_camera
-from torc.perception.privileged import LabelPerception
-from torc.perception.segmentation import REAL_CAMERA
+from torc.occlusion.volume import empty_volume, update_volume
+from torc.perception.noise import add_sensor_noise
+from torc.perception.protocol import Wanted
+from torc.pipeline.building import SeeingParts, build_seeing
 from torc.problems.problem import Problem
 from torc.records import GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.gripper import GripperDescription
 from torc.sim.rendering import CameraRenderer
+from torc.sim.robot import SimulatedCamera
+from torc.sim.stereo_camera import StereoRig
 from torc.sim.world import build_world
+from torc.specs.conditions import PipelineSpec
 from torc.workspace.description import CameraMount, Workspace
+
+
+class Eyes(IntEnum):
+    """Who sees: which depth and whose masks."""
+
+    EXACT = 0
+    NOISE = 1
+    """The made-up noise of `--noise`."""
+    SGBM = 2
+    """Exact masks, depth by semi-global matching."""
+    OWN = 3
+    """torc's own masks, exact depth."""
+    OWN_SGBM = 4
+    """torc's own masks, depth by semi-global matching."""
+
+    @property
+    def spec(self) -> PipelineSpec:
+        """The stages that these are."""
+        return PipelineSpec(
+            depth="sgbm" if self in (Eyes.SGBM, Eyes.OWN_SGBM) else "as-measured",
+            perception="embedded" if self in (Eyes.OWN, Eyes.OWN_SGBM) else "labels",
+        )
 
 
 @dataclass(frozen=True)
@@ -31,7 +58,8 @@ class Snapshot:
         features, feature_names: inputs of the score.
         p_hand: the hand-written score.
         valid: the gripper touches no point of another object.
-        noisy: whether sensor noise was added.
+        true_ids: what each object of the scene really is.
+        eyes: who saw it.
     """
 
     scene: SegmentedScene
@@ -41,40 +69,56 @@ class Snapshot:
     feature_names: tuple[str, ...]
     p_hand: Float[np.ndarray, "n"]
     valid: Bool[np.ndarray, "n"]
-    noisy: bool
+    true_ids: dict[int, int]
+    eyes: Eyes
 
 
 def take_snapshot(
-    problem: Problem, gripper: GripperDescription, workspace: Workspace, noisy: bool, rng: np.random.Generator
+    problem: Problem, gripper: GripperDescription, workspace: Workspace, eyes: Eyes, rng: np.random.Generator
 ) -> Snapshot:
     """Render a settled scene without the arm, perceive it and propose grasps."""
-    scene, volume = perceive(problem, workspace, noisy, rng)
+    scene, volume, true_ids = perceive(problem, workspace, eyes, rng)
     found = GeometricGraspPlanner(gripper, workspace.support_z_m, scorer=HandScore()).candidates(
         scene, volume, rng
     )
     return Snapshot(
-        scene, volume, found.grasps, found.features, FEATURE_NAMES, found.grasps.scores, ~found.blocked, noisy
+        scene=scene,
+        volume=volume,
+        grasps=found.grasps,
+        features=found.features,
+        feature_names=FEATURE_NAMES,
+        p_hand=found.grasps.scores,
+        valid=~found.blocked,
+        true_ids=true_ids,
+        eyes=eyes,
     )
 
 
 def perceive(
-    problem: Problem, workspace: Workspace, noisy: bool, rng: np.random.Generator
-) -> tuple[SegmentedScene, OcclusionVolume]:
-    """One look at a settled scene without the arm, with or without sensor noise."""
-    with CameraRenderer(build_world(problem, None, workspace), workspace.camera) as renderer:
-        observation = observe(renderer, workspace.camera)
-    if noisy:
-        observation = add_sensor_noise(observation, stereo_camera(), rng)
-    return interpret(observation, workspace, noisy)
+    problem: Problem, workspace: Workspace, eyes: Eyes, rng: np.random.Generator
+) -> tuple[SegmentedScene, OcclusionVolume, dict[int, int]]:
+    """One look at a settled scene without the arm, and what each object that is seen really is."""
+    rig = StereoRig() if getattr(_seeing(eyes, workspace).depth, "needs_pair", False) else None
+    with SimulatedCamera(build_world(problem, None, workspace), rig=rig) as camera:
+        observation = camera.capture()
+    scene, volume = interpret(observation, workspace, eyes, rng)
+    truth = observation.label_image
+    assert truth is not None  # a simulated camera knows it
+    return scene, volume, shown_by(scene, truth)
 
 
 def interpret(
-    observation: Observation, workspace: Workspace, noisy: bool = False
+    observation: Observation, workspace: Workspace, eyes: Eyes, rng: np.random.Generator
 ) -> tuple[SegmentedScene, OcclusionVolume]:
-    """The objects in a first look at a scene, and what it left unseen; as a trial sees them with or without noise."""
-    scene = LabelPerception(REAL_CAMERA if noisy else None).perceive(observation)
-    occlusion = FIXED_REAL_CAMERA if noisy else FIXED_CAMERA
-    return scene, update_volume(empty_volume(workspace.grid), scene, occlusion)
+    """The objects in a first look at a scene, and what it left unseen, as a trial sees them."""
+    seeing = _seeing(eyes, workspace)
+    if seeing.noise is not None:
+        observation = add_sensor_noise(observation, seeing.noise, rng)
+    observation = seeing.depth.measure(observation)
+    if not getattr(seeing.perception, "needs_labels", False):
+        observation = replace(observation, label_image=None)
+    scene = seeing.perception.perceive(observation, Wanted(""), None)
+    return scene, update_volume(empty_volume(workspace.grid), scene, seeing.occlusion)
 
 
 def observe(renderer: CameraRenderer, mount: CameraMount) -> Observation:
@@ -83,3 +127,7 @@ def observe(renderer: CameraRenderer, mount: CameraMount) -> Observation:
     return Observation(
         view.rgb, view.depth_m, mount.K, mount.T_world_camera, np.zeros(0), 0.0, view.label_image
     )
+
+
+def _seeing(eyes: Eyes, workspace: Workspace) -> SeeingParts:
+    return build_seeing(eyes.spec, workspace, noisy=eyes is Eyes.NOISE)

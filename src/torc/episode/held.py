@@ -11,7 +11,7 @@ from torc.pipeline.look import Look, Pipeline
 from torc.records import TARGET_ID, Observation
 from torc.robots.description import RobotDescription
 
-SURE = 0.5
+SURE = 0.8
 """From this probability on, what is in the hand is the target."""
 
 

@@ -41,7 +41,7 @@ class ModelGrasping:
 
     robot: RobotDescription
     workspace: Workspace
-    min_score: float = 0.25
+    min_score: float = 0.5
 
     def graspable(self, model: str, T_world_object: Pose) -> bool:
         """Whether the robot has a promising grasp of a model at a pose, with nothing else on the table; always the same

@@ -1,16 +1,21 @@
 """Thinned-out clouds of one snapshot, in the form in which the kernels want them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
+from numba import njit
 
+from torc.geometry.transforms import kernel_array
 from torc.grasping.cells import PointCells, group, thin_out
 from torc.grasping.completion import Completion, complete
 from torc.grasping.config import CloudConfig
 from torc.records import OcclusionVolume, SegmentedScene
 
 _HULL_DIRECTIONS = 64
+_FLAT_M, _FEWEST = 0.015, 20
+"""The support is what lies this close to its height, if that are so many points."""
+_NEAR_M, _SAMPLES = 0.006, 60
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,9 @@ class ObjectCloud:
         hull: points that are outermost in some direction, for extents.
         completion: estimated centre and size.
         pixel_count: pixels of its mask.
+        roughness_m: mean distance of its points from the planes through those near by.
+        support_roughness_m: standard deviation of the height at which the support is seen.
+        sureness: how surely its mask is one object; 1 where masks are given.
     """
 
     id: int
@@ -37,6 +45,9 @@ class ObjectCloud:
     hull: Float[np.ndarray, "h 3"]
     completion: Completion
     pixel_count: int
+    roughness_m: float = 0.0
+    support_roughness_m: float = 0.0
+    sureness: float = 1.0
 
     @property
     def seen(self) -> Float[np.ndarray, "v 3"]:
@@ -67,6 +78,8 @@ def build_clouds(
     """Thin out and complete the clouds of a scene."""
     camera = np.asarray(scene.observation.T_world_camera, dtype=float)
     objects, thin = [], []
+    sureness = {k.id: k.sureness for k in scene.known}
+    support_roughness_m = _support_roughness_m(scene, support_z_m)
     for o in scene.objects:
         if len(o.points) == 0:
             continue
@@ -75,8 +88,40 @@ def build_clouds(
         if o.pixel_count >= config.min_pixels:
             felt = np.asarray(o.felt, dtype=points.dtype)
             done = complete(points, normals, felt, camera[:3, 3], o.id, volume, support_z_m, config)
-            objects.append(_object_cloud(o.id, points, normals, felt, done, o.pixel_count, config))
+            cloud = _object_cloud(o.id, points, normals, felt, done, o.pixel_count, config)
+            roughness_m = float(roughness(kernel_array(o.points), kernel_array(o.normals), _NEAR_M, _SAMPLES))
+            objects.append(
+                replace(
+                    cloud,
+                    roughness_m=roughness_m,
+                    support_roughness_m=support_roughness_m,
+                    sureness=sureness.get(o.id, 1.0),
+                )
+            )
     return SceneClouds(tuple(objects), _group_all(thin, config), forward_direction(camera), camera[:3, 3])
+
+
+def _support_roughness_m(scene: SegmentedScene, support_z_m: float) -> float:
+    """As the median tells it, of what lies within reach of the support."""
+    height = scene.background_points[:, 2] - support_z_m
+    flat = height[np.abs(height) < _FLAT_M]
+    return 1.48 * float(np.median(np.abs(flat - np.median(flat)))) if len(flat) >= _FEWEST else 0.0
+
+
+@njit(cache=True)
+def roughness(points, normals, near, samples):
+    """Mean distance of points from the planes of points near by, of about so many of those."""
+    total, count = 0.0, 0
+    step = max(1, points.shape[0] // samples)
+    for i in range(0, points.shape[0], step):
+        for j in range(points.shape[0]):
+            dx = points[j, 0] - points[i, 0]
+            dy = points[j, 1] - points[i, 1]
+            dz = points[j, 2] - points[i, 2]
+            if i != j and dx * dx + dy * dy + dz * dz < near * near:
+                total += abs(dx * normals[i, 0] + dy * normals[i, 1] + dz * normals[i, 2])
+                count += 1
+    return total / count if count else 0.0
 
 
 def scene_cells(scene: SegmentedScene, config: CloudConfig) -> PointCells:

@@ -86,6 +86,9 @@ _OBJECT_FEATURES = {
     "flatness": "least over middle principal extent of its seen points",
     "roundness": "spread of its seen normals: 0 one plane .. 1 all directions alike",
     "camera_distance": "from the camera to its centre",
+    "roughness": "mean distance of its seen points from the planes through those near by",
+    "support_roughness": "standard deviation of the support's seen height: what the depth camera is worth",
+    "sureness": "how surely its mask is one object, 1 where masks are given",
 }
 FEATURE_DOCS = MappingProxyType({**_CANDIDATE_FEATURES, **_OBJECT_FEATURES})
 """What each feature is, by name, in the order of the columns."""
@@ -153,6 +156,9 @@ def _object_features(
             extents[0] / max(extents[1], 1e-6),
             1.5 * (1.0 - spread[2] / max(spread.sum(), 1e-9)),
             np.linalg.norm(done.center - camera_position),
+            cloud.roughness_m,
+            cloud.support_roughness_m,
+            cloud.sureness,
         ]
     )
 

@@ -22,7 +22,7 @@ class Certainty:
         ahead: the best mask is the target only if the second best is this much less probable.
     """
 
-    sure: float = 0.5
+    sure: float = 0.7
     still: float = 0.15
     ahead: float = 0.15
 
@@ -44,13 +44,13 @@ class TargetConfig(Certainty):
             the pick count there. Chosen by `python -m tools.eyes held`.
     """
 
-    sure: float = 0.5
-    likeness: float = 0.75
-    steepness: float = 20.0
-    pixels: float = 0.3
-    held_likeness: float = 0.75
-    held_steepness: float = 20.0
-    held_trust: float = 0.7
+    sure: float = 0.7
+    likeness: float = 0.57
+    steepness: float = 12.5
+    pixels: float = 0.0
+    held_likeness: float = 0.71
+    held_steepness: float = 9.5
+    held_trust: float = 0.85
 
 
 _TYPICAL_PIXELS = 1000.0

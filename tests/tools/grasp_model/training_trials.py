@@ -27,7 +27,7 @@ def make_trials(count: int, seed: int, scenes: int = 20, first_scene: int = 0, c
         kind=rng.choice(["mug", "book", "can"], count),
         structured=scene % 2 == 0,
         held_out=rng.random(count) < 0.2,
-        noisy=rng.random(count) < 0.5,
+        eyes=rng.integers(0, 5, count).astype(np.uint8),
         valid=np.ones(count, bool),
         generator=np.zeros(count, np.uint8),
         p_hand=(1 / (1 + np.exp(-x[:, 1]))).astype(np.float32),
