@@ -1,6 +1,5 @@
 """A robot of real devices: what it feels, and sees in the hand, is all that is known."""
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -33,8 +32,8 @@ def plan(object_id):
     return PickPlan(object_id, 0, np.eye(4), 0.04, *motions, grasps_tried=1)
 
 
-def robot_of(description, width_m=0.05, **options):
-    return LabRobot(description, FakeCamera(), FakeArm(REST.copy()), FakeGripper(width_m), **options)
+def robot_of(description, width_m=0.05):
+    return LabRobot(description, FakeCamera(), FakeArm(REST.copy()), FakeGripper(width_m))
 
 
 def test_a_pick_is_told_as_it_was_felt(robot):
@@ -62,14 +61,6 @@ def test_what_is_in_the_hand_is_looked_at_where_the_arm_holds_it(robot):
     assert seen[0][1] == pytest.approx(0.05)
 
 
-def test_an_arm_that_feels_nothing_has_no_guards(robot):
-    for feels in (True, False):
-        lab = robot_of(robot, feels_contact=feels)
-        lab.execute(plan(3))
-        guarded = [guard is not None for guard in lab.arm.guards]
-        assert guarded == [feels, feels, False, False, False]
-
-
 def test_nobody_tells_it_the_truth(robot):
     with pytest.raises(LabError, match="not told"):
-        robot_of(robot).execute(replace(plan(3)), true_id=4)
+        robot_of(robot).execute(plan(3), true_id=4)

@@ -7,12 +7,13 @@ import tty
 
 import pytest
 
+from tests.helpers.behind_twins import TimedFingers
 from torc.errors import InputError
 from torc.lab.protocols import LabError
 from torc.lab.robotiq.gripper import RobotiqGripper, WidthScale
 from torc.lab.robotiq.registers import ACTIVATE, FAULTS, RESET, GripperCommand, Object, status_of
 from torc.lab.robotiq.wires import ModbusWire, UrcapWire
-from torc.lab.twin.robotiq import ModbusTwin, RobotiqTwin, TimedFingers, UrcapTwin
+from torc.lab.twin.robotiq import ModbusTwin, RobotiqTwin, UrcapTwin
 from torc.robots.protocols import Gripper
 
 pytest.importorskip("pymodbus")

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from test_supervisor import QUICK, WIDE, motion
 
+from tests.helpers.behind_twins import ObedientArm
 from torc.errors import InputError
 from torc.lab.checks import limits_of
 from torc.lab.protocols import ArmDriver, LabError
 from torc.lab.ros.arm import RosArm, RosArmConfig
 from torc.lab.ros.messages import duration, goal_message, joint_positions, result_of, thinned, ur_safety_fault
 from torc.lab.supervisor import SupervisedArm
-from torc.lab.twin.motoman import ObedientArm
 from torc.lab.twin.ros import RosTwin
 
 pytest.importorskip("websockets", reason="websockets is not installed")

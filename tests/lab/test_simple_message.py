@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from test_supervisor import QUICK, WIDE, motion
 
+from tests.helpers.behind_twins import ObedientArm
 from torc.lab.checks import limits_of
 from torc.lab.protocols import ArmDriver, LabError, RobotStoppedError
 from torc.lab.simple_message.arm import MotomanArm
@@ -29,7 +30,7 @@ from torc.lab.simple_message.messages import (
     motion_ctrl,
 )
 from torc.lab.supervisor import SupervisedArm
-from torc.lab.twin.motoman import READY, MotomanTwin, ObedientArm
+from torc.lab.twin.motoman import READY, MotomanTwin
 
 # Made by hand from SimpleMessage.h of motoman_driver 1.9.12: length, type 13, topic, no reply; then powered, no e-stop,
 # error code 0, no error, in motion, play, motion possible.

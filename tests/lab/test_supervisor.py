@@ -195,6 +195,24 @@ def test_an_interrupt_stops_the_arm_before_it_comes_through(make):
     np.testing.assert_array_equal(arm.qpos, rests)
 
 
+@pytest.mark.parametrize("error", [KeyboardInterrupt, LabError("the controller refuses")])
+def test_what_goes_wrong_while_a_motion_is_sent_stops_the_arm(make, monkeypatch, error):
+    """Some of it may be on its way already."""
+    arm, driver = make()
+    begin = driver.start
+
+    def start(trajectory):
+        begin(trajectory)
+        raise error
+
+    monkeypatch.setattr(driver, "start", start)
+    with pytest.raises(type(error) if isinstance(error, LabError) else error):
+        arm.follow(motion(arm.qpos))
+    assert driver.stops == 1
+    assert not driver.status().moving
+    assert arm.halted
+
+
 def test_a_contact_ends_a_guarded_motion_and_the_arm_backs_off(make, robot):
     start = robot.arm.rest_qpos.copy()
     touch = lambda driver: setattr(driver, "touching", True)  # noqa: E731

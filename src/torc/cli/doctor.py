@@ -28,6 +28,7 @@ _EXTRAS = {
     "ray": ("ray", "torc bench --ray, on many machines"),
     "realsense": ("pyrealsense2", "RealSense cameras"),
     "ros": ("websockets", "cameras of ROS, by rosbridge"),
+    "lab": ("pymodbus", "Robotiq grippers, by Modbus"),
     "report": ("matplotlib", "the figures of torc report"),
     "sam": ("transformers", "the perceptions grounded-sam2 and sam3"),
     "dev": ("pytest", "running the tests, training the grasp model"),

@@ -22,14 +22,12 @@ class LabRobot:
         arm: Arm,
         gripper: Gripper,
         *,
-        feels_contact: bool = True,
         config: ExecutionConfig | None = None,
         on_phase: Callable[[PhaseTrace], None] = lambda step: None,
     ) -> None:
-        """feels_contact: whether the arm notices a contact. Motions of one that does not have no guard."""
+        """on_phase: told of every step of a pick."""
         self.description, self.camera, self.arm, self.gripper = description, camera, arm, gripper
-        config = config or ExecutionConfig()
-        self.config = config if feels_contact else replace(config, free_guard=None, approach_guard=None)
+        self.config = config or ExecutionConfig()
         self._on_phase = on_phase
         self.last_trace: ExecutionTrace | None = None
         """What was commanded in the latest pick, and what the robot felt."""

@@ -22,7 +22,6 @@ from torc.robots.protocols import ContactGuard, FollowResult
 
 Confirm = Callable[[str, Trajectory], bool]
 """Asked before each motion, with a line that says what comes: whether to go."""
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -97,15 +96,11 @@ class SupervisedArm:
         """
         planned = self._allowed(trajectory)
         guarded = guard is not None and self.driver.feels_contact
-        self.driver.start(planned)
         try:
+            self.driver.start(planned)
             touched = self._watch(planned, guarded)
-        except RobotStoppedError as error:
-            self._halted = str(error)
-            self._stop()
-            raise
-        except BaseException as error:
-            self._halted = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        except BaseException as error:  # an interrupt, too: some of the motion may be on its way
+            self._halted = str(error) or type(error).__name__
             self._stop()
             raise
         if touched and guard is not None:
@@ -196,8 +191,7 @@ class SupervisedArm:
         return False
 
     def _stop(self) -> None:
-        """Stops the arm and waits until it rests; whatever happens meanwhile, a second interrupt included, it has been
-        told to stop."""
+        """Stops the arm, and waits until it rests."""
         try:
             self.driver.stop()
             self._rests(self.config.rest_s)

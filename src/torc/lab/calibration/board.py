@@ -57,7 +57,7 @@ class Board:
         if found is None and self._detected(np.ascontiguousarray(gray[:, ::-1])) is not None:
             raise LabError(
                 "The board is mirrored: it was printed the wrong way round, or the picture is mirrored. "
-                "Print it again (`torc lab board`), or set the camera right."
+                "Print it again, or set the camera right."
             )
         return found
 

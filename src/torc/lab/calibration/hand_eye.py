@@ -22,7 +22,8 @@ from torc.lab.protocols import LabError
 Mounting = Literal["fixed", "hand"]
 """Of the camera: fixed, with the board in the hand; or in the hand, with the board fixed."""
 LEAST_VIEWS = 6
-_LEAST_TURN_RAD, _LEAST_SPREAD = 0.35, 0.1
+_LEAST_TURN_RAD, _LEAST_SPREAD_RAD = 0.175, 0.05
+"""From the mean turn to the furthest; standard deviation about the axis that is turned about second most."""
 _LOSS_PX = 1.0
 _WRONG_SCALE = 0.01
 _FOLDS = 5
@@ -69,19 +70,19 @@ def solve_hand_eye(
     board whose squares are of another size than was said.
     """
     check_views(views)
-    numbers = _fit(views, board, K, mounting)
-    scale = _fit(views, board, K, mounting, numbers)[12]
+    numbers = _fit(views, board, K, mounting, _closed_form(views, board, K, mounting))
+    scale = _fit(views, board, K, mounting, np.append(numbers, 1.0))[12]
     if abs(scale - 1) > _WRONG_SCALE:
         raise LabError(
             f"The board's squares seem to be {1e3 * board.square_m * scale:.2f} mm wide, not "
-            f"{1e3 * board.square_m:.2f} mm. Measure them: printers scale. Then give --square."
+            f"{1e3 * board.square_m:.2f} mm. Measure them: printers scale. Then say so."
         )
     T_camera, T_board = _poses(numbers)
     errors = np.zeros(len(views))
     for fold in range(min(_FOLDS, len(views))):
         left_out = np.arange(len(views)) % _FOLDS == fold
         others = [v for v, out in zip(views, left_out, strict=True) if not out]
-        fitted = _fit(others, board, K, mounting, start=numbers[:12])
+        fitted = _fit(others, board, K, mounting, numbers)
         for k in map(int, np.flatnonzero(left_out)):
             errors[k] = error_at(views[k], _poses(fitted), board, K, mounting)
     residuals = _residuals(numbers, views, board, K, mounting)
@@ -97,7 +98,7 @@ def check_views(views: Sequence[BoardView]) -> None:
     turns = np.array([Rotation.from_matrix(first.T @ v.T_base_flange[:3, :3]).as_rotvec() for v in views])
     turns -= turns.mean(axis=0)
     spread = np.linalg.svd(turns, compute_uv=False) / np.sqrt(len(views))
-    if np.linalg.norm(turns, axis=1).max() < _LEAST_TURN_RAD / 2 or spread[1] < _LEAST_SPREAD / 2:
+    if np.linalg.norm(turns, axis=1).max() < _LEAST_TURN_RAD or spread[1] < _LEAST_SPREAD_RAD:
         raise LabError(
             "The flange was turned too little, or about one axis alone: turn it by 20 to 35 degrees about several."
         )
@@ -147,18 +148,9 @@ def _residuals(
 
 
 def _fit(
-    views: Sequence[BoardView],
-    board: Board,
-    K: np.ndarray,
-    mounting: Mounting,
-    scaled_from: np.ndarray | None = None,
-    start: np.ndarray | None = None,
+    views: Sequence[BoardView], board: Board, K: np.ndarray, mounting: Mounting, begin: np.ndarray
 ) -> np.ndarray:
-    """The twelve numbers of both transforms; with `scaled_from`, the board's scale as the thirteenth."""
-    if scaled_from is not None:
-        begin = np.append(scaled_from[:12], 1.0)
-    else:
-        begin = _closed_form(views, board, K, mounting) if start is None else start
+    """The twelve numbers of both transforms, and the board's scale as the thirteenth where `begin` has one."""
     fitted = least_squares(
         _residuals, begin, args=(views, board, K, mounting), loss="soft_l1", f_scale=_LOSS_PX, x_scale="jac"
     )

@@ -120,7 +120,9 @@ class RobotiqGripper:
             status = self.wire.status()
             status.check(self.wire.name)
             if not status.ready:
-                raise LabError(f"{self.wire.name} is not activated: `torc lab check --move` does that.")
+                raise LabError(
+                    f"{self.wire.name} is not activated: `activate` moves its fingers all the way."
+                )
             elapsed = time.monotonic() - began
             heard = status.requested == command.position and status.going
             if heard and status.object is not Object.MOVING:

@@ -76,7 +76,6 @@ class GripperStatus:
     fault: int
     requested: int
     position: int
-    current_ma: int
 
     @property
     def ready(self) -> bool:
@@ -103,5 +102,4 @@ def status_of(registers: Sequence[int]) -> GripperStatus:
         fault=fault,
         requested=registers[1] & 0xFF,
         position=registers[2] >> 8,
-        current_ma=10 * (registers[2] & 0xFF),
     )

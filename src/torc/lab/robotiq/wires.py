@@ -126,7 +126,6 @@ class UrcapWire:
             v["FLT"],
             v["PRE"],
             v["POS"],
-            0,
         )
 
     def close(self) -> None:

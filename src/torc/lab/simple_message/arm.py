@@ -70,7 +70,6 @@ class MotomanArm:
         self._sequence = itertools.count(1)
         self._ended: str | None = ""
         self._cancelled = threading.Event()
-        self._streamer: threading.Thread | None = None
 
     def status(self) -> ArmStatus:
         """The latest; as old as the older of positions and state. Raises LabError if the connection is lost."""
@@ -100,10 +99,9 @@ class MotomanArm:
         if refused:
             self._ended = refused
             raise LabError(f"{self.name} refuses the trajectory: {refused}.")
-        self._streamer = threading.Thread(
+        threading.Thread(
             target=self._stream, args=(trajectory, self._cancelled), name="torc-motoman-motion", daemon=True
-        )
-        self._streamer.start()
+        ).start()
 
     def ended(self) -> str | None:
         """None until all points are sent and the controller's queue is empty. Raises LabError if it is lost."""

@@ -2,7 +2,6 @@
 
 import socket
 import threading
-from typing import Self
 
 from torc.lab.protocols import LabError
 from torc.lab.simple_message.messages import MAX_LENGTH, ByteOrder, Frame, byte_order
@@ -23,12 +22,6 @@ class Channel:
                 "network cable in the right socket?"
             ) from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Ends the connection."""

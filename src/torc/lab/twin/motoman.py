@@ -1,6 +1,6 @@
 """A Motoman controller that is none, behind simple_message on the loopback interface: as MotoROS answers.
 
-Its arm is anybody's: `ArmBehind` says where it is. Faults come on command.
+Its arm is anybody's (`torc.lab.twin.behind`). Faults come on command.
 """
 
 import socket
@@ -8,7 +8,7 @@ import threading
 import time
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -26,34 +26,13 @@ from torc.lab.simple_message.messages import (
     RobotStatus,
     TrajectoryPoint,
 )
+from torc.lab.twin.behind import ArmBehind
 
 READY = RobotStatus(1, 0, 0, 0, 0, 2, 1)
 _STATE_PERIOD_S = 0.025
 _START_RAD = 1e-4
 _QUEUE_S = 0.4
 """The controller takes in so much motion ahead of time; then it is busy."""
-
-
-class ArmBehind(Protocol):
-    """What moves: it is told points of a trajectory in time to be there."""
-
-    @property
-    def qpos(self) -> np.ndarray:
-        """Where it is."""
-
-    def goal(self, qpos: np.ndarray) -> None:
-        """Where it has to be now."""
-
-
-class ObedientArm:
-    """An arm that is at once where it is told to be."""
-
-    def __init__(self, qpos: np.ndarray) -> None:
-        self.qpos = np.array(qpos, dtype=float)
-
-    def goal(self, qpos: np.ndarray) -> None:
-        """There."""
-        self.qpos = qpos
 
 
 class MotomanTwin:

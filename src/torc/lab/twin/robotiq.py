@@ -1,6 +1,6 @@
 """A Robotiq gripper that is none, behind Modbus TCP or the text socket of a UR: registers as the manual has them.
 
-Its fingers are anybody's: `Fingers` says where they are. Faults come on command.
+Its fingers are anybody's (`torc.lab.twin.behind`). Faults come on command.
 """
 
 import asyncio
@@ -8,52 +8,14 @@ import socketserver
 import threading
 import time
 from contextlib import suppress
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 from torc.errors import MissingDependencyError, extra_remedy
-from torc.lab.robotiq.registers import COMMAND_REGISTER, COUNT, READY, STATUS_REGISTER, Object
+from torc.lab.robotiq.registers import COMMAND_REGISTER, COUNT, READY, STATUS_REGISTER
 from torc.lab.robotiq.wires import DEVICE
+from torc.lab.twin.behind import Fingers
 
 _STARTS_S = 5.0
-
-
-class Fingers(Protocol):
-    """What moves. Positions are 0 (open) to 255 (closed)."""
-
-    def go(self, position: int, speed: int, force: int) -> None:
-        """Starts towards a position."""
-
-    def now(self) -> tuple[int, Object]:
-        """Where they are, and whether something stopped them."""
-
-
-class TimedFingers:
-    """Fingers that travel evenly, with or without something between them.
-
-    Attributes:
-        object_at: position at which they touch what is between them; None for nothing.
-    """
-
-    def __init__(self, travel_s: float = 0.2, ends: tuple[int, int] = (3, 230)) -> None:
-        self.travel_s, self.ends = travel_s, ends
-        self.object_at: int | None = None
-        self._from = self._to = float(ends[0])
-        self._began = time.monotonic()
-
-    def go(self, position: int, speed: int, force: int) -> None:
-        """Starts towards a position."""
-        self._from, self._began = self.now()[0], time.monotonic()
-        self._to = float(min(max(position, self.ends[0]), self.ends[1]))
-
-    def now(self) -> tuple[int, Object]:
-        """Where they are."""
-        gone = (time.monotonic() - self._began) / self.travel_s * (self.ends[1] - self.ends[0])
-        distance = self._to - self._from
-        closing, arrived = distance > 0, gone >= abs(distance)
-        at = self._to if arrived else self._from + (gone if closing else -gone)
-        if self.object_at is not None and self._to > self.object_at and at >= self.object_at:
-            return self.object_at, Object.STOPPED_CLOSING
-        return round(at), Object.AT_POSITION if arrived else Object.MOVING
 
 
 class RobotiqTwin:

@@ -1,6 +1,6 @@
 """A trajectory controller of ROS 1 or ROS 2 that is none, behind rosbridge on the loopback interface.
 
-Its arm is anybody's: `torc.lab.twin.motoman.ArmBehind` says where it is. Faults come on command.
+Its arm is anybody's (`torc.lab.twin.behind`). Faults come on command.
 """
 
 import json
@@ -14,7 +14,7 @@ import numpy as np
 
 from torc.errors import MissingDependencyError, extra_remedy
 from torc.lab.ros.messages import SUCCEEDED, RosVersion
-from torc.lab.twin.motoman import ArmBehind
+from torc.lab.twin.behind import ArmBehind
 
 _PERIOD_S = 0.02
 READY = {"e_stopped": 0, "drives_powered": 1, "motion_possible": 1, "in_error": 0, "mode": 2}

@@ -1,0 +1,28 @@
+"""What moves behind the twins' wires."""
+
+from typing import Protocol
+
+import numpy as np
+
+from torc.lab.robotiq.registers import Object
+
+
+class ArmBehind(Protocol):
+    """What moves: it is told points of a trajectory in time to be there."""
+
+    @property
+    def qpos(self) -> np.ndarray:
+        """Where it is."""
+
+    def goal(self, qpos: np.ndarray) -> None:
+        """Where it has to be now."""
+
+
+class Fingers(Protocol):
+    """What moves. Positions are 0 (open) to 255 (closed)."""
+
+    def go(self, position: int, speed: int, force: int) -> None:
+        """Starts towards a position."""
+
+    def now(self) -> tuple[int, Object]:
+        """Where they are, and whether something stopped them."""
