@@ -5,15 +5,13 @@ import time
 
 import numpy as np
 import pytest
-from test_supervisor import QUICK, WIDE, motion
+from test_supervisor import motion, supervised
 
 from tests.helpers.behind_twins import ObedientArm
 from torc.errors import InputError
-from torc.lab.checks import limits_of
 from torc.lab.protocols import ArmDriver, LabError
 from torc.lab.ros.arm import RosArm, RosArmConfig
 from torc.lab.ros.messages import duration, goal_message, joint_positions, result_of, thinned, ur_safety_fault
-from torc.lab.supervisor import SupervisedArm
 from torc.lab.twin.ros import RosTwin
 
 pytest.importorskip("websockets", reason="websockets is not installed")
@@ -43,10 +41,6 @@ def arm(twin):
     driver = RosArm(config(twin))
     yield driver
     driver.close()
-
-
-def supervised(driver, robot):
-    return SupervisedArm(driver, robot, limits_of(robot, *WIDE, 1.0, 0.01), QUICK)
 
 
 def test_a_trajectory_goes_to_its_end_after_cancelling_was_proven(arm, twin, robot):

@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from test_supervisor import QUICK, WIDE, motion
+from test_supervisor import WIDE, motion, supervised
 
 from tests.helpers.behind_twins import ObedientArm
 from torc.lab.checks import limits_of
@@ -29,7 +29,6 @@ from torc.lab.simple_message.messages import (
     feedback_of,
     motion_ctrl,
 )
-from torc.lab.supervisor import SupervisedArm
 from torc.lab.twin.motoman import READY, MotomanTwin
 
 # Made by hand from SimpleMessage.h of motoman_driver 1.9.12: length, type 13, topic, no reply; then powered, no e-stop,
@@ -122,10 +121,6 @@ def arm(twin):
     driver = MotomanArm("127.0.0.1", 1, 7, motion_port=motion_port, state_port=state_port)
     yield driver
     driver.close()
-
-
-def supervised(driver, robot):
-    return SupervisedArm(driver, robot, limits_of(robot, *WIDE, 1.0, 0.01), QUICK)
 
 
 def test_a_trajectory_goes_point_by_point(arm, twin, robot):

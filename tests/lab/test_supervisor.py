@@ -27,12 +27,15 @@ def motion(start, joint=0, by=0.1, duration_s=0.3, n=31):
     return Trajectory(t, path, rates)
 
 
+def supervised(driver, robot, scale=1.0, **options):
+    return SupervisedArm(driver, robot, limits_of(robot, *WIDE, scale, margin_rad=0.01), QUICK, **options)
+
+
 @pytest.fixture
 def make(robot):
-    def arm(driver=None, scale=1.0, **options):
+    def arm(driver=None, **options):
         driver = driver or FakeArmDriver(robot.arm.rest_qpos.copy())
-        limits = limits_of(robot, *WIDE, scale, margin_rad=0.01)
-        return SupervisedArm(driver, robot, limits, QUICK, **options), driver
+        return supervised(driver, robot, **options), driver
 
     return arm
 

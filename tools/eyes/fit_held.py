@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 
 from tools.eyes.fit_target import references
 from tools.grasp_model.scenes import SceneConfig, make_scene
+from torc.episode.held import SURE
 from torc.episode.loop import Episode
 from torc.episode.simulated import pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, Steps
@@ -26,7 +27,6 @@ from torc.records import Decision, Observation, SegmentedScene
 from torc.specs.conditions import Conditions
 
 _PICKS = 8
-_SURE = (0.3, 0.5, 0.7)
 _DOUBT = 0.3
 """What is this probable before the pick may well be picked for the target."""
 
@@ -77,7 +77,7 @@ def fit_held(scenes: int, depth: str, held_out: bool, seed: int = 78) -> None:
     print(f"held_likeness {fitted.held_likeness:.3f}, held_steepness {fitted.held_steepness:.1f}, ", end="")
     print(f"held_trust {fitted.held_trust:.2f}")
     for name, tried in (("shipped", config), ("fitted", fitted)):
-        for sure in _SURE:
+        for sure in (0.5, 0.7, SURE, 0.9):
             taken = [(c, held_probability(c.cosine, c.before, tried) >= sure) for c in cases]
             known = np.mean([t for c, t in taken if c.right])
             doubtful, others = (

@@ -120,13 +120,11 @@ def print_losses(directories: Sequence[Path]) -> None:
         print(f"target with a mask known in {found.target_known / looks:.4f} of {looks} looks,")
         print(f"another object taken for it in {found.target_mistaken} looks")
         if found.held:
-            print(
-                f"in the hand: targets known {found.held[True, True]}, not known {found.held[True, False]},",
-                end=" ",
+            (known, unknown), (taken, others) = (
+                [found.held[target, sure] for sure in (True, False)] for target in (True, False)
             )
             print(
-                f"others taken for it {found.held[False, True]}, not taken {found.held[False, False]};",
-                end=" ",
+                f"in the hand: targets known {known}, not known {unknown}; others taken for it {taken}, not {others};"
             )
             print(f"targets brought unrecognised {found.unnoticed}")
         print("ends:", ", ".join(f"{name} {n}" for name, n in found.ends.most_common()))

@@ -15,20 +15,6 @@ SURE = 0.8
 """From this probability on, what is in the hand is the target."""
 
 
-def held_look(
-    pipeline: Pipeline,
-    robot: RobotDescription,
-    look: Look,
-    wanted: Wanted,
-    object_id: int,
-    rng: np.random.Generator,
-) -> "HeldLook | None":
-    """How to look at that object once it is lifted; None if perception does not recognise what is in the hand."""
-    if not hasattr(pipeline.perception, "recognise"):
-        return None
-    return HeldLook(pipeline, robot, look, wanted, object_id, rng)
-
-
 @dataclass
 class HeldLook:
     """A `torc.robots.protocols.HeldCheck` for one pick: asks perception.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from torc.episode.events import Executed, Listener, Looked, Planned
-from torc.episode.held import HeldLook, held_look
+from torc.episode.held import HeldLook
 from torc.episode.identity import true_ids
 from torc.motion.asking import ask_motion_planner
 from torc.motion.protocol import MotionPlanner, PickRequest
@@ -96,9 +96,12 @@ class Steps:
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), scene)
 
     def _held_look(self, state: EpisodeState, look: Look, object_id: int) -> HeldLook | None:
-        rng = stage_rng(self.config.seed, state.pick, "held")
+        """How to look at that object once it is lifted; None if perception does not recognise what is in the hand."""
         pipeline, robot = self.parts.pipeline, self.parts.robot.description
-        return held_look(pipeline, robot, look, self.wanted, object_id, rng)
+        if not hasattr(pipeline.perception, "recognise"):
+            return None
+        rng = stage_rng(self.config.seed, state.pick, "held")
+        return HeldLook(pipeline, robot, look, self.wanted, object_id, rng)
 
 
 def pick_request(look: Look, object_id: int) -> PickRequest:

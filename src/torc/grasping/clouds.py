@@ -1,6 +1,6 @@
 """Thinned-out clouds of one snapshot, in the form in which the kernels want them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -10,7 +10,7 @@ from torc.geometry.transforms import kernel_array
 from torc.grasping.cells import PointCells, group, thin_out
 from torc.grasping.completion import Completion, complete
 from torc.grasping.config import CloudConfig
-from torc.records import OcclusionVolume, SegmentedScene
+from torc.records import OcclusionVolume, SegmentedObject, SegmentedScene
 
 _HULL_DIRECTIONS = 64
 _FLAT_M, _FEWEST = 0.015, 20
@@ -88,16 +88,8 @@ def build_clouds(
         if o.pixel_count >= config.min_pixels:
             felt = np.asarray(o.felt, dtype=points.dtype)
             done = complete(points, normals, felt, camera[:3, 3], o.id, volume, support_z_m, config)
-            cloud = _object_cloud(o.id, points, normals, felt, done, o.pixel_count, config)
-            roughness_m = float(roughness(kernel_array(o.points), kernel_array(o.normals), _NEAR_M, _SAMPLES))
-            objects.append(
-                replace(
-                    cloud,
-                    roughness_m=roughness_m,
-                    support_roughness_m=support_roughness_m,
-                    sureness=sureness.get(o.id, 1.0),
-                )
-            )
+            doubts = _roughness_m(o), support_roughness_m, sureness.get(o.id, 1.0)
+            objects.append(_object_cloud(o.id, points, normals, felt, done, o.pixel_count, doubts, config))
     return SceneClouds(tuple(objects), _group_all(thin, config), forward_direction(camera), camera[:3, 3])
 
 
@@ -106,6 +98,10 @@ def _support_roughness_m(scene: SegmentedScene, support_z_m: float) -> float:
     height = scene.background_points[:, 2] - support_z_m
     flat = height[np.abs(height) < _FLAT_M]
     return 1.48 * float(np.median(np.abs(flat - np.median(flat)))) if len(flat) >= _FEWEST else 0.0
+
+
+def _roughness_m(o: SegmentedObject) -> float:
+    return float(roughness(kernel_array(o.points), kernel_array(o.normals), _NEAR_M, _SAMPLES))
 
 
 @njit(cache=True)
@@ -150,6 +146,7 @@ def _object_cloud(
     felt: np.ndarray,
     done: Completion,
     pixel_count: int,
+    doubts: tuple[float, float, float],
     config: CloudConfig,
 ) -> ObjectCloud:
     both = np.concatenate([points, felt, done.points])
@@ -167,6 +164,7 @@ def _object_cloud(
         hull,
         done,
         pixel_count,
+        *doubts,
     )
 
 

@@ -5,6 +5,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from torc.geometry.transforms import invert, unproject
+from torc.perception.grab_cut import grab_cut
 from torc.records import Observation
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers, tcp_pose
@@ -21,7 +22,7 @@ _SEED_M, _LEAST_SEEDS = 0.05, 8
 """What is held has so many pixels this close to the TCP."""
 _LEAST_PX = 40
 _CORE_PX, _RIM_PX = 7, 9
-"""Colour decides about a band this wide inside and outside of the outline that depth tells, twice each."""
+"""Colour decides between half of the first inside the outline that depth tells, and half of the second outside."""
 
 
 def held_mask(
@@ -38,7 +39,7 @@ def held_mask(
         observation: snapshot with the object lifted; its `qpos` tells where the arm is.
         before_m: depth from the same camera before the pick, 0 for no reading.
         width_m: the gripper's opening.
-        rough: depth has a sensor's errors: colour tells where the outline is (GrabCut; Rother et al. 2004).
+        rough: depth has a sensor's errors, so that colour tells where the outline is.
     """
     depth = np.nan_to_num(observation.depth_m)
     near = np.maximum(_STAYED_M, _STAYED_SHARE * depth)
@@ -101,9 +102,6 @@ def _by_color(
     marks[outside] = cv2.GC_BGD
     marks[inside > 0] = cv2.GC_PR_FGD
     marks[cv2.erode(inside, np.ones((_CORE_PX, _CORE_PX), np.uint8)) > 0] = cv2.GC_FGD
-    cv2.setRNGSeed(0)
-    models = np.zeros((1, 65)), np.zeros((1, 65))
-    cv2.grabCut(np.ascontiguousarray(rgb[box]), marks, (0, 0, 1, 1), *models, 3, cv2.GC_INIT_WITH_MASK)
     out = np.zeros_like(found)
-    out[box] = np.isin(marks, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    out[box] = grab_cut(rgb[box], marks, rounds=3)
     return out

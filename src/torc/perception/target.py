@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Float32, Int16, UInt8
 from PIL import Image
 
 from torc.errors import InputError
+from torc.perception.grab_cut import grab_cut
 
 
 @dataclass(frozen=True)
@@ -156,7 +157,7 @@ def load_pictures(paths: Sequence[Path]) -> tuple[UInt8[np.ndarray, "h w c"], ..
 
 def reference_mask(picture: UInt8[np.ndarray, "h w c"]) -> Bool[np.ndarray, "h w"]:
     """Where a reference picture shows the target: its fourth channel if that leaves out anything; else what
-    stands out from the rim (GrabCut; Rother et al. 2004). Raises InputError for a picture that is none, or shows
+    stands out from the rim. Raises InputError for a picture that is none, or shows
     nothing.
     """
     if picture.ndim != 3 or picture.shape[2] not in (3, 4) or min(picture.shape[:2]) < 8:
@@ -182,10 +183,7 @@ def _standing_out(picture: UInt8[np.ndarray, "h w 3"]) -> Bool[np.ndarray, "h w"
     rim = max(1, round(0.04 * min(h, w)))
     mask = np.full((h, w), cv2.GC_PR_FGD, np.uint8)
     mask[:rim], mask[h - rim :], mask[:, :rim], mask[:, w - rim :] = (cv2.GC_BGD,) * 4
-    cv2.setRNGSeed(0)
-    models = np.zeros((1, 65)), np.zeros((1, 65))
-    cv2.grabCut(small, mask, (0, 0, w, h), *models, 4, cv2.GC_INIT_WITH_MASK)
-    found = np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    found = grab_cut(small, mask, rounds=4)
     if found.mean() < 0.05:  # all is alike: then all of it is the object
         found = np.ones((h, w), bool)
     return np.asarray(cv2.resize(found.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0)

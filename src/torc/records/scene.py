@@ -84,28 +84,26 @@ class SegmentedScene:
                 return o
         raise KeyError(f"No visible object {object_id}; visible: {self.ids}.")
 
-    def without_target(self) -> "SegmentedScene":
-        """The scene in which what was taken for the target is another object: it has the lowest free id now."""
-        taken = {*self.ids, *(k.id for k in self.known)}
-        free = next(k for k in range(1, MAX_OBJECTS + 1) if k not in taken)
-        new = {TARGET_ID: free}
-        label = np.where(self.label_image == TARGET_ID, np.int16(free), self.label_image)
-        objects = sorted((replace(o, id=new.get(o.id, o.id)) for o in self.objects), key=lambda o: o.id)
-        known = sorted((replace(k, id=new.get(k.id, k.id)) for k in self.known), key=lambda k: k.id)
-        return replace(self, label_image=label, objects=tuple(objects), known=tuple(known), target_id=None)
-
     def with_target(self, object_id: int) -> "SegmentedScene":
         """The scene in which that visible object is the target; what was taken for it before has that id now, and what
         is remembered of a target out of sight was of this one. Raises KeyError as `object`.
         """
         self.object(object_id)
-        other = {object_id: TARGET_ID, TARGET_ID: object_id}
-        label, swapped = self.label_image, self.label_image.copy()
-        for k, new in other.items():
-            swapped[label == k] = new
-        objects = sorted((replace(o, id=other.get(o.id, o.id)) for o in self.objects), key=lambda o: o.id)
-        facts = (k for k in self.known if k.id != TARGET_ID or TARGET_ID in self.ids)
-        known = sorted((replace(k, id=other.get(k.id, k.id)) for k in facts), key=lambda k: k.id)
-        return replace(
-            self, label_image=swapped, objects=tuple(objects), known=tuple(known), target_id=TARGET_ID
-        )
+        facts = tuple(k for k in self.known if k.id != TARGET_ID or TARGET_ID in self.ids)
+        swapped = {object_id: TARGET_ID, TARGET_ID: object_id}
+        return replace(replace(self, known=facts)._renamed(swapped), target_id=TARGET_ID)
+
+    def without_target(self) -> "SegmentedScene":
+        """The scene in which what was taken for the target is another object: it has the lowest free id now."""
+        taken = {*self.ids, *(k.id for k in self.known)}
+        free = next(k for k in range(1, MAX_OBJECTS + 1) if k not in taken)
+        return replace(self._renamed({TARGET_ID: free}), target_id=None)
+
+    def _renamed(self, new: dict[int, int]) -> "SegmentedScene":
+        """The scene with other ids for some objects."""
+        label = self.label_image.copy()
+        for old, now in new.items():
+            label[self.label_image == old] = now
+        objects = sorted((replace(o, id=new.get(o.id, o.id)) for o in self.objects), key=lambda o: o.id)
+        known = sorted((replace(k, id=new.get(k.id, k.id)) for k in self.known), key=lambda k: k.id)
+        return replace(self, label_image=label, objects=tuple(objects), known=tuple(known))

@@ -114,8 +114,8 @@ class SimulatedRobot(Closing):
         """Carries out one pick and tells what came of it, by the simulator's truth, and what the gripper felt.
 
         `true_id` is what the plan's object is by the simulator's ids, where the plan has others; `is_target` is asked
-        about what was lifted. Raises InputError if
-        the plan does not start where the arm is, and PhysicsError if the simulation broke.
+        about what was lifted. Raises InputError if the plan does not start where the arm is, and PhysicsError if the
+        simulation broke.
         """
         # Whether the state before a pick was restored or reached must not matter for the pick.
         refresh(self.world)
