@@ -20,7 +20,7 @@ from torc.geometry.transforms import rotation_about
 from torc.objects.files import save_object
 from torc.objects.models import CollisionPiece, ObjectModel, Quat, VisualMesh
 
-KINDS = 50
+KINDS = 80
 """They are counted as so many kinds, so that scenes hold about as many of them as of real things."""
 _PLAIN = 0.5
 _DENSITY = (250.0, 1200.0)
@@ -196,7 +196,43 @@ def _frame(rng: np.random.Generator) -> Parts:
     return turned(_together(parts), rotation_about(_Y, np.pi / 2))
 
 
-_FAMILIES = (_tool, _tool, _ring, _vessel, _figure, _figure, _stack, _frame)
+def _assembly(rng: np.random.Generator) -> Parts:
+    """Bars, plates, blocks and balls, each stuck on one before it, anywhere and at any angle."""
+    scale = rng.uniform(0.5, 1.2)
+    makers: tuple[Callable[[], Parts], ...] = (
+        lambda: _bar(rng, scale * rng.uniform(0.03, 0.14), scale * rng.uniform(0.004, 0.014)),
+        lambda: _block(rng, (*(scale * rng.uniform(0.02, 0.09, 2)), rng.uniform(0.003, 0.008))),
+        lambda: _block(rng, tuple(scale * rng.uniform(0.012, 0.05, 3))),
+        lambda: _ball(rng, tuple(scale * rng.uniform(0.008, 0.032, 3))),
+    )
+    found: list[Parts] = []
+    for _ in range(int(rng.integers(2, 6))):
+        part = makers[int(rng.integers(len(makers)))]()
+        square = rng.random() < 0.6  # most things are made at right angles
+        part = turned(part, _quarter_turns(rng) if square else rotation_about(rng.standard_normal(3), 3.0))
+        if found:
+            on = found[int(rng.integers(len(found)))]
+            part = _stuck_on(on, part, rng)
+        found.append(part)
+    return _together(found)
+
+
+def _quarter_turns(rng: np.random.Generator) -> Float[np.ndarray, "3 3"]:
+    turn = rotation_about(_X, 0.5 * np.pi * int(rng.integers(2)))
+    return turn @ rotation_about(_Y, 0.5 * np.pi * int(rng.integers(2)))
+
+
+def _stuck_on(on: Parts, part: Parts, rng: np.random.Generator) -> Parts:
+    """The part moved so that it sinks a little into another one, somewhere at both their surfaces."""
+    surface, own = (np.concatenate([v.vertices for v in p.visuals]) for p in (on, part))
+    out = surface[int(rng.integers(len(surface)))] - surface.mean(axis=0)
+    facing = own[int(np.argmin(own @ out))] if rng.random() < 0.5 else own[int(rng.integers(len(own)))]
+    # Both are convex: what lies between a corner and the middle is inside.
+    at = surface.mean(axis=0) + rng.uniform(0.3, 0.9) * out
+    return _shifted(part, at - (own.mean(axis=0) + rng.uniform(0.5, 0.9) * (facing - own.mean(axis=0))))
+
+
+_FAMILIES = (_tool, _tool, _ring, _vessel, _figure, _figure, _stack, _frame, _assembly, _assembly, _assembly)
 
 
 class _Paint(TypedDict, total=False):
