@@ -69,6 +69,10 @@ class Train:
     """The weights, written ever again."""
     steps: int = 16_000
     """Steps in all."""
+    rate: float = 1.5e-3
+    """Highest learning rate; a third of it to go on from the shipped network."""
+    shipped: bool = False
+    """Begin with the network that torc ships, instead of with nothing."""
     workers: int = 1
     """Processes that prepare samples."""
     device: str = "cpu"
@@ -78,9 +82,14 @@ class Train:
         """Train."""
         from tools.eyes.train import TrainConfig, train
 
-        train(
-            self.scenes, self.weights, TrainConfig(steps=self.steps, workers=self.workers, device=self.device)
+        config = TrainConfig(
+            steps=self.steps,
+            rate=self.rate,
+            shipped=self.shipped,
+            workers=self.workers,
+            device=self.device,
         )
+        train(self.scenes, self.weights, config)
 
 
 @dataclass(frozen=True)

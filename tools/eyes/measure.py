@@ -12,6 +12,7 @@ from tools.eyes.samples import index_views
 from torc.perception.comparison import Compared, mask_comparison
 from torc.perception.embedded.inputs import PIXEL_M, Patch, View, Window, channels, cut
 from torc.perception.embedded.instances import InstanceConfig, Instances, find_instances, numbered
+from torc.perception.embedded.mirror import both_ways
 from torc.perception.embedded.model import segment_patch
 from torc.perception.embedded.perception import uncut
 from torc.perception.embedded.regions import grow_regions
@@ -24,7 +25,7 @@ _SHOWN = 8
 
 def by_network(patch: Patch) -> Instances:
     """The shipped network's masks."""
-    out = segment_patch(channels(patch), 2)
+    out = both_ways(lambda inputs: segment_patch(inputs, 2), channels(patch))
     return find_instances(out[0], out[1:], InstanceConfig())
 
 

@@ -14,10 +14,13 @@ from torch.utils.data import DataLoader, IterableDataset, get_worker_info
 from tools.eyes.collect import load_view, scene_files
 from tools.eyes.network import Eyes
 from tools.eyes.samples import SampleConfig, draw_sample, index_views
+from tools.eyes.shipped import shipped_eyes
 from torc.perception.embedded.instances import OFFSETS
 
 _LOOK_AGAIN = 8000
 """After so many squares it is looked for new scenes."""
+_MEASURED = 24
+"""Squares by which the statistics of the shipped network are measured."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,7 @@ class TrainConfig:
         rate, warm_up: highest learning rate, reached after so many steps; it falls to 0 as a half cosine.
         average: share of the old weights in their running average, which is what is kept.
         workers: processes that make samples.
+        shipped: begin with the network that torc ships, instead of with nothing.
         device: cpu or cuda.
     """
 
@@ -41,6 +45,7 @@ class TrainConfig:
     workers: int = 1
     seed: int = 1
     save_every: int = 500
+    shipped: bool = False
     device: str = "cpu"
 
 
@@ -105,7 +110,9 @@ def _weights(label: Tensor) -> Tensor:
 def train(scenes: Path, out: Path, config: TrainConfig, samples: SampleConfig | None = None) -> None:
     """Trains to `out`, a file that is written ever again; goes on from there."""
     torch.manual_seed(config.seed)
-    net = Eyes().to(config.device, memory_format=torch.channels_last)
+    samples = samples or SampleConfig()
+    net = shipped_eyes(_some(scenes, samples)) if config.shipped else Eyes()
+    net = net.train().to(config.device, memory_format=torch.channels_last)
     optimizer = torch.optim.AdamW(net.parameters(), config.rate, weight_decay=config.decay)
     average = torch.optim.swa_utils.AveragedModel(
         net, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(config.average), use_buffers=True
@@ -117,7 +124,7 @@ def train(scenes: Path, out: Path, config: TrainConfig, samples: SampleConfig | 
         net.load_state_dict(state["net"])
         optimizer.load_state_dict(state["optimizer"])
         average.load_state_dict(state["average"])
-    squares = Squares(scenes, config.seed + start, samples or SampleConfig())
+    squares = Squares(scenes, config.seed + start, samples)
     loader = DataLoader(
         squares, config.batch, num_workers=config.workers, prefetch_factor=4 if config.workers else None
     )
@@ -148,6 +155,12 @@ def train(scenes: Path, out: Path, config: TrainConfig, samples: SampleConfig | 
             state = {"step": step + 1, "net": net.state_dict(), "optimizer": optimizer.state_dict()}
             torch.save({**state, "average": average.state_dict()}, out.with_suffix(".part"))
             out.with_suffix(".part").rename(out)
+
+
+def _some(scenes: Path, config: SampleConfig) -> Tensor:
+    """Inputs of a few squares."""
+    squares = iter(Squares(scenes, 0, config))
+    return torch.from_numpy(np.stack([next(squares)[0] for _ in range(_MEASURED)]))
 
 
 def schedule(step: int, steps: int, warm_up: int) -> float:

@@ -7,6 +7,7 @@ from jaxtyping import Float32, Int16
 
 from torc.perception.embedded.inputs import Patch, View, Window, channels, cut, hangs_upside_down, turned_over
 from torc.perception.embedded.instances import InstanceConfig, Instances, find_instances
+from torc.perception.embedded.mirror import both_ways
 from torc.perception.embedded.model import MULTIPLE_PX, segment_patch
 from torc.perception.embedded.region import window_on
 from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
@@ -59,7 +60,8 @@ class EmbeddedPerception(FromMasks):
         return np.ascontiguousarray(label[::-1, ::-1]) if upside_down else label, instances.sureness
 
     def _instances(self, patch: Patch) -> Instances:
-        out = segment_patch(channels(patch), self.config.threads)
+        threads = self.config.threads
+        out = both_ways(lambda inputs: segment_patch(inputs, threads), channels(patch))
         return find_instances(out[0], out[1:], self.config.instances)
 
 

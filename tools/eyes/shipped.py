@@ -1,0 +1,66 @@
+"""From the ONNX file that torc ships back to a network that can be trained further.
+
+An export melts each batch normalisation into the convolution before it. What its mean and spread were is measured again
+on samples, so that the network does the same at first and has statistics to train with.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import onnx
+import torch
+from onnx import numpy_helper
+from torch import Tensor, nn
+
+from tools.eyes.network import Eyes, Residual
+from torc.perception.embedded.model import EYES
+
+
+def shipped_eyes(samples: Tensor, path: Path = EYES) -> Eyes:
+    """The shipped segmentation network; `samples` are some tens of inputs (n, CHANNELS, h, w)."""
+    graph = onnx.load(str(path)).graph
+    arrays = {
+        a.name.removesuffix("_half"): torch.from_numpy(numpy_helper.to_array(a).astype(np.float32))
+        for a in graph.initializer
+    }
+    net = Eyes().eval()
+    state = net.state_dict()
+    named = {name.removeprefix("net."): array for name, array in arrays.items()}
+    state.update({name: array for name, array in named.items() if name in state})
+    net.load_state_dict(state)
+    melted = [
+        (arrays[n.input[1]], arrays[n.input[2]])
+        for n in graph.node
+        if n.op_type == "Conv" and n.input[1].removeprefix("net.") not in state
+    ]
+    pairs = [
+        pair
+        for block in (*net.down, net.deep, *reversed(list(net.up)))
+        if isinstance(block, Residual)
+        for pair in ((block.first, block.norm_1), (block.second, block.norm_2))
+    ]
+    hooks = []
+    for (conv, norm), (weight, bias) in zip(pairs, melted, strict=True):
+        conv.weight.data.copy_(weight)
+        hooks.append(norm.register_forward_pre_hook(_measure(bias)))
+    with torch.no_grad():
+        net(samples)
+    for hook in hooks:
+        hook.remove()
+    return net
+
+
+def _measure(bias: Tensor):  # type: ignore[no-untyped-def]
+    """Gives a normalisation the statistics of what it is about to see, and makes it add only the bias for now."""
+
+    def hook(norm: nn.Module, inputs: tuple[Tensor, ...]) -> None:
+        assert isinstance(norm, nn.BatchNorm2d)
+        assert norm.running_mean is not None
+        assert norm.running_var is not None
+        mean, var = inputs[0].mean(dim=(0, 2, 3)), inputs[0].var(dim=(0, 2, 3), unbiased=False)
+        norm.running_mean.copy_(mean)
+        norm.running_var.copy_(var)
+        norm.weight.data.copy_((var + norm.eps).sqrt())
+        norm.bias.data.copy_(bias + mean)
+
+    return hook
