@@ -9,9 +9,10 @@ from test_supervisor import motion, supervised
 
 from tests.helpers.behind_twins import ObedientArm
 from torc.errors import InputError
+from torc.lab.checks import thinned
 from torc.lab.protocols import ArmDriver, LabError
 from torc.lab.ros.arm import RosArm, RosArmConfig
-from torc.lab.ros.messages import duration, goal_message, joint_positions, result_of, thinned, ur_safety_fault
+from torc.lab.ros.messages import duration, goal_message, joint_positions, result_of, ur_safety_fault
 from torc.lab.twin.ros import RosTwin
 
 pytest.importorskip("websockets", reason="websockets is not installed")
@@ -129,7 +130,6 @@ def test_settings_that_make_no_sense(twin):
         {"status": "none"},
         {"status_topic": ""},
         {"most_points": 1},
-        {"joint_names": ()},
     ):
         with pytest.raises(InputError):
             config(twin, **changed)

@@ -13,7 +13,7 @@ from test_supervisor import WIDE, motion, supervised
 from tests.helpers.behind_twins import ObedientArm
 from torc.lab.checks import limits_of
 from torc.lab.protocols import ArmDriver, LabError, RobotStoppedError
-from torc.lab.simple_message.arm import MotomanArm
+from torc.lab.simple_message.arm import MotomanArm, MotomanConfig
 from torc.lab.simple_message.channel import Channel
 from torc.lab.simple_message.messages import (
     Comm,
@@ -118,7 +118,7 @@ def twin(request, robot):
 @pytest.fixture
 def arm(twin):
     motion_port, state_port = twin.ports
-    driver = MotomanArm("127.0.0.1", 1, 7, motion_port=motion_port, state_port=state_port)
+    driver = MotomanArm(MotomanConfig("127.0.0.1", 1, motion_port, state_port), 7)
     yield driver
     driver.close()
 
@@ -190,9 +190,9 @@ def test_what_the_controller_refuses_is_told_in_words(arm, robot):
 def test_a_group_that_there_is_not_and_a_server_of_something_else(twin):
     motion_port, state_port = twin.ports
     with pytest.raises(LabError, match="does not tell its state"):
-        MotomanArm("127.0.0.1", 3, 7, motion_port=motion_port, state_port=state_port, timeout_s=0.2)
+        MotomanArm(MotomanConfig("127.0.0.1", 3, motion_port, state_port, 0.2), 7)
     with pytest.raises(LabError, match="cannot be reached"):
-        MotomanArm("127.0.0.1", 1, 7, state_port=9)
+        MotomanArm(MotomanConfig("127.0.0.1", 1, state_port=9), 7)
     with socket.create_server(("127.0.0.1", 0)) as other:
 
         def serve():

@@ -16,11 +16,13 @@ from torc.cli.decide import DecideCommand
 from torc.cli.doctor import DoctorCommand
 from torc.cli.export import ExportCommand
 from torc.cli.human import HumanCommand
+from torc.cli.lab import LAB
 from torc.cli.objects import OBJECTS
 from torc.cli.perception import PERCEPTION
 from torc.cli.printing import tell
 from torc.cli.problems import PROBLEMS
 from torc.cli.report import ReportCommand
+from torc.cli.retrieve import RetrieveCommand
 from torc.cli.run import RunCommand
 from torc.cli.serve import ServeCommand
 from torc.cli.settings import SettingsCommand
@@ -37,6 +39,8 @@ TORC = Group(
         "view": ("look at recorded trials, pick by pick, in a browser", ViewCommand),
         "export": ("recorded trials as data to train on", ExportCommand),
         "decide": ("only the decision, for your own camera's frame", DecideCommand),
+        "retrieve": ("one retrieval with a real robot, or its twin", RetrieveCommand),
+        "lab": ("real arm, gripper and camera; twins to rehearse with", LAB),
         "perception": ("how well objects are found in pictures", PERCEPTION),
         "camera": ("real cameras: list, show, record what they see", CAMERA),
         "problems": ("problems to play: list, make, check, solve them", PROBLEMS),

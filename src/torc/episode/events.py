@@ -65,6 +65,16 @@ class Executed:
 
 
 @dataclass(frozen=True)
+class Halted:
+    """A real robot was stopped within a pick, by itself, torc or a person. The pick has no result and does not count;
+    if somebody resumed, another look follows.
+    """
+
+    pick: int
+    reason: str
+
+
+@dataclass(frozen=True)
 class EpisodeResult:
     """The episode's outcome, one per attempt, and wall time by stage. `held_target` is the paper's own rule: the target
     was held after the lift.
@@ -94,5 +104,5 @@ class Ended:
     result: EpisodeResult
 
 
-Event = Started | Looked | Decided | Planned | Executed | Ended
+Event = Started | Looked | Decided | Planned | Executed | Halted | Ended
 Listener = Callable[[Event], Any]

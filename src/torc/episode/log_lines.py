@@ -125,6 +125,12 @@ class ExecutedLine(_Line):
         return self.felt.result if self.felt is not None else self.result
 
 
+class HaltedLine(_Line):
+    event: Literal["halted"]
+    pick: _Pick
+    reason: _Text
+
+
 class ResultFacts(_Line):
     """`EpisodeResult`: what the last line and result.json tell of it."""
 
@@ -158,7 +164,7 @@ class EndedLine(ResultFacts):
 
 
 EventLine = Annotated[
-    StartedLine | LookedLine | DecidedLine | PlannedLine | ExecutedLine | EndedLine,
+    StartedLine | LookedLine | DecidedLine | PlannedLine | ExecutedLine | HaltedLine | EndedLine,
     Field(discriminator="event"),
 ]
 LOG_LINE: TypeAdapter[Any] = TypeAdapter(EventLine)

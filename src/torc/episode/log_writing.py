@@ -6,7 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from torc.episode.events import Decided, Ended, EpisodeResult, Event, Executed, Looked, Planned, Started
+from torc.episode.events import (
+    Decided,
+    Ended,
+    EpisodeResult,
+    Event,
+    Executed,
+    Halted,
+    Looked,
+    Planned,
+    Started,
+)
 from torc.episode.identity import mask_faults, true_ids
 from torc.episode.log_lines import LOG_LINE
 from torc.pipeline.look import Look
@@ -34,6 +44,8 @@ def log_line(event: Event) -> dict[str, Any]:
             for name in ("true_id", "target_p"):
                 if facts[name] is None:
                     del facts[name]
+        case Halted():
+            facts = {"reason": event.reason}
     pick = {} if isinstance(event, Started | Ended) else {"pick": event.pick}
     line = LOG_LINE.validate_python({"event": type(event).__name__.lower(), **pick, **facts})
     plain: dict[str, Any] = line.model_dump(mode="json", exclude_unset=True)

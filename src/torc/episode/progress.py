@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.status import Status
 
-from torc.episode.events import Decided, Ended, Event, Executed, Looked, Planned, Started
+from torc.episode.events import Decided, Ended, Event, Executed, Halted, Looked, Planned, Started
 from torc.episode.identity import true_ids
 from torc.records import PickPlan, PickResult, PlanFailure
 
@@ -15,6 +15,7 @@ _NEXT = {
     Decided: "planning the motions...",
     Planned: "the robot moves...",
     Executed: "looking...",
+    Halted: "waiting for you...",
     Ended: "writing the results...",
 }
 """What begins when an event is told."""
@@ -73,6 +74,8 @@ class TerminalProgress:
                 self._line(
                     f"  result   [{color}]{event.outcome.result.value}[/]{detail}{dropped} {_time(event.seconds)}"
                 )
+            case Halted():
+                self._line(f"  [bold red]halted[/]   {escape(event.reason)}")
             case Ended():
                 r, verdict = event.result, "[bold green]retrieved[/]"
                 if not r.retrieved:

@@ -16,6 +16,7 @@ from torc.episode.log_lines import (
     LOG_LINE,
     DecidedLine,
     ExecutedLine,
+    HaltedLine,
     LookedLine,
     PlannedLine,
     ResultFile,
@@ -45,6 +46,7 @@ class RecordedPick:
     decided: DecidedLine | None = None
     planned: PlannedLine | None = None
     executed: ExecutedLine | None = None
+    halted: HaltedLine | None = None
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ def run_trial(
             played = _play(spec, system, simulated, absent, planner, privileged, told, say)
         facts = played
     except KeyboardInterrupt:
-        result = _result({"status": "interrupted", **about})
+        result = trial_result({"status": "interrupted", **about})
         recorder.write_result(result)
         return Trial(recorder.partial, result)
     except Exception as error:
@@ -140,7 +140,7 @@ def run_trial(
         # Whatever broke, the trial is recorded as errored with the cause, and what was computed before is kept.
         facts["error"] = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
         (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
-    result = _result({**facts, **about})
+    result = trial_result({**facts, **about})
     recorder.complete(result)
     return Trial(out, result)
 
@@ -178,7 +178,8 @@ def _play(
     return facts | {"bound": bound.value} if isinstance(bound, Bound) else facts
 
 
-def _result(facts: dict[str, Any]) -> dict[str, Any]:
+def trial_result(facts: dict[str, Any]) -> dict[str, Any]:
+    """The content of result.json."""
     return {"format": RESULT_FORMAT, **facts, "versions": versions()}
 
 

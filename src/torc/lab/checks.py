@@ -57,6 +57,15 @@ def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     return Trajectory(trajectory.times_s * factor, trajectory.qpos, trajectory.qvel / factor)
 
 
+def thinned(trajectory: Trajectory, most: int) -> Trajectory:
+    """The trajectory with so many samples at most, evenly chosen, the ends among them."""
+    count = len(trajectory.times_s)
+    if count <= most:
+        return trajectory
+    kept = np.unique(np.linspace(0, count - 1, most).round().astype(int))
+    return Trajectory(trajectory.times_s[kept], trajectory.qpos[kept], trajectory.qvel[kept])
+
+
 def stretch_for(trajectory: Trajectory, limits: MotionLimits) -> float:
     """The factor, 1 or more, with which a trajectory keeps to the speed limits."""
     between = np.abs(np.diff(trajectory.qpos, axis=0)) / np.diff(trajectory.times_s)[:, None]

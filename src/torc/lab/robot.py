@@ -29,12 +29,19 @@ class LabRobot:
         self.description, self.camera, self.arm, self.gripper = description, camera, arm, gripper
         self.config = config or ExecutionConfig()
         self._on_phase = on_phase
+        self._last_stamp_s = 0.0
         self.last_trace: ExecutionTrace | None = None
         """What was commanded in the latest pick, and what the robot felt."""
 
     def capture(self) -> Observation:
-        """One snapshot, with the joints as they are. Raises LabError, CameraError."""
-        return replace(self.camera.capture(), qpos=self.arm.qpos)
+        """One snapshot, with the joints as they are. Raises LabError, also for a picture that came before, and
+        CameraError.
+        """
+        seen = self.camera.capture()
+        if seen.stamp_s != 0 and seen.stamp_s == self._last_stamp_s:
+            raise LabError("The camera is frozen: it gave the same picture twice.")
+        self._last_stamp_s = seen.stamp_s
+        return replace(seen, qpos=self.arm.qpos)
 
     def execute(
         self, plan: PickPlan, true_id: int | None = None, is_target: HeldCheck | None = None

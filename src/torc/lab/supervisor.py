@@ -37,6 +37,7 @@ class SupervisorConfig:
         rest_s: how long to wait for an arm that was told to stop.
         bend_rad: a motion that starts within this of where the arm is, in every joint, is bent to start there.
         goal_rad: so close to the goal, in every joint, the arm has arrived.
+        short_rad: an arm that ends further from its goal was stopped, whatever it says.
         resting_rad_s: slower than this, it rests.
     """
 
@@ -48,6 +49,7 @@ class SupervisorConfig:
     rest_s: float = 3.0
     bend_rad: float = 0.02
     goal_rad: float = 0.01
+    short_rad: float = 0.05
     resting_rad_s: float = 0.01
 
 
@@ -109,6 +111,9 @@ class SupervisedArm:
             return FollowResult(False, True, self.qpos, f"{self.driver.name} felt a contact")
         qpos = self.qpos
         error_rad = float(np.abs(qpos - planned.qpos[-1]).max())
+        if error_rad > self.config.short_rad:
+            self._halted = f"it said that it was done {error_rad:.2f} rad short of the goal"
+            raise RobotStoppedError(f"{self.driver.name}: {self._halted}.")
         reached = error_rad <= self.config.goal_rad
         return FollowResult(
             reached, False, qpos, "" if reached else f"stopped {error_rad:.3f} rad short of the goal"
@@ -161,14 +166,14 @@ class SupervisedArm:
                 return True
             if status.stopped:
                 raise RobotStoppedError(f"{self.driver.name} was stopped: {status.stopped}")
+            ended = self.driver.ended()
+            if ended:
+                raise RobotStoppedError(f"{self.driver.name} ended the motion early: {ended}")
             away = off_path_rad(planned, status.qpos, elapsed, config.lag_s)
             if away > config.following_rad:
                 raise RobotStoppedError(
                     f"{self.driver.name} is {away:.2f} rad off its path after {elapsed:.1f} s, and was stopped"
                 )
-            ended = self.driver.ended()
-            if ended:
-                raise RobotStoppedError(f"{self.driver.name} ended the motion early: {ended}")
             if ended is not None and not status.moving and self._rests(config.rest_s):
                 return False
             if elapsed > planned.duration_s + config.late_s:

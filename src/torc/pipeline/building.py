@@ -36,12 +36,14 @@ class System:
     motion_planner: MotionPlanner
 
 
-def build_system(conditions: Conditions, workspace: Workspace | None = None) -> System:
-    """All parts, made from their conditions; `workspace` takes the place of the one that they name.
+def build_system(
+    conditions: Conditions, workspace: Workspace | None = None, robot: RobotDescription | None = None
+) -> System:
+    """All parts, made from their conditions; `workspace` and `robot` take the place of those that they name.
 
     Raises InputError for a part that is unknown or cannot be made, and for a setting that it has not.
     """
-    robot = load_robot(conditions.robot)
+    robot = load_robot(conditions.robot) if robot is None else robot
     workspace = load_workspace(conditions.workspace) if workspace is None else workspace
     motion_planner = make_stage(conditions, "motion", robot=robot, workspace=workspace)
     pipeline = build_pipeline(conditions, robot, workspace, noisy=conditions.noise)

@@ -60,6 +60,11 @@ class PickPlan:
     home: Trajectory
     grasps_tried: int
 
+    @property
+    def motions(self) -> tuple[Trajectory, ...]:
+        """All five, in order."""
+        return self.free, self.approach, self.lift, self.transfer, self.home
+
 
 @dataclass(frozen=True)
 class PlanFailure:

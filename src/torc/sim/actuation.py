@@ -70,20 +70,32 @@ class SimulatedGripper:
 
     def open(self, width_m: float) -> GripperState:
         """Opens to width_m. Raises InputError outside the gripper's range."""
+        self.begin_opening(width_m)
+        return self._run()
+
+    def begin_opening(self, width_m: float) -> None:
+        """As `open`, but returns at once."""
         ctrl = self._gripper.ctrl(width_m)
         self.closed = False
-        return self._run(ctrl, self._max_force)
+        self._tell(ctrl, self._max_force)
+
+    def begin_closing(self, force_n: float) -> None:
+        """As `close`, but returns at once. The lever between motor and pads is that of the width now: tell it again
+        as they close.
+        """
+        self.closed = True
+        command = float(self._stepper.world.model.actuator_ctrlrange[self._actuator, 1])
+        force = self._gripper.actuator_force(force_n, self.width_m)
+        self._tell(command, min(self._max_force, force))
 
     def close(self, force_n: float) -> GripperState:
         """Closes until contact and keeps pressing with force_n per pad, as far as the motor can."""
         if force_n <= 0:
             raise InputError(f"The grip force must be positive, not {force_n} N.")
-        self.closed = True
-        command = float(self._stepper.world.model.actuator_ctrlrange[self._actuator, 1])
         # The lever between motor and pads depends on the width, which is known once they rest on the object.
         for _ in range(2):
-            force = self._gripper.actuator_force(force_n, self.width_m)
-            state = self._run(command, min(self._max_force, force))
+            self.begin_closing(force_n)
+            state = self._run()
         return state
 
     def save(self) -> GripState:
@@ -100,10 +112,12 @@ class SimulatedGripper:
         # A setting of the model, which the world's saved state does not hold.
         self._stepper.world.model.actuator_forcerange[self._actuator] = -force, force
 
-    def _run(self, ctrl: float, force: float) -> GripperState:
-        """Runs with a command until the pads rest."""
+    def _tell(self, ctrl: float, force: float) -> None:
         self._limit_force(force)
         self._stepper.world.data.ctrl[self._actuator] = ctrl
+
+    def _run(self) -> GripperState:
+        """Runs until the pads rest."""
         elapsed, still = 0.0, 0.0
         chunk = 5 * self._stepper.period_s
         before = self.width_m
@@ -136,6 +150,10 @@ class SimulatedArm:
     def qpos(self) -> Float[np.ndarray, "dof"]:
         """Joint positions now, radians."""
         return self._stepper.world.data.qpos[self._qpos_at].copy()
+
+    def command(self, qpos: Float[np.ndarray, "dof"]) -> None:
+        """Tells the servos where to be, and returns at once."""
+        self._stepper.world.data.ctrl[self._actuators] = np.clip(qpos, self._lower, self._upper)
 
     def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
         """Moves along the trajectory; with a guard, stops on contact and backs off.

@@ -8,7 +8,7 @@ import numpy as np
 from torc.errors import InputError
 from torc.lab.protocols import LabError
 from torc.lab.robotiq.registers import ACTIVATE, RESET, GripperCommand, GripperStatus, Object
-from torc.lab.robotiq.wires import Wire
+from torc.lab.robotiq.wires import DEVICE, ModbusWire, UrcapWire, Wire
 from torc.robots.protocols import GripperState
 
 _FORCE_N = (20.0, 235.0)
@@ -42,6 +42,41 @@ class WidthScale:
         return round(self.closed_count - share * (self.closed_count - self.open_count))
 
 
+@dataclass(frozen=True)
+class RobotiqConfig:
+    """Where the gripper is, and how wide it opens.
+
+    Attributes:
+        address: a serial port ("/dev/ttyUSB0"), or "host" or "host:port".
+        device: its number on the Modbus line.
+        timeout_s: for one answer.
+        open_count, closed_count: positions that the fingers really reach; `torc lab check --move` measures them.
+        max_width_m: .085 for a 2F-85, .140 for a 2F-140.
+    """
+
+    address: str
+    device: int = DEVICE
+    timeout_s: float = 0.5
+    open_count: int = 3
+    closed_count: int = 230
+    max_width_m: float = 0.085
+
+    @property
+    def scale(self) -> WidthScale:
+        """Positions and widths. Raises InputError."""
+        return WidthScale(self.open_count, self.closed_count, self.max_width_m)
+
+
+def over_modbus(config: RobotiqConfig) -> "RobotiqGripper":
+    """A gripper on a serial line or Modbus TCP. Raises LabError, MissingDependencyError."""
+    return RobotiqGripper(ModbusWire(config.address, config.device, config.timeout_s), config.scale)
+
+
+def over_urcap(config: RobotiqConfig) -> "RobotiqGripper":
+    """A gripper behind a UR controller's URCap. Raises LabError."""
+    return RobotiqGripper(UrcapWire(config.address, config.timeout_s), config.scale)
+
+
 class RobotiqGripper:
     """A gripper that was activated. It holds on when torc ends, or the connection breaks."""
 
@@ -50,6 +85,11 @@ class RobotiqGripper:
         self.wire, self.scale = wire, scale or WidthScale()
         self._closing = False
         wire.status().check(wire.name)
+
+    @property
+    def name(self) -> str:
+        """For messages."""
+        return self.wire.name
 
     @property
     def max_width_m(self) -> float:
@@ -111,6 +151,10 @@ class RobotiqGripper:
             )
         self.scale = WidthScale(ends[0], ends[1], self.scale.max_width_m)
         return self.scale
+
+    def disconnect(self) -> None:
+        """Ends the connection; the fingers keep their grip."""
+        self.wire.close()
 
     def _move(self, command: GripperCommand) -> GripperStatus:
         """The status once the fingers rest. What is told before the command's echo belongs to the one before."""

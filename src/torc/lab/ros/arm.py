@@ -3,14 +3,15 @@
 import itertools
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from torc.errors import InputError
+from torc.lab.checks import thinned
 from torc.lab.protocols import ArmStatus, LabError
 from torc.lab.ros.messages import (
     ACTION_TYPES,
@@ -21,7 +22,6 @@ from torc.lab.ros.messages import (
     joint_positions,
     result_of,
     robot_status_fault,
-    thinned,
     ur_safety_fault,
 )
 from torc.records import Trajectory
@@ -50,7 +50,7 @@ class RosArmConfig:
         action: of the controller, e.g. /scaled_joint_trajectory_controller/follow_joint_trajectory. For a Motoman of
             ROS 1 that of the group, sda10f/sda10f_r2_controller/joint_trajectory_action: the one for all groups sends
             groups that are not mentioned to zero, and checks nothing.
-        joint_names: as ROS calls the robot description's joints, in its order.
+        joint_names: as ROS calls the robot description's joints, in its order; none if it calls them the same.
         joint_states, status_topic, status: topics, and what the second tells: industrial (RobotStatus), ur (SafetyMode)
             or none, where only joint states and the controller's results tell of a stop.
         stop_service: called beside cancelling, e.g. /stop_motion of a Motoman; "" for none.
@@ -61,7 +61,7 @@ class RosArmConfig:
     url: str
     ros: RosVersion
     action: str
-    joint_names: tuple[str, ...]
+    joint_names: tuple[str, ...] = ()
     joint_states: str = "/joint_states"
     status_topic: str = ""
     status: StatusKind = "none"
@@ -75,8 +75,8 @@ class RosArmConfig:
             raise InputError(f"ros is 1 or 2, not {self.ros}.")
         if self.status not in (*_FAULTS, "none") or (self.status != "none") != bool(self.status_topic):
             raise InputError("status is industrial or ur, with a status_topic; or none, without.")
-        if self.most_points < 2 or self.start_tolerance_rad <= 0 or not self.joint_names:
-            raise InputError("RosArmConfig: at least 2 points and a joint, and a start tolerance above 0.")
+        if self.most_points < 2 or self.start_tolerance_rad <= 0:
+            raise InputError("RosArmConfig: at least 2 points, and a start tolerance above 0.")
 
 
 class RosArm:
@@ -84,8 +84,12 @@ class RosArm:
 
     feels_contact = False
 
-    def __init__(self, config: RosArmConfig) -> None:
-        """Connects and waits for the first messages. Raises LabError, MissingDependencyError."""
+    def __init__(self, config: RosArmConfig, joint_names: Sequence[str] = ()) -> None:
+        """Connects and waits for the first messages. joint_names: the robot description's, for a configuration without
+        any. Raises LabError, MissingDependencyError.
+        """
+        if not config.joint_names:
+            config = replace(config, joint_names=tuple(joint_names))
         self.config, self.name = config, f"the arm of {config.action} at {config.url}"
         self.start_tolerance_rad = config.start_tolerance_rad
         self._goal = ""

@@ -53,15 +53,6 @@ def duration(seconds: float, ros: RosVersion) -> dict[str, int]:
     return {"secs": whole, "nsecs": rest} if ros == 1 else {"sec": whole, "nanosec": rest}
 
 
-def thinned(trajectory: Trajectory, most: int) -> Trajectory:
-    """The trajectory with so many samples at most, evenly chosen, the ends among them."""
-    count = len(trajectory.times_s)
-    if count <= most:
-        return trajectory
-    kept = np.unique(np.linspace(0, count - 1, most).round().astype(int))
-    return Trajectory(trajectory.times_s[kept], trajectory.qpos[kept], trajectory.qvel[kept])
-
-
 def joint_positions(message: Any, joint_names: Sequence[str]) -> Float[np.ndarray, "dof"]:
     """The joints' positions in a JointState, in that order. Raises LabError if one is missing, or is no number."""
     try:

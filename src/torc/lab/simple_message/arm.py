@@ -4,9 +4,12 @@ import itertools
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
+from torc.errors import InputError
+from torc.lab.checks import thinned
 from torc.lab.protocols import ArmStatus, LabError
 from torc.lab.simple_message.channel import Channel
 from torc.lab.simple_message.messages import (
@@ -28,8 +31,32 @@ from torc.lab.simple_message.messages import (
 from torc.records import Trajectory
 
 _BUSY_S, _POLL_S = 0.005, 0.05
+_POINT_S = 0.04
+"""Time between the points that are sent: each takes an exchange, and the controller bends a curve through them."""
 _FIRST = 3
 """Times the time-out: until the controller has told its state for the first time."""
+
+
+@dataclass(frozen=True)
+class MotomanConfig:
+    """Where the controller is.
+
+    Attributes:
+        host: its name or address.
+        group: which of the robot's groups the arm is, counted from 0.
+        motion_port, state_port: of MotoROS.
+        timeout_s: for one answer.
+    """
+
+    host: str
+    group: int = 0
+    motion_port: int = MOTION_PORT
+    state_port: int = STATE_PORT
+    timeout_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.group <= 3 or not self.timeout_s > 0:
+            raise InputError("MotomanConfig: group is 0 to 3, timeout_s above 0.")
 
 
 class MotomanArm:
@@ -42,31 +69,23 @@ class MotomanArm:
     feels_contact = False
     start_tolerance_rad = 1e-4
 
-    def __init__(
-        self,
-        host: str,
-        group: int,
-        dof: int,
-        *,
-        motion_port: int = MOTION_PORT,
-        state_port: int = STATE_PORT,
-        timeout_s: float = 1.0,
-    ) -> None:
-        """Connects and waits for the first state. group: counted from 0. Raises LabError."""
-        if not 1 <= dof <= JOINTS or not 0 <= group <= 3:
-            raise LabError(f"A group is 0 to 3 with at most {JOINTS} joints, not {group} with {dof}.")
-        self.name, self.group, self.dof = f"Motoman at {host}, group {group}", group, dof
+    def __init__(self, config: MotomanConfig, dof: int) -> None:
+        """Connects and waits for the first state. dof: joints of the arm. Raises LabError, InputError."""
+        if not 1 <= dof <= JOINTS:
+            raise InputError(f"A group of a Motoman has at most {JOINTS} joints, not {dof}.")
+        host, timeout_s = config.host, config.timeout_s
+        self.name, self.group, self.dof = f"Motoman at {host}, group {config.group}", config.group, dof
         self._news = threading.Condition()
         self._qpos: np.ndarray | None = None
         self._robot: RobotStatus | None = None
         self._stamps = [0.0, 0.0]
         self._lost = ""
-        self._state = Channel(host, state_port, timeout_s)
+        self._state = Channel(host, config.state_port, timeout_s)
         self._reader = threading.Thread(target=self._read, name="torc-motoman-state", daemon=True)
         self._reader.start()
         self._await_first_state(_FIRST * timeout_s)
         # The state told the byte order; commands have the same.
-        self._motion = Channel(host, motion_port, timeout_s, self._state.order)
+        self._motion = Channel(host, config.motion_port, timeout_s, self._state.order)
         self._sequence = itertools.count(1)
         self._ended: str | None = ""
         self._cancelled = threading.Event()
@@ -94,6 +113,7 @@ class MotomanArm:
     def start(self, trajectory: Trajectory) -> None:
         """Sends the first point, which the controller checks, and goes on sending. Raises LabError if it refuses."""
         self._command(Command.CHECK_MOTION_READY)
+        trajectory = thinned(trajectory, max(2, int(np.ceil(trajectory.duration_s / _POINT_S)) + 1))
         self._cancelled, self._ended = threading.Event(), None
         refused = self._send(trajectory, 0, self._cancelled)
         if refused:

@@ -3,6 +3,7 @@
 Its arm is anybody's (`torc.lab.twin.behind`). Faults come on command.
 """
 
+import bisect
 import socket
 import threading
 import time
@@ -107,6 +108,11 @@ class MotomanTwin:
             self._points = []
             self.state = replace(self.state, **{"motion_possible": 0, **changed})
 
+    def pretend_done(self) -> None:
+        """Stops the arm where it is, and says that its queue is empty."""
+        with self._lock:
+            self._points = []
+
     def _accept(self, server: socket.socket, serve: Any) -> None:
         while self._running:
             try:
@@ -121,7 +127,7 @@ class MotomanTwin:
             while self._running:
                 if not self.silent:
                     status = replace(self.state, in_motion=int(self.moving))
-                    other = Feedback(0, np.zeros(7)).pack(self.order)
+                    other = Feedback((self.group + 1) % 4, np.zeros(7)).pack(self.order)
                     own = Feedback(self.group, self.arm.qpos).pack(self.order)
                     for kind, body in (
                         (Kind.JOINT_FEEDBACK, other),
@@ -211,8 +217,11 @@ class MotomanTwin:
                 if self._points:
                     elapsed, dof = time.monotonic() - self._began, len(self.arm.qpos)
                     times = [p.time_s for p in self._points]
-                    path = np.array([p.qpos[:dof] for p in self._points])
-                    self.arm.goal(np.array([np.interp(elapsed, times, q) for q in path.T]))
+                    k = min(max(bisect.bisect_right(times, elapsed), 1), len(times) - 1)
+                    a, b = self._points[max(k - 1, 0)], self._points[k]
+                    span = max(b.time_s - a.time_s, 1e-9)
+                    share = float(np.clip((elapsed - a.time_s) / span, 0, 1))
+                    self.arm.goal((a.qpos + share * (b.qpos - a.qpos))[:dof])
                     if elapsed > times[-1] + 2 * _QUEUE_S or (len(times) > 1 and elapsed > times[-1] + 0.05):
                         self._points = []
             time.sleep(0.004)

@@ -1,8 +1,9 @@
-"""A trajectory controller of ROS 1 or ROS 2 that is none, behind rosbridge on the loopback interface.
+"""A trajectory controller and a camera of ROS 1 or ROS 2 that are none, behind rosbridge on the loopback interface.
 
 Its arm is anybody's (`torc.lab.twin.behind`). Faults come on command.
 """
 
+import base64
 import json
 import threading
 import time
@@ -13,10 +14,18 @@ from typing import Any, Self
 import numpy as np
 
 from torc.errors import MissingDependencyError, extra_remedy
-from torc.lab.ros.messages import SUCCEEDED, RosVersion
+from torc.lab.ros.messages import SUCCEEDED, RosVersion, duration
 from torc.lab.twin.behind import ArmBehind
+from torc.records import Observation
+from torc.robots.protocols import Camera
 
-_PERIOD_S = 0.02
+_PERIOD_S, _PICTURE_PERIOD_S = 0.02, 0.2
+IMAGE_TOPICS = {
+    "color": "/camera/color/image_raw",
+    "depth": "/camera/aligned_depth_to_color/image_raw",
+    "info": "/camera/color/camera_info",
+}
+"""As realsense-ros calls them."""
 READY = {"e_stopped": 0, "drives_powered": 1, "motion_possible": 1, "in_error": 0, "mode": 2}
 _CANCELLED = {1: 2, 2: 5}
 _ABORTED = {1: 4, 2: 6}
@@ -28,6 +37,7 @@ class RosTwin:
     Attributes:
         state: of its robot_status; change it to press the e-stop, say.
         silent: it tells nothing any more.
+        frozen: its camera gives one picture again and again.
         cancels: whether a goal ends when it is cancelled. rosbridge for ROS 2 takes cancelling in only once the goal
             has ended, unless it is told otherwise.
         heard: all that clients sent, but for subscriptions.
@@ -40,8 +50,9 @@ class RosTwin:
         ros: RosVersion = 2,
         action: str = "/arm/follow_joint_trajectory",
         port: int = 0,
+        camera: Camera | None = None,
     ) -> None:
-        """Raises MissingDependencyError."""
+        """Raises MissingDependencyError. Without a camera there are no pictures."""
         try:
             from websockets.sync.server import serve
         except ImportError as error:
@@ -49,10 +60,14 @@ class RosTwin:
         self.arm, self.joint_names, self.ros, self.action = arm, list(joint_names), ros, action
         self.state, self.silent, self.cancels = dict(READY), False, True
         self.heard: list[dict[str, Any]] = []
+        self._camera, self._picture_lock = camera, threading.Lock()
+        self._pictures: tuple[float, dict[str, dict[str, Any]]] = (-1.0, {})
+        self.frozen = False
         self._lock = threading.RLock()
         self._goal: tuple[Any, str, list[float], np.ndarray, float] | None = None
         """Connection, id, times, path, and when it began."""
         self._connections: list[Any] = []
+        self._wishes: set[tuple[Any, str | None, str]] = set()
         self._running = True
         quick: dict[str, Any] = {
             "compression": None,
@@ -100,27 +115,34 @@ class RosTwin:
             self.state |= {"motion_possible": 0, **changed}
             self._end(_ABORTED[self.ros], "the robot was stopped")
 
+    def pretend_done(self) -> None:
+        """Stops the arm where it is, and says that it succeeded."""
+        with self._lock:
+            self._end(SUCCEEDED[self.ros], "")
+
     def _serve(self, connection: Any) -> None:
         self._connections.append(connection)
         with suppress(Exception):  # the connection was cut, here or there
             for text in connection:
                 request = json.loads(text)
                 if request["op"] == "subscribe":
-                    threading.Thread(
-                        target=self._publish, args=(connection, request["topic"]), daemon=True
-                    ).start()
+                    wish = connection, request.get("id"), request["topic"]
+                    self._wishes.add(wish)
+                    threading.Thread(target=self._publish, args=wish, daemon=True).start()
+                elif request["op"] == "unsubscribe":
+                    self._wishes.discard((connection, request.get("id"), request["topic"]))
                 else:
                     self.heard.append(request)
                     self._take(connection, request)
 
-    def _publish(self, connection: Any, topic: str) -> None:
-        """A topic's messages as long as the connection lasts."""
+    def _publish(self, connection: Any, wish: str | None, topic: str) -> None:
+        """A topic's messages as long as they are wanted and the connection lasts."""
         with suppress(Exception):
-            while self._running:
+            while self._running and (connection, wish, topic) in self._wishes:
                 message = None if self.silent else self._message(topic)
                 if message is not None:
                     self._say(connection, {"op": "publish", "topic": topic, "msg": message})
-                time.sleep(_PERIOD_S)
+                time.sleep(_PICTURE_PERIOD_S if topic in IMAGE_TOPICS.values() else _PERIOD_S)
 
     def _message(self, topic: str) -> dict[str, Any] | None:
         if topic.endswith("joint_states"):
@@ -130,7 +152,19 @@ class RosTwin:
         if topic.endswith("robot_status"):
             told = {**self.state, "in_motion": int(self.moving)}
             return {**{k: {"val": v} for k, v in told.items()}, "error_code": 0}
+        for name, picture_topic in IMAGE_TOPICS.items():
+            if topic == picture_topic and self._camera is not None:
+                return self._picture(self._camera)[name]
         return None
+
+    def _picture(self, camera: Camera) -> dict[str, dict[str, Any]]:
+        """The messages of one moment, by name: a new one if the last is old."""
+        with self._picture_lock:
+            taken_s, found = self._pictures
+            if not found or (not self.frozen and time.monotonic() - taken_s > _PICTURE_PERIOD_S):
+                found = image_messages(camera.capture(), self.ros)
+                self._pictures = time.monotonic(), found
+            return found
 
     def _take(self, connection: Any, request: dict[str, Any]) -> None:
         op, topic = request["op"], request.get("topic", "")
@@ -197,3 +231,31 @@ class RosTwin:
                     if elapsed >= times[-1]:
                         self._end(SUCCEEDED[self.ros], "")
             time.sleep(0.004)
+
+
+def image_messages(view: Observation, ros: RosVersion) -> dict[str, dict[str, Any]]:
+    """A snapshot as Image messages of colour ("color") and depth ("depth", millimetres), and as CameraInfo ("info")."""
+    height, width = view.depth_m.shape
+    stamp = duration(view.stamp_s, ros)
+    header = {"stamp": stamp, "frame_id": "camera_color_optical_frame"}
+    depth = np.clip(np.rint(view.depth_m * 1e3), 0, 65535).astype("<u2")
+
+    def image(encoding: str, pixels: np.ndarray, bytes_per_pixel: int) -> dict[str, Any]:
+        return {
+            "header": header,
+            "height": height,
+            "width": width,
+            "encoding": encoding,
+            "is_bigendian": 0,
+            "step": width * bytes_per_pixel,
+            "data": base64.b64encode(np.ascontiguousarray(pixels).tobytes()).decode("ascii"),
+        }
+
+    fx, fy, cx, cy = view.K[0, 0], view.K[1, 1], view.K[0, 2], view.K[1, 2]
+    k = [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]
+    p = [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+    names = {"K": k, "D": [0.0] * 5, "R": np.eye(3).ravel().tolist(), "P": p}
+    names = names if ros == 1 else {name.lower(): value for name, value in names.items()}
+    info = {"header": header, "height": height, "width": width, "distortion_model": "plumb_bob", **names}
+    info |= {"binning_x": 0, "binning_y": 0, "roi": {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0}}
+    return {"color": image("rgb8", view.rgb, 3), "depth": image("16UC1", depth, 2), "info": info}

@@ -1,0 +1,114 @@
+"""`torc retrieve`: one trial on a real robot, or on its twin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+from torc.cli.printing import print_json
+from torc.cli.vlm_options import VlmOptions
+from torc.specs.settings import Settings
+from torc.specs.trial import PlannerSpec
+
+if TYPE_CHECKING:
+    from torc.perception.protocol import Wanted
+
+
+@dataclass(frozen=True)
+class RetrieveCommand:
+    """Retrieve the target with the robot of a lab file: look, decide, pick, until it is out.
+
+    Asks before every motion, unless --confirm says otherwise; Ctrl-C stops the arm. Begin with --dry-run, which looks,
+    decides, plans, and moves nothing; and rehearse with `torc lab twin`. Whatever torc does, have the e-stop in your
+    hand.
+
+    Exit code 0 when the trial was completed (retrieved or not), or the dry run; 1 when it errored; 130 when it was
+    interrupted, or resumed after a stop; 2 on bad arguments.
+    """
+
+    lab: Path = Path("lab.yaml")
+    """The lab file (`torc lab example`)."""
+    target: str = ""
+    """The target in words, for planners that ask a model, and for the log."""
+    reference: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PICTURE...")] = ()
+    """Pictures of the target from some sides, one to five will do, by which torc knows it."""
+    planner: str = "dg-select"
+    """Task planner: dg-select, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your
+    own as module:Class or path/to/file.py:Class."""
+    planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)
+    """Settings of the task planner by dotted path: --planner.SETTING VALUE."""
+    confirm: Literal["motion", "pick", "never"] = "motion"
+    """Ask before each motion, before the first motion of each pick, or never."""
+    dry_run: bool = False
+    """Look, decide and plan once; move nothing."""
+    seed: int = 0
+    """Decides all random draws."""
+    out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
+    """Directory for results and pictures; runs/lab-NAME-PLANNER-SEED if not given."""
+    save_records: bool = False
+    """Also save each snapshot as a record (about 1 MB a pick)."""
+    overwrite: bool = False
+    """Replace the output directory if it exists."""
+    json: Annotated[bool, tyro.conf.arg(help="Print result.json instead of progress.")] = False
+    vlm: VlmOptions = field(default_factory=VlmOptions)
+
+    def run(self) -> int:
+        """Run the trial; returns the exit code."""
+        from rich.console import Console
+        from rich.markup import escape
+
+        from torc.episode.progress import TerminalProgress
+        from torc.lab.lab_file import load_lab
+        from torc.lab.person import ask_in_terminal
+        from torc.lab.retrieval import Operation, lab_spec, retrieve
+        from torc.plugins import short_part_name
+
+        lab, wanted = load_lab(self.lab), self._wanted()
+        spec = lab_spec(lab, PlannerSpec(self.planner, self.vlm.config(), self.planner_settings), self.seed)
+        console = Console(stderr=self.json)
+        with console.status("connecting...") as status:
+
+            def ask(question: str) -> bool:
+                status.stop()
+                try:
+                    return ask_in_terminal(question)
+                finally:
+                    status.start()
+
+            trial = retrieve(
+                lab,
+                spec,
+                wanted,
+                self.out or Path("runs") / f"{spec.problem}-{short_part_name(self.planner)}-{self.seed}",
+                Operation(self.confirm, ask, self.dry_run),
+                listeners=[] if self.json else [TerminalProgress(console, status)],
+                overwrite=self.overwrite,
+                snapshots=self.save_records,
+                vlm_cache=self.vlm.cache(),
+                say=lambda text: console.print(text, style="dim", highlight=False),
+            )
+        result = trial.result
+        if self.json:
+            print_json(result)
+        else:
+            if result["status"] == "errored":
+                console.print(f"\n[bold red]errored[/]: {escape(result['error'])}")
+            if result["status"] == "dry run":
+                console.print(f"\nDry run, nothing moved. Plan: {escape(result['plan'])}")
+            console.print(f"Results and pictures: {escape(str(trial.directory))}", highlight=False)
+        return {"completed": 0, "dry run": 0, "errored": 1, "interrupted": 130}[result["status"]]
+
+    def _wanted(self) -> Wanted:
+        """The target as the options say it. Raises InputError."""
+        from torc.errors import InputError
+        from torc.perception.protocol import Wanted
+        from torc.perception.target import load_pictures
+
+        if not self.target and not self.reference:
+            raise InputError(
+                "Which object is the target? Give --reference pictures of it, --target its description, or both."
+            )
+        return Wanted(self.target, load_pictures(self.reference))

@@ -1,0 +1,190 @@
+"""What a laboratory's devices say of themselves: tried one by one, before anybody relies on them."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from torc.cameras.kinds import open_camera
+from torc.cameras.poses import placed
+from torc.errors import InputError, TorcError
+from torc.lab.devices import close_device, connect_arm, connect_gripper, is_at_rest_pose, limits
+from torc.lab.lab_file import Lab
+from torc.lab.person import Ask
+from torc.lab.protocols import ArmDriver
+from torc.lab.supervisor import SupervisedArm, SupervisorConfig
+from torc.records import Trajectory
+from torc.robots.protocols import Gripper
+
+_WATCH_S, _POWERED_S, _APART_S = 1.0, 0.5, 0.5
+_SMALL_RAD, _SMALL_S = 0.03, 3.0
+_LEAST_READ = 0.5
+_MOST_OFF_M = 0.01
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something about a device, and whether it is as it should be."""
+
+    device: str
+    good: bool
+    text: str
+
+
+def check_lab(lab: Lab, ask: Ask | None = None) -> Iterator[Finding]:
+    """Tries every device of a lab file. Nothing moves without `ask`, which is asked before each small motion."""
+    yield from _tried("arm", lambda: connect_arm(lab), lambda arm: _arm(lab, arm, ask))
+    yield from _tried("gripper", lambda: connect_gripper(lab), lambda gripper: _gripper(lab, gripper, ask))
+    yield from _tried("camera", lambda: open_camera(lab.conditions), lambda camera: _camera(lab, camera))
+
+
+def _tried(
+    what: str, connect: Callable[[], Any], look: Callable[[Any], Iterator[Finding]]
+) -> Iterator[Finding]:
+    """What a look at a device finds; a fault ends it, and is a finding."""
+    try:
+        device = connect()
+    except TorcError as error:
+        yield Finding(what, False, str(error))
+        return
+    try:
+        yield from look(device)
+    except TorcError as error:
+        yield Finding(what, False, str(error))
+    finally:
+        close_device(device)
+
+
+def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
+    enable: Any = getattr(arm, "enable", None)
+    off = enable is not None and arm.status().stopped
+    if off and ask is not None and ask(f"{arm.name}: power the servos and let motions in?"):
+        enable()
+        time.sleep(_POWERED_S)
+    yield _rates(arm)
+    status = arm.status()
+    yield Finding("arm", not status.stopped, status.stopped or "may move")
+    joints = ", ".join(f"{v:.3f}" for v in status.qpos)
+    within = limits(lab)
+    inside = bool(((status.qpos >= within.lower) & (status.qpos <= within.upper)).all())
+    yield Finding("arm", inside, f"joints {joints} rad{'' if inside else ', outside of their limits'}")
+    rest = is_at_rest_pose(lab, status.qpos)
+    yield Finding(
+        "arm", True, "at its rest pose" if rest else "not at its rest pose: `torc retrieve` begins there"
+    )
+    feels = (
+        "feels contacts"
+        if arm.feels_contact
+        else "feels no contacts: approaches are slow, and nobody but you stops them"
+    )
+    yield Finding("arm", True, feels)
+    if ask is not None:
+        yield from _small_motions(lab, arm, ask)
+
+
+def _rates(arm: ArmDriver) -> Finding:
+    """How often, and how late, it tells its state."""
+    stamps, oldest, began = set(), 0.0, time.monotonic()
+    while (now := time.monotonic()) - began < _WATCH_S:
+        stamp = arm.status().stamp_s
+        stamps.add(stamp)
+        oldest = max(oldest, now - stamp)
+        time.sleep(0.002)
+    stale = SupervisorConfig().stale_s
+    often = f"{len(stamps) / _WATCH_S:.0f} times a second, at most {oldest * 1e3:.0f} ms old"
+    text = f"{arm.name} tells its state {often}"
+    good = oldest < stale
+    return Finding("arm", good, text if good else f"{text}: too old, {stale * 1e3:.0f} ms is the most")
+
+
+def _small_motions(lab: Lab, arm: ArmDriver, ask: Ask) -> Iterator[Finding]:
+    supervised = SupervisedArm(arm, lab.robot, limits(lab))
+    times = np.linspace(0, _SMALL_S, 61)
+    there_and_back = 0.5 * _SMALL_RAD * (1 - np.cos(2 * np.pi * times / _SMALL_S))
+    for joint, name in enumerate(lab.robot.arm.joint_names):
+        if not ask(f"{arm.name}: turn joint {joint + 1} ({name}) by {_SMALL_RAD:g} rad and back?"):
+            yield Finding("arm", True, f"joint {joint + 1} was not tried")
+            continue
+        path = supervised.qpos + np.outer(there_and_back, np.eye(lab.robot.arm.dof)[joint])
+        result = supervised.follow(Trajectory(times, path, np.gradient(path, times, axis=0)))
+        yield Finding("arm", result.reached, f"joint {joint + 1} " + (result.detail or "moved and came back"))
+
+
+def _gripper(lab: Lab, gripper: Gripper, ask: Ask | None) -> Iterator[Finding]:
+    name = getattr(gripper, "name", type(gripper).__name__)
+    ready = getattr(gripper, "ready", True)
+    activate: Any = getattr(gripper, "activate", None)
+    if not ready and ask is not None and ask(f"{name}: activate? Its fingers open and close all the way."):
+        activate()
+        ready = getattr(gripper, "ready", True)
+    yield Finding("gripper", ready, f"{name} is {'ready' if ready else 'not activated: add --move'}")
+    wanted = lab.robot.gripper.max_width_m
+    same = abs(gripper.max_width_m - wanted) < 0.002
+    text = f"opens {gripper.max_width_m * 1e3:.0f} mm; the robot description says {wanted * 1e3:.0f} mm"
+    yield Finding("gripper", same, text)
+    if not ready:
+        return
+    state = gripper.state
+    yield Finding(
+        "gripper", True, f"{state.width_m * 1e3:.0f} mm open" + (", holds something" if state.holding else "")
+    )
+    calibrate: Any = getattr(gripper, "calibrate", None)
+    if (
+        ask is not None
+        and calibrate
+        and ask(f"{name}: open and close all the way, with nothing between the fingers?")
+    ):
+        scale = calibrate()
+        yield Finding(
+            "gripper",
+            True,
+            f"its fingers reach {scale.open_count} to {scale.closed_count}: write open_count: {scale.open_count} and "
+            f"closed_count: {scale.closed_count} into the lab file",
+        )
+        gripper.open(gripper.max_width_m)
+
+
+def _camera(lab: Lab, camera: Any) -> Iterator[Finding]:
+    began = time.monotonic()
+    first = camera.capture()
+    opened_s = time.monotonic() - began
+    time.sleep(_APART_S)
+    began = time.monotonic()
+    second = camera.capture()
+    took_s = time.monotonic() - began
+    height, width = first.depth_m.shape
+    share = float((second.depth_m > 0).mean())
+    what = (
+        f"{lab.conditions.camera}: {width}x{height} pixels, first after {opened_s:.1f} s, then {took_s:.2f} s"
+    )
+    yield Finding("camera", True, what)
+    pair = first.pair is not None and not first.depth_m.any()
+    if not pair:
+        yield Finding("camera", share > _LEAST_READ, f"depth for {share:.0%} of all pixels")
+    if second.stamp_s == first.stamp_s != 0:
+        yield Finding("camera", False, "frozen: two pictures have the same time")
+    yield _support(lab, second)
+
+
+def _support(lab: Lab, seen: Any) -> Finding:
+    """Whether the table is where the camera's pose says."""
+    if getattr(seen, "pose_estimated", False):
+        return Finding(
+            "camera",
+            False,
+            "its pose is not known: set camera.pose to what `torc lab calibrate` wrote, or to workspace",
+        )
+    try:
+        level = placed(seen, None)
+    except InputError as error:
+        return Finding("camera", False, f"no table is in sight: {error}")
+    # In the level frame the support is at height 0; where is that plane by the pose that is set?
+    T = seen.T_world_camera @ np.linalg.inv(level.T_world_camera)
+    x, y, _ = lab.workspace.table.center
+    inside = np.linalg.inv(T) @ [x, y, lab.workspace.support_z_m, 1.0]
+    off_m, tilt = float(inside[2]), float(np.arccos(np.clip(T[2, 2], -1, 1)))
+    where = f"{abs(off_m) * 1e3:.0f} mm {'below' if off_m > 0 else 'above'} where the workspace has it"
+    text = f"the table is {where}, and tilted by {np.rad2deg(tilt):.1f} degrees"
+    return Finding("camera", abs(off_m) < _MOST_OFF_M and tilt < 0.02, text)

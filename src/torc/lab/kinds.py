@@ -1,0 +1,22 @@
+"""Drivers of arms and grippers by name: what comes with torc, and how others register theirs. Light to import."""
+
+from torc.plugins import PartKind
+
+ARM_DRIVERS = PartKind(
+    "arm driver",
+    "torc.arm_drivers",
+    "start(trajectory)",
+    {
+        "ros": "torc.lab.ros.arm:RosArm",
+        "motoman": "torc.lab.simple_message.arm:MotomanArm",
+    },
+)
+GRIPPER_DRIVERS = PartKind(
+    "gripper driver",
+    "torc.gripper_drivers",
+    "close(force_n)",
+    {
+        "robotiq-modbus": "torc.lab.robotiq.gripper:over_modbus",
+        "robotiq-urcap": "torc.lab.robotiq.gripper:over_urcap",
+    },
+)

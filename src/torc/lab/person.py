@@ -1,0 +1,47 @@
+"""The person beside the robot: what he is asked, and how often."""
+
+from collections.abc import Callable
+from typing import Literal
+
+from torc.episode.events import Event, Planned
+from torc.records import Trajectory
+
+Confirming = Literal["motion", "pick", "never"]
+Ask = Callable[[str], bool]
+"""Asks a question that is answered with yes or no."""
+
+
+class Confirmation:
+    """The `Confirm` of torc.lab.supervisor: asks before each motion, before the first of each pick, or never. It
+    listens to the episode, which tells when a pick begins.
+    """
+
+    def __init__(self, how: Confirming, ask: Ask) -> None:
+        self.how, self._ask = how, ask
+        self._confirmed = False
+
+    def __call__(self, what: str, trajectory: Trajectory) -> bool:
+        """Whether to go."""
+        if self.how == "never" or (self.how == "pick" and self._confirmed):
+            return True
+        turn = abs(trajectory.qpos[-1] - trajectory.qpos[0]).max()
+        self._confirmed = self._ask(f"{what}, in which joints turn by up to {turn:.2f} rad. Go?")
+        return self._confirmed
+
+    def listen(self, event: Event) -> None:
+        """Another pick begins with its plan."""
+        if isinstance(event, Planned):
+            self._confirmed = False
+
+
+def ask_in_terminal(question: str) -> bool:
+    """Asks until the answer is yes or no; no answer, at the end of the input, is a no."""
+    while True:
+        try:
+            answer = input(f"{question} [y/n] ").strip().lower()
+        except EOFError:
+            return False
+        if answer in ("y", "yes"):
+            return True
+        if answer in ("n", "no"):
+            return False

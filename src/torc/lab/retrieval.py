@@ -1,0 +1,236 @@
+"""One trial on a real robot: the same loop, log and pictures as in simulation, with a person beside it."""
+
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from torc.episode.events import Decided, Ended, Event, Halted, Listener, Planned, Started
+from torc.episode.log_writing import result_facts
+from torc.episode.loop import Episode, rehearse
+from torc.episode.pick_view import view_of
+from torc.episode.planners import make_spec_planner, refuse_simulated
+from torc.episode.recorder import TrialRecorder
+from torc.episode.steps import EpisodeConfig, PickParts, Steps, checked_choice, pick_request
+from torc.episode.trial import Trial, trial_result
+from torc.errors import InputError, TorcError
+from torc.lab.devices import is_at_rest_pose, opened_lab, planned_for
+from torc.lab.lab_file import Lab
+from torc.lab.person import Ask, Confirmation, Confirming, ask_in_terminal
+from torc.lab.protocols import LabError, MotionRefusedError, RobotStoppedError
+from torc.lab.robot import LabRobot
+from torc.lab.supervisor import SupervisedArm
+from torc.motion.asking import ask_motion_planner
+from torc.perception.protocol import Wanted
+from torc.pipeline.building import System, build_system, sources
+from torc.pipeline.look import Look
+from torc.pipeline.state import stage_rng
+from torc.pipeline.warm_up import announced_compilation
+from torc.records import Decision, PickOutcome, PickPlan
+from torc.specs.files import to_plain
+from torc.specs.trial import PlannerSpec, TrialSpec
+from torc.task_planning.asking import ask_planner
+from torc.task_planning.protocol import TaskPlanner
+from torc.vlm.cache import CacheConfig
+
+_GUARDLESS_SPEED_M_S = 0.05
+"""Of approaches, where the robot feels no contact; the planner's own speed is three times that."""
+
+
+@dataclass(frozen=True)
+class Operation:
+    """How a person takes part.
+
+    Attributes:
+        confirm: before which motions `ask` is asked.
+        ask: asks yes or no.
+        dry_run: look, decide and plan once; nothing moves.
+    """
+
+    confirm: Confirming = "motion"
+    ask: Ask = ask_in_terminal
+    dry_run: bool = False
+
+
+def lab_spec(lab: Lab, planner: PlannerSpec, seed: int = 0) -> TrialSpec:
+    """The spec of a trial in a laboratory, whose name stands for the problem's."""
+    return TrialSpec(f"lab-{lab.name}", planner, seed, lab.conditions)
+
+
+def retrieve(
+    lab: Lab,
+    spec: TrialSpec,
+    wanted: Wanted,
+    out: Path,
+    operation: Operation,
+    *,
+    listeners: Sequence[Listener] = (),
+    overwrite: bool = False,
+    snapshots: bool = False,
+    vlm_cache: CacheConfig | None = None,
+    say: Callable[[str], None] = print,
+) -> Trial:
+    """Plays one trial on the robot of a lab file, and writes its directory.
+
+    A device that is lost makes the trial "errored", never a failed pick. A robot that was stopped halts the pick, which
+    then has no result; if a person resumes, the episode goes on, and the trial is told, but not scored
+    ("interrupted"). Ctrl-C stops the arm, waits until it rests, and ends the trial. Raises InputError and LabError,
+    before anything moves, if something cannot be used or reached.
+    """
+    refuse_simulated(spec.planner.name)
+    system = build_system(spec.conditions, lab.workspace, planned_for(lab))
+    if getattr(system.pipeline.perception, "needs_pictures", False) and not len(wanted.pictures):
+        raise InputError(
+            f"Perception '{spec.conditions.perception}' knows a target by pictures, not by words: give --reference "
+            "pictures of it, or name a perception that reads words in the lab file (grounded-sam2, sam3)."
+        )
+    planner = make_spec_planner(spec.planner, vlm_cache, None)
+    recorder = TrialRecorder(
+        out, to_plain(spec, sources(spec.conditions)), overwrite=overwrite, snapshots=snapshots
+    )
+    confirmation = Confirmation(operation.confirm, operation.ask)
+    facts: dict[str, Any] = {"status": "errored"}
+    about = {
+        "vlm": None if spec.planner.vlm is None else spec.planner.vlm.text,
+        "participant": True,
+        "lab": lab.name,
+    }
+    try:
+        with opened_lab(lab, confirmation) as robot, announced_compilation(say):
+            system = _careful(system, robot, say)
+            trial = _LabTrial(lab, system, robot, planner, wanted, operation)
+            told: list[Listener] = [recorder, confirmation.listen, *listeners]
+            facts = trial.play(spec, told)
+    except KeyboardInterrupt:
+        recorder.write_result(trial_result({"status": "interrupted", **about}))
+        return Trial(recorder.partial, trial_result({"status": "interrupted", **about}))
+    except Exception as error:
+        if isinstance(error, TorcError) and not recorder.begun:
+            recorder.discard()
+            raise
+        facts["error"] = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
+        (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
+    result = trial_result({**facts, **about})
+    recorder.complete(result)
+    return Trial(out, result)
+
+
+class _LabTrial:
+    """The episode, and what is asked of the person around it."""
+
+    def __init__(
+        self,
+        lab: Lab,
+        system: System,
+        robot: LabRobot,
+        planner: TaskPlanner,
+        wanted: Wanted,
+        operation: Operation,
+    ) -> None:
+        self.lab, self.robot, self.planner, self.wanted, self.operation = (
+            lab,
+            robot,
+            planner,
+            wanted,
+            operation,
+        )
+        self.parts = PickParts(robot, system.pipeline, system.motion_planner)
+
+    def play(self, spec: TrialSpec, listeners: Sequence[Listener]) -> dict[str, Any]:
+        """The facts of the result."""
+
+        def tell(event: Event) -> None:
+            for listener in listeners:
+                listener(event)
+
+        view_of(rehearse(self.parts, self.planner).context)
+        config = EpisodeConfig(spec.conditions.max_picks, spec.seed)
+        vlm = "" if spec.planner.vlm is None else spec.planner.vlm.text
+        said = self.wanted.description or "the object of the reference pictures"
+        tell(Started(spec.problem, self.planner.name, spec.seed, said, config.max_picks, vlm=vlm))
+        episode = Episode(Steps(self.parts, self.wanted, config, tell))
+        halts: list[str] = []
+        self._await_rest_pose()
+        while (look := episode.look()) is not None:
+            pick = episode.state.pick
+            with episode.steps.clock.stage("decide") as lap:
+                decision = ask_planner(self.planner, look.context, stage_rng(spec.seed, pick, "decide"))
+            tell(Decided(pick, look, decision, lap.seconds))
+            if self.operation.dry_run:
+                return self._dry(episode, look, decision, tell)
+            try:
+                episode.pick(look, decision)
+            except (RobotStoppedError, MotionRefusedError) as error:
+                halts.append(str(error))
+                tell(Halted(pick, str(error)))
+                self._resume(error)
+        result = episode.result()
+        tell(Ended(result))
+        # What a person took part in is told, but no result of the planner.
+        return {
+            "status": "interrupted" if halts else "completed",
+            "halts": halts,
+            **result_facts(result),
+        }
+
+    def _dry(
+        self, episode: Episode, look: Look, decision: Decision, tell: Callable[[Event], None]
+    ) -> dict[str, Any]:
+        """Plans the motions of a decision, and leaves it at that."""
+        choice = checked_choice(look, decision)
+        facts: dict[str, Any] = {"status": "dry run"}
+        if isinstance(choice, PickOutcome):
+            return facts | {"plan": f"none: {choice.detail or choice.result.value}"}
+        rng = stage_rng(episode.steps.config.seed, episode.state.pick, "motion")
+        with episode.steps.clock.stage("plan motions") as lap:
+            plan = ask_motion_planner(self.parts.motion_planner, pick_request(look, choice), rng)
+        tell(Planned(episode.state.pick, look, plan, lap.seconds))
+        if not isinstance(plan, PickPlan):
+            return facts | {"plan": f"none: {plan.stage}: {plan.reason}"}
+        seconds = sum(m.duration_s for m in plan.motions) / self.lab.safety.speed
+        return facts | {"plan": f"{len(plan.motions)} motions, about {seconds:.0f} s at this speed"}
+
+    def _resume(self, error: Exception) -> None:
+        """Lets a person look after a robot that was stopped. Raises the error if he does not want to go on."""
+        arm = self.robot.arm
+        assert isinstance(arm, SupervisedArm)
+        while True:
+            held = " The gripper keeps its grip." if self.robot.gripper.state.holding else ""
+            if not self.operation.ask(f"{error}{held} Look at the robot. Resume?"):
+                raise error
+            try:
+                arm.resume()
+                break
+            except RobotStoppedError as again:
+                error = again
+        if self.robot.gripper.state.holding:
+            if not self.operation.ask("The gripper opens now: take what it holds. Open it?"):
+                raise error
+            self.robot.gripper.open(self.robot.gripper.max_width_m)
+        self._await_rest_pose()
+
+    def _await_rest_pose(self) -> None:
+        """Waits until the arm is where it does not hide the table. Raises LabError if nobody brings it there."""
+        while not is_at_rest_pose(self.lab, self.robot.arm.qpos):
+            here, rest = (
+                ", ".join(f"{v:.2f}" for v in q) for q in (self.robot.arm.qpos, self.lab.robot.arm.rest_qpos)
+            )
+            question = (
+                f"The arm is at ({here}) rad, not at its rest pose ({rest}). Bring it there by hand. Ready?"
+            )
+            if not self.operation.ask(question):
+                raise LabError("The arm is not at its rest pose: it would hide the table from the camera.")
+
+
+def _careful(system: System, robot: LabRobot, say: Callable[[str], None]) -> System:
+    """The system with slower approaches, where nobody would feel a contact; and says so."""
+    if robot.config.approach_guard is not None:
+        return system
+    say("The robot feels no contact: approaches are slow, and nothing but you stops them when they touch.")
+    spec = system.conditions
+    if spec.motion != "sampling":
+        return system
+    path = "motion.cartesian.approach_speed_m_s"
+    settings = {path: _GUARDLESS_SPEED_M_S, **spec.settings}
+    return build_system(replace(spec, settings=settings), system.workspace, system.robot)

@@ -1,0 +1,108 @@
+"""A whole laboratory that is none: the simulator behind the wires that a lab file names, on the loopback interface."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from torc.errors import InputError
+from torc.lab.lab_file import Lab
+from torc.lab.twin.motoman import MotomanTwin
+from torc.lab.twin.robotiq import ModbusTwin, RobotiqTwin, UrcapTwin
+from torc.lab.twin.ros import RosTwin
+from torc.lab.twin.world import LiveWorld
+from torc.problems.problem import Problem
+
+_CONTROLLER_SPEED = 2.0
+"""A controller refuses what is so many times faster than torc ever moves the robot: the maker allows more."""
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """The twins of a lab file.
+
+    Attributes:
+        world: behind them.
+        arm: twin of the arm's controller, whose faults come on command.
+        gripper: twin of the gripper.
+        pictures: where the camera's pictures come from.
+        text: a lab file like the user's, but with the twins' addresses.
+    """
+
+    world: LiveWorld
+    arm: RosTwin | MotomanTwin
+    gripper: RobotiqTwin
+    pictures: RosTwin
+    text: str
+
+
+@contextmanager
+def rehearsal(lab: Lab, problem: Problem) -> Iterator[Rehearsal]:
+    """Twins of a lab's devices around a problem, during a `with`. Raises InputError for drivers without a twin."""
+    with ExitStack() as stack:
+        world = stack.enter_context(LiveWorld(problem, lab.robot, lab.workspace))
+        arm, pictures, arm_settings = _arm(lab, world, stack)
+        gripper = RobotiqTwin(world)
+        address = _gripper(lab, gripper, stack)
+        camera = {"driver": "ros", "url": pictures.url, "pose": "workspace"}
+        content = yaml.safe_load(lab.path.read_text(encoding="utf-8"))
+        content |= {
+            "name": f"{lab.name}-twin",
+            "robot": lab.conditions.robot,
+            "workspace": lab.conditions.workspace,
+            "arm": {**content["arm"], **arm_settings},
+            "gripper": {**content["gripper"], "address": address},
+            "camera": camera,
+        }
+        yield Rehearsal(world, arm, gripper, pictures, yaml.safe_dump(content, sort_keys=False))
+
+
+def write_lab(text: str, path: Path) -> None:
+    """Writes a rehearsal's lab file. Raises InputError where that cannot be."""
+    try:
+        path.write_text(
+            "# The twins of a laboratory: for rehearsals while they run.\n" + text, encoding="utf-8"
+        )
+    except OSError as error:
+        raise InputError(f"Cannot write {path}: {error.strerror}. Choose another --out.") from error
+
+
+def _arm(
+    lab: Lab, world: LiveWorld, stack: ExitStack
+) -> tuple[RosTwin | MotomanTwin, RosTwin, dict[str, Any]]:
+    """The controller's twin, who gives the camera's pictures, and the settings of the arm that lead there."""
+    settings, joints = lab.arm.settings, lab.robot.arm
+    if lab.arm.driver == "ros":
+        names = settings.get("joint_names") or joints.joint_names
+        arm = stack.enter_context(RosTwin(world, names, settings["ros"], settings["action"], camera=world))
+        return arm, arm, {"url": arm.url}
+    if lab.arm.driver == "motoman":
+        fastest = _CONTROLLER_SPEED * joints.max_speed
+        motoman = stack.enter_context(MotomanTwin(world, fastest, int(settings.get("group", 0))))
+        # Its pictures come by a bridge of their own.
+        pictures = stack.enter_context(RosTwin(world, joints.joint_names, camera=world))
+        motion_port, state_port = motoman.ports
+        return (
+            motoman,
+            pictures,
+            {
+                "host": "127.0.0.1",
+                "motion_port": motion_port,
+                "state_port": state_port,
+            },
+        )
+    raise InputError(f"There is no twin of the arm driver '{lab.arm.driver}'; there are of ros and motoman.")
+
+
+def _gripper(lab: Lab, twin: RobotiqTwin, stack: ExitStack) -> str:
+    """The address of the gripper's twin."""
+    if lab.gripper.driver == "robotiq-modbus":
+        return stack.enter_context(ModbusTwin(twin)).address
+    if lab.gripper.driver == "robotiq-urcap":
+        return stack.enter_context(UrcapTwin(twin)).address
+    raise InputError(
+        f"There is no twin of the gripper driver '{lab.gripper.driver}'; there are of robotiq-modbus and robotiq-urcap."
+    )
