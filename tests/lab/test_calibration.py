@@ -5,13 +5,18 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 from scipy.spatial.transform import Rotation
 
+from torc.cameras.poses import read_pose
 from torc.errors import InputError
 from torc.geometry.transforms import intrinsics, invert, look_at, make_pose
 from torc.lab.calibration.board import Board, FoundCorners
 from torc.lab.calibration.hand_eye import BoardView, check_views, error_at, solve_hand_eye
+from torc.lab.calibration.session import calibrated, calibration_text, collect_views, write_board
 from torc.lab.protocols import LabError
+from torc.records import Observation
+from torc.robots.kinematics import tool0_poses
 
 K = intrinsics(1280, 720, 0.8)
 BOARD = Board()
@@ -140,3 +145,69 @@ def test_the_printed_board_is_found_in_a_picture_and_in_a_mirror_it_is_said(rng)
 def test_boards_that_are_none(wrong):
     with pytest.raises(InputError):
         Board(**wrong)
+
+
+class Photographer:
+    """A camera that sees the printed board in the hand of an arm, which a person brings from pose to pose; at some of
+    them the board is covered.
+    """
+
+    def __init__(self, arm, poses, covered=()):
+        self.arm, self.poses, self.covered, self.taken = arm, poses, covered, -1
+        facing = make_pose(np.eye(3), [-0.1, -0.07, 0.6])  # z away from who looks
+        flange = tool0_poses(arm, arm.rest_qpos[None])[0]
+        self.T_world_camera = flange @ T_FLANGE_BOARD @ invert(facing)
+
+    def brought_on(self, question):
+        self.taken += 1
+        return self.taken < len(self.poses)
+
+    def qpos(self):
+        return self.poses[self.taken]
+
+    def unplaced(self):
+        T = invert(self.T_world_camera) @ tool0_poses(self.arm, self.qpos()[None])[0] @ T_FLANGE_BOARD
+        flat = BOARD.picture(4000)
+        flat = np.full_like(flat, 90) if self.taken in self.covered else flat
+        # A pixel's middle is at half a pixel of the print.
+        to_board = np.array([[1 / 4000, 0, 0.5 / 4000], [0, 1 / 4000, 0.5 / 4000], [0, 0, 1]])
+        H = K @ T[:3, [0, 1, 3]] @ to_board
+        gray = cv2.warpPerspective(flat, H, (1280, 720), borderValue=90, flags=cv2.INTER_AREA)
+        rgb = np.repeat(gray[..., None], 3, axis=-1)
+        return Observation(rgb, np.ones(gray.shape, np.float32), K, np.eye(4), np.zeros(0), 0.0)
+
+
+def test_a_person_calibrates_pose_by_pose(robot, rng, tmp_path, workspace):
+    poses = robot.arm.rest_qpos + rng.uniform(-0.2, 0.2, (16, 7)) * [0.3, 0.3, 0.3, 0.3, 1.5, 1.5, 2.5]
+    camera, told = Photographer(robot.arm, poses, covered=(2,)), []
+    views_, found_K = collect_views(camera, camera.qpos, robot.arm, BOARD, 12, camera.brought_on, told.append)
+    assert len(views_) == 12
+    assert "The board is not in sight, or too little of it." in told
+    found = calibrated(views_, BOARD, found_K)
+    assert error_ahead_m(found.T_camera, camera.T_world_camera) < 0.001
+    path = tmp_path / "calibration.yaml"
+    path.write_text(calibration_text(found, len(views_)), encoding="utf-8")
+    np.testing.assert_allclose(read_pose(str(path), workspace), found.T_camera, atol=1e-6)
+
+
+def test_too_few_pictures_are_refused(robot):
+    camera = Photographer(robot.arm, robot.arm.rest_qpos + np.zeros((3, 1)))
+    with pytest.raises(InputError, match="too few"):
+        collect_views(camera, camera.qpos, robot.arm, BOARD, 12, camera.brought_on, lambda text: None)
+
+
+@pytest.mark.parametrize("suffix", ["pdf", "png"])
+def test_the_page_has_the_size_that_it_says(suffix, tmp_path):
+    path = tmp_path / f"board.{suffix}"
+    write_board(BOARD, path, dpi=100)
+    if suffix == "pdf":
+        assert b"/MediaBox [ 0 0 841." in path.read_bytes()
+    else:
+        with Image.open(path) as page:
+            assert page.size == (1169, 827)
+            found = BOARD.find(np.asarray(page))
+        assert found is not None
+        across = np.ptp(found.pixels[:, 0]) / 100 * 0.0254
+        assert across == pytest.approx(np.ptp(BOARD.corners[:, 0]), abs=0.0005)
+    with pytest.raises(InputError, match="pdf or"):
+        write_board(BOARD, tmp_path / "board.txt")

@@ -20,6 +20,9 @@ from torc.robots.execution import reverse, starting_from
 from torc.robots.kinematics import tool0_poses
 from torc.robots.protocols import ContactGuard, FollowResult
 
+_STILL = 0.25
+"""From one status to the next an arm may move by this share of what its controller allows at a start."""
+
 Confirm = Callable[[str, Trajectory], bool]
 """Asked before each motion, with a line that says what comes: whether to go."""
 
@@ -130,6 +133,7 @@ class SupervisedArm:
             raise MotionRefusedError(f"{self.driver.name} does not move: {status.stopped}.")
         if status.moving:
             raise MotionRefusedError(f"{self.driver.name} moves already, and not by torc.")
+        status = self._settled(status)
         if faults := form_faults(trajectory, self.robot.arm.dof):
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
         if np.abs(trajectory.qpos[0] - status.qpos).max() <= self.config.bend_rad:
@@ -155,6 +159,19 @@ class SupervisedArm:
         if age_s > self.config.stale_s:
             raise LabError(f"{self.driver.name} has said nothing for {age_s:.1f} s.")
         return status
+
+    def _settled(self, status: ArmStatus) -> ArmStatus:
+        """A status at which the arm is as still as its controller wants it for a start. Raises MotionRefusedError."""
+        deadline = time.monotonic() + self.config.rest_s
+        while time.monotonic() < deadline:
+            time.sleep(self.config.period_s)
+            newer = self._fresh()
+            if newer.stamp_s == status.stamp_s:
+                continue
+            if np.abs(newer.qpos - status.qpos).max() <= _STILL * self.driver.start_tolerance_rad:
+                return newer
+            status = newer
+        raise MotionRefusedError(f"{self.driver.name} does not come to rest.")
 
     def _watch(self, planned: Trajectory, guarded: bool) -> bool:
         """Until the arm rests at the end; whether it was ended by contact. Raises RobotStoppedError, LabError."""

@@ -84,7 +84,11 @@ class RobotiqGripper:
         """Raises LabError for a gripper with a fault."""
         self.wire, self.scale = wire, scale or WidthScale()
         self._closing = False
-        wire.status().check(wire.name)
+        try:
+            wire.status().check(wire.name)
+        except LabError:
+            wire.close()
+            raise
 
     @property
     def name(self) -> str:

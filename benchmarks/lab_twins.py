@@ -1,0 +1,101 @@
+"""`torc retrieve` over the drivers' real wires, the simulator behind them, against `torc run` on the same problems.
+
+    python -m benchmarks.lab_twins [--problems 10] [--labs sda10f-ros1 sda10f-simple-message]
+
+Takes real time: about a minute for each problem and lab, at full speed. What the robot felt is told beside what really
+lies in the bin.
+"""
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tyro
+
+from torc.benchmark.intervals import by_problem, mean, share
+from torc.episode.trial import run_trial
+from torc.lab.devices import connect_arm, connect_gripper
+from torc.lab.lab_file import example_labs, load_lab
+from torc.lab.retrieval import Operation, lab_spec, retrieve
+from torc.lab.twin.rehearsal import rehearsal, write_lab
+from torc.lab.twin.world import Truth
+from torc.objects.library import load_object
+from torc.perception.protocol import Wanted
+from torc.problems.problem import load_problem
+from torc.problems.sets import problem_names
+from torc.records import TARGET_ID
+from torc.sim.portraits import turn_table
+from torc.specs.trial import PlannerSpec, TrialSpec
+
+
+@dataclass(frozen=True)
+class Args:
+    """Play problems of validation in simulation, and over the wires."""
+
+    problems: int = 10
+    """So many."""
+    labs: tuple[str, ...] = tuple(example_labs())
+    """Lab files that come with torc."""
+    speed: float = 1.0
+    """Share of the robot's speed limits."""
+
+
+def over_wires(name: str, problem_name: str, speed: float, out: Path) -> tuple[dict[str, Any], Truth]:
+    """One trial on the twins of a lab, and what really came of it."""
+    problem = load_problem(problem_name)
+    own, twin = out / "lab.yaml", out / "twin.yaml"
+    own.write_text(example_labs()[name].replace("speed: 0.1 ", f"speed: {speed} "), encoding="utf-8")
+    with rehearsal(load_lab(own), problem) as there:
+        write_lab(there.text, twin)
+        lab = load_lab(twin)
+        gripper, arm = connect_gripper(lab), connect_arm(lab)
+        gripper.activate()  # type: ignore[attr-defined]
+        if hasattr(arm, "enable"):
+            arm.enable()
+        gripper.disconnect()  # type: ignore[attr-defined]
+        arm.close()
+        wanted = Wanted(problem.description, turn_table(load_object(problem.ordered()[TARGET_ID].model)))
+        spec = lab_spec(lab, PlannerSpec("dg-select"))
+        trial = retrieve(lab, spec, wanted, out / "trial", Operation("never", lambda question: False))
+        return trial.result, there.world.truth()
+
+
+def main(args: Args) -> None:
+    """Prints a line per trial, and a table."""
+    names = problem_names("validation")[:: max(1, len(problem_names("validation")) // args.problems)]
+    names = names[: args.problems]
+    rows: dict[str, list[dict[str, Any]]] = {}
+    for name in names:
+        with tempfile.TemporaryDirectory() as directory:
+            spec = TrialSpec.of(name, perception="embedded")
+            result = run_trial(spec, Path(directory) / "trial").result
+            rows.setdefault("torc run", []).append(result)
+            print(f"{name}, torc run: {_told(result)}", flush=True)
+        for lab in args.labs:
+            with tempfile.TemporaryDirectory() as directory:
+                result, truth = over_wires(lab, name, args.speed, Path(directory))
+            rows.setdefault(lab, []).append({**result, "truth": truth})
+            print(f"{name}, {lab}: {_told(result)}; really {truth}", flush=True)
+    print("\n| | trials | errored | retrieved | picks of those | grasps held |\n|---|---|---|---|---|---|")
+    for who, results in rows.items():
+        done = [(n, r) for n, r in zip(names, results) if r["status"] == "completed"]
+        columns = [
+            (1.0, float(r["retrieved"]), r["picks"] * r["retrieved"], r["grasps_held"], r["grasps_executed"])
+            for _, r in done
+        ]
+        one, found, picks, held, tried = by_problem([n for n, _ in done], *zip(*columns))
+        print(
+            f"| {who} | {len(results)} | {len(results) - len(done)} | {share(found, one).text()} | "
+            f"{mean(picks, found).text(1)} | {share(held, tried).text()} |"
+        )
+
+
+def _told(result: dict[str, Any]) -> str:
+    if result["status"] != "completed":
+        return f"{result['status']}: {result.get('error')}"
+    return f"{'retrieved' if result['retrieved'] else result['end']}, {', '.join(result['outcomes'])}"
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Args, description=__doc__))

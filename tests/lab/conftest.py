@@ -1,0 +1,34 @@
+"""A laboratory of twins."""
+
+from contextlib import contextmanager
+
+import pytest
+
+from torc.lab.devices import connect_arm, connect_gripper
+from torc.lab.lab_file import example_labs, load_lab
+from torc.lab.twin.rehearsal import rehearsal, write_lab
+from torc.problems.problem import load_problem
+
+
+@pytest.fixture
+def rehearsed(tmp_path):
+    """Opens a rehearsal of an example, its devices powered and ready: the twins, and the lab that leads to them."""
+
+    @contextmanager
+    def opened(name="sda10f-simple-message", problem="validation-structured-02", speed=1.0, max_picks=4):
+        own, twin = tmp_path / "lab.yaml", tmp_path / "twin.yaml"
+        text = example_labs()[name].replace("speed: 0.1 ", f"speed: {speed} ")
+        text = text.replace("pipeline:\n", f"pipeline:\n  max_picks: {max_picks}\n")
+        own.write_text(text, encoding="utf-8")
+        with rehearsal(load_lab(own), load_problem(problem)) as there:
+            write_lab(there.text, twin)
+            lab = load_lab(twin)
+            gripper, arm = connect_gripper(lab), connect_arm(lab)
+            gripper.activate()
+            if hasattr(arm, "enable"):
+                arm.enable()
+            gripper.disconnect()
+            arm.close()
+            yield there, lab
+
+    return opened

@@ -1,0 +1,53 @@
+"""The simulator that goes on by itself behind the twins' wires."""
+
+import time
+
+import numpy as np
+import pytest
+
+from torc.lab.robotiq.registers import Object
+from torc.lab.twin.world import LiveWorld
+from torc.problems.problem import load_problem
+
+
+@pytest.fixture(scope="module")
+def live(robot, workspace):
+    with LiveWorld(load_problem("validation-structured-02"), robot, workspace) as world:
+        yield world
+
+
+def rests_within(live, seconds):
+    """What the fingers say once they rest."""
+    deadline = time.monotonic() + seconds
+    while (found := live.now())[1] is Object.MOVING and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return found
+
+
+def test_the_arm_goes_where_it_is_told_and_stays(live, robot):
+    goal = robot.arm.rest_qpos + 0.05
+    for share in np.linspace(0, 1, 50):
+        live.goal(robot.arm.rest_qpos + share * 0.05)
+        time.sleep(0.01)
+    time.sleep(0.5)
+    np.testing.assert_allclose(live.qpos, goal, atol=0.01)
+
+
+def test_empty_fingers_close_all_the_way_and_open_as_far_as_told(live):
+    live.go(255, 255, 128)
+    assert live.now()[1] is Object.MOVING
+    count, found = rests_within(live, 5)
+    assert (found, count) == (Object.AT_POSITION, 230)
+    live.go(100, 255, 0)
+    count, found = rests_within(live, 5)
+    assert found is Object.AT_POSITION
+    assert abs(count - 100) <= 3
+
+
+def test_pictures_show_the_scene_and_nobody_dropped_anything(live):
+    first, second = live.capture(), live.capture()
+    assert second.stamp_s >= first.stamp_s
+    assert len(np.unique(first.label_image)) > 5
+    truth = live.truth(after_s=0.0)
+    assert truth.in_bin == truth.dropped == ()
+    assert not truth.retrieved

@@ -1,0 +1,181 @@
+"""`torc retrieve` over real wires: the simulator behind them, and what goes wrong in laboratories."""
+
+import json
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from tests.lab.test_lab_file import TEXT
+from torc.episode.events import Planned
+from torc.episode.recorded import read_events
+from torc.errors import InputError
+from torc.lab.checking import check_lab
+from torc.lab.retrieval import Operation, lab_spec, retrieve
+from torc.lab.twin.faults import FAULTS, recover
+from torc.objects.library import load_object
+from torc.perception.protocol import Wanted
+from torc.problems.problem import load_problem
+from torc.sim.portraits import turn_table
+from torc.specs.trial import PlannerSpec
+
+pytest.importorskip("websockets", reason="websockets is not installed")
+pytest.importorskip("pymodbus", reason="pymodbus is not installed")
+PROBLEM = "validation-structured-02"
+
+
+def wanted():
+    problem = load_problem(PROBLEM)
+    return Wanted(problem.description, turn_table(load_object(problem.ordered()[0].model)))
+
+
+def played(lab, out, ask=lambda question: False, listeners=(), **options):
+    operation = Operation(options.pop("confirm", "never"), ask, **options)
+    spec = lab_spec(lab, PlannerSpec("dg-select"))
+    return retrieve(lab, spec, wanted(), out, operation, listeners=listeners, say=lambda text: None)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["sda10f-ros1", "sda10f-simple-message"])
+def test_picks_over_the_wires_bring_what_they_say(name, rehearsed, tmp_path):
+    with rehearsed(name) as (there, lab):
+        trial = played(lab, tmp_path / "trial")
+        truth = there.world.truth()
+    result = trial.result
+    assert result["status"] == "completed", result
+    assert 1 <= result["grasps_delivered"] <= len(truth.in_bin)  # two may come up at a time
+    assert set(result["outcomes"]) <= {"removed", "retrieved", "missed", "slipped"}
+    if result["retrieved"]:  # it may have brought the target without knowing it
+        assert truth.retrieved
+    events = [line.event for line in read_events(trial.directory / "events.jsonl")]
+    assert events[0] == "started"
+    assert events[-1] == "ended"
+
+
+@pytest.mark.long
+def test_a_dry_run_moves_nothing(rehearsed, tmp_path):
+    with rehearsed() as (there, lab):
+        before, sent = there.world.qpos, len(there.arm.heard)
+        trial = played(lab, tmp_path / "trial", dry_run=True)
+        np.testing.assert_allclose(there.world.qpos, before, atol=1e-3)
+        assert len(there.arm.heard) == sent
+    assert trial.result["status"] == "dry run"
+    assert trial.result["plan"].startswith("5 motions")
+    assert (trial.directory / "picks" / "00_seen.png").exists()
+
+
+@pytest.mark.long
+def test_checking_finds_what_is_wrong_and_moves_only_if_asked(rehearsed):
+    with rehearsed() as (there, lab):
+        sent = len(there.arm.heard)
+        assert all(f.good for f in check_lab(lab))
+        assert len(there.arm.heard) == sent
+        moved = list(check_lab(lab, lambda question: True))
+        assert all(f.good for f in moved)
+        assert sum("came back" in f.text for f in moved) == 7
+        there.gripper.fault = 0x0E
+        there.arm.halt(e_stopped=1)
+        bad = {f.device: f.text for f in check_lab(lab) if not f.good}
+        assert bad["arm"] == "e-stop"
+        assert "current is too high" in bad["gripper"]
+
+
+def with_fault(there, name, after_s):
+    """A listener that lets something go wrong so long after the first plan, once."""
+    pending = [threading.Timer(after_s, FAULTS[name][1], [there])]
+
+    def listen(event):
+        if isinstance(event, Planned) and pending:
+            pending.pop().start()
+
+    return listen
+
+
+def check_fault(rehearsed, tmp_path, wire, name, after_s):
+    """A fault within a pick: the arm stops, nothing more is sent, no pick failed, and the log tells it."""
+    with rehearsed(wire) as (there, lab):
+        trial = played(lab, tmp_path / "trial", listeners=[with_fault(there, name, after_s)])
+        sent, stopped_at = len(there.arm.heard), there.world.qpos
+        time.sleep(0.4)
+        assert len(there.arm.heard) == sent
+        if name not in ("cut", "nudge"):  # a controller without a connection goes on to the end of its motion
+            np.testing.assert_allclose(there.world.qpos, stopped_at, atol=0.02)
+    assert trial.result["status"] in ("errored", "interrupted"), trial.result
+    assert trial.result.get("outcomes") is None
+    lines = read_events(trial.directory / "events.jsonl")
+    told = [line.reason for line in lines if line.event == "halted"]
+    assert told or trial.result["error"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["e-stop", "silence", "pretend-done", "gripper-fault"])
+def test_a_fault_within_a_pick_ends_the_trial_and_no_pick_failed(name, rehearsed, tmp_path):
+    check_fault(rehearsed, tmp_path, "sda10f-simple-message", name, 1.2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wire", ["sda10f-ros1", "sda10f-simple-message"])
+@pytest.mark.parametrize("name", [n for n in FAULTS if n not in ("nudge", "freeze-camera")])
+def test_faults_at_random_moments(wire, name, rehearsed, tmp_path):
+    rng = np.random.default_rng(len(name))
+    for k, after_s in enumerate(rng.uniform(0.1, 5.0, 20)):
+        check_fault(rehearsed, tmp_path / f"{k}", wire, name, float(after_s))
+
+
+@pytest.mark.long
+def test_somebody_resumes_after_an_e_stop_and_the_episode_goes_on_unscored(rehearsed, tmp_path, robot):
+    questions = []
+    with rehearsed() as (there, lab):
+
+        def ask(question):
+            questions.append(question)
+            recover(there)
+            if "rest pose" in question:  # by hand
+                here = there.world.qpos
+                for share in np.linspace(0, 1, 100):
+                    there.world.goal(here + share * (robot.arm.rest_qpos - here))
+                    time.sleep(0.02)
+                time.sleep(0.3)
+            return True
+
+        trial = played(lab, tmp_path / "trial", ask, [with_fault(there, "e-stop", 1.0)])
+        truth = there.world.truth()
+    assert len(truth.in_bin) >= 1
+    assert trial.result["status"] == "interrupted"
+    assert trial.result["picks"] >= 1
+    assert len(trial.result["halts"]) == 1
+    assert "e-stop" in trial.result["halts"][0]
+    assert any("Resume?" in q for q in questions)
+
+
+@pytest.mark.long
+def test_a_motion_that_is_not_confirmed_is_not_sent(rehearsed, tmp_path):
+    asked = []
+
+    def no(question):
+        asked.append(question)
+        return False
+
+    with rehearsed() as (there, lab):
+        sent = len(there.arm.heard)
+        trial = played(lab, tmp_path / "trial", no, confirm="motion")
+        assert len(there.arm.heard) == sent
+    assert "Go?" in asked[0]
+    assert trial.result["status"] == "errored"
+    assert "not confirmed" in trial.result["error"]
+
+
+def test_what_cannot_be_reached_or_known_leaves_nothing_behind(tmp_path):
+    from torc.lab.lab_file import load_lab
+
+    path = tmp_path / "lab.yaml"
+    path.write_text(TEXT.replace("192.168.1.10:9090", "127.0.0.1:9"), encoding="utf-8")
+    lab, spec = load_lab(path), None
+    spec = lab_spec(lab, PlannerSpec("dg-select"))
+    with pytest.raises(InputError, match="--reference"):
+        retrieve(lab, spec, Wanted("a mug"), tmp_path / "runs" / "trial", Operation("never"))
+    bad = [f for f in check_lab(lab) if not f.good]
+    assert {f.device for f in bad} == {"arm", "gripper", "camera"}
+    assert json.dumps([f.text for f in bad]).count("cannot be reached") >= 1
+    assert not (tmp_path / "runs").exists()
