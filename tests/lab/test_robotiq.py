@@ -1,9 +1,11 @@
 """A Robotiq gripper over its real wires: Modbus TCP, Modbus RTU byte for byte, and the socket of a UR."""
 
 import os
+import socket
 import threading
 import time
 import tty
+from contextlib import suppress
 
 import pytest
 
@@ -169,3 +171,64 @@ def test_widths_and_positions_go_round():
     assert scale.width_m(255) == 0
     with pytest.raises(InputError, match="No widths"):
         WidthScale(200, 100)
+
+
+class Liar:
+    """A Modbus TCP server that answers each request with rubbish of about the right form."""
+
+    def __init__(self, rng):
+        self.rng, self.asked = rng, 0
+        self.server = socket.create_server(("127.0.0.1", 0))
+        self.thread = threading.Thread(target=self._serve, daemon=True)
+        self.thread.start()
+
+    @property
+    def address(self):
+        return f"127.0.0.1:{self.server.getsockname()[1]}"
+
+    def _serve(self):
+        while True:
+            try:
+                connection, _ = self.server.accept()
+            except OSError:
+                return
+            with suppress(OSError), connection:
+                while request := connection.recv(300):
+                    self.asked += 1
+                    connection.sendall(self._answer(request))
+
+    def _answer(self, request):
+        good = request[:4] + bytes([0, 9]) + request[6:8] + bytes([6]) + self.rng.bytes(6)
+        data = bytearray(good)
+        if self.rng.random() < 0.7:
+            data[self.rng.integers(len(data))] = self.rng.integers(256)
+        return bytes(data[: int(self.rng.integers(1, len(data) + 1))] if self.rng.random() < 0.1 else data)
+
+
+def test_rubbish_on_the_wire_is_an_error_in_words_and_never_a_grip(rng):
+    liar, refused = Liar(rng), 0
+    while liar.asked < 300:
+        try:
+            wire = ModbusWire(liar.address, timeout_s=0.02)
+        except LabError:
+            continue
+        try:
+            for _ in range(20):
+                status = wire.status()
+                assert 0 <= status.position <= 255
+        except LabError:
+            refused += 1
+        finally:
+            wire.close()
+    liar.server.close()
+    assert refused > 5
+
+
+def test_ten_thousand_statuses_are_read_or_refused(rng):
+    for _ in range(10_000):
+        registers = rng.integers(-5, 70_000, int(rng.integers(0, 6))).tolist()
+        with suppress(LabError):
+            status = status_of(registers)
+            assert len(registers) == 3
+            with suppress(LabError):
+                status.check("it")

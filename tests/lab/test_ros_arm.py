@@ -1,7 +1,9 @@
 """An arm that ROS drives, by rosbridge: both dialects, and what goes wrong."""
 
+import json
 import threading
 import time
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -12,7 +14,15 @@ from torc.errors import InputError
 from torc.lab.checks import thinned
 from torc.lab.protocols import ArmDriver, LabError
 from torc.lab.ros.arm import RosArm, RosArmConfig
-from torc.lab.ros.messages import duration, goal_message, joint_positions, result_of, ur_safety_fault
+from torc.lab.ros.messages import (
+    duration,
+    goal_message,
+    is_moving,
+    joint_positions,
+    result_of,
+    robot_status_fault,
+    ur_safety_fault,
+)
 from torc.lab.twin.ros import RosTwin
 
 pytest.importorskip("websockets", reason="websockets is not installed")
@@ -137,3 +147,53 @@ def test_settings_that_make_no_sense(twin):
         RosArm(config(twin, joint_names=("wrong",)))
     with pytest.raises(LabError, match="cannot be reached"):
         RosArm(config(twin, url="ws://127.0.0.1:9"))
+
+
+def garbled(rng, message):
+    """The text of a message with some characters changed, maybe cut off."""
+    text = list(json.dumps(message))
+    for _ in range(int(rng.integers(1, 4))):
+        text[rng.integers(len(text))] = chr(int(rng.choice([*range(32, 127), 0, 955])))
+    return "".join(text)[: int(rng.integers(1, len(text) + 1)) if rng.random() < 0.2 else None]
+
+
+def test_ten_thousand_garbled_messages_are_refused_in_words_or_read(twin, rng):
+    """Whatever a topic says, nobody crashes on it, and no joint is a number that is none."""
+    joints = twin._message("/joint_states")
+    status = twin._message("/robot_status")
+    names = tuple(twin.joint_names)
+    for _ in range(5_000):
+        for message, read in (
+            (joints, lambda m: joint_positions(m, names)),
+            (status, lambda m: (robot_status_fault(m), is_moving(m))),
+        ):
+            with suppress(ValueError):  # no JSON: the client ends the connection
+                found = json.loads(garbled(rng, message))
+                with suppress(LabError):
+                    seen = read(found)
+                    assert not isinstance(seen, np.ndarray) or np.isfinite(seen).all()
+
+
+def test_garbled_results_and_states_on_the_wire_stop_the_arm_and_nothing_else_is_sent(twin, robot, rng):
+    """Each connection is told some rubbish: the motion ends well or in a LabError, soon, and no other motion begins."""
+    say, begun = twin._say, 0
+    for _ in range(25):
+        twin._say = say
+        arm = RosArm(config(twin, start_tolerance_rad=0.05))
+        arm._proven = True
+        share = rng.choice([0.02, 0.2])
+
+        def rubbish(connection, message, share=share):
+            connection.send(garbled(rng, message) if rng.random() < share else json.dumps(message))
+
+        twin._say = rubbish
+        began, goals = time.monotonic(), [h for h in twin.heard if "goal" in str(h)]
+        here = twin.arm.qpos
+        with suppress(LabError):
+            supervised(arm, robot).follow(motion(here, by=0.02))
+        assert time.monotonic() - began < 6
+        begun = [h for h in twin.heard if "goal" in str(h)][len(goals) :]
+        sent = [h for h in begun if "cancel" not in str(h.get("op")) + str(h.get("topic", ""))]
+        assert len([h for h in sent if h["op"] != "advertise"]) <= 1
+        assert np.abs(twin.arm.qpos - here).max() < 0.021
+        arm.close()
