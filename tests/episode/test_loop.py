@@ -174,3 +174,18 @@ def test_a_grasp_without_a_motion_is_held_back_until_the_next_motion_and_one_tha
     assert remembered == [[], [(1, False)], [(2, True)], [(2, True), (2, True)]]
     assert held_back[1] > 0
     assert [held_back[k] for k in (0, 2, 3)] == [0, 0, 0]
+
+
+def test_an_object_without_a_motion_twice_waits_until_something_moved(play):
+    """The first plan tries a few grasps, the second a few others; then all of them are held back, and no others'."""
+    left = []
+
+    def listen(event):
+        if isinstance(event, Looked):
+            report = event.look.context.report
+            left.append({k: report.has_valid_grasp(k) for k in (1, 2)})
+
+    play(ScriptedPlanner([1, 1, 2, 1]), impossible=[1], max_picks=4, listeners=[listen])
+    assert left[1] == {1: True, 2: True}
+    assert left[2] == {1: False, 2: True}
+    assert left[3][1]

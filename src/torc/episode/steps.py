@@ -128,7 +128,8 @@ def remembered(
     """The failed grasps to remember after this attempt.
 
     A motion of the robot may have made ways free, so that only the executed failures stay after one. A grasp that
-    the robot was stopped on its way to was not tried: the next plan draws another way to it. `outcome` is as felt.
+    the robot was stopped on its way to was not tried: the next plan draws another way to it. Where an object has no
+    plan for a second time, and nothing moved in between, the failure stands for all its grasps. `outcome` is as felt.
     """
     executed = isinstance(plan, PickPlan)
     if executed:
@@ -142,9 +143,11 @@ def remembered(
     else:
         valid = grasps.of(outcome.object_id)
         tried = valid[report.status[valid] == GraspStatus.VALID][: plan.grasps_tried].tolist()
+    again = not executed and any(f.object_id == outcome.object_id and not f.executed for f in failed)
     touched = touched_points(outcome.touch, robot, look.context.volume)
     return failed + tuple(
-        FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed, touched) for g in tried
+        FailedGrasp(outcome.object_id, grasps.Ts_world_tcp[g], seen_at, executed, touched, again)
+        for g in tried
     )
 
 

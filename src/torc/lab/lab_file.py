@@ -24,9 +24,10 @@ from torc.workspace.files import load_workspace
 
 _MAX_BYTES = 100_000
 _REMEDY = "`torc lab example NAME` prints one to begin with."
-_AROUND_M = 0.15
+_AROUND_M = 0.3
 """Room around table, bin and rest pose within which the arm may move if the file says nothing."""
-_BELOW_M = 0.01
+_BELOW_M, _ABOVE_M = 0.01, 1.3
+"""Below table and bin; above the table: free motions swing high."""
 _PATHS = ("pose", "recording", "calibration")
 """Settings of devices that may be files beside the lab file."""
 Vec = tuple[Number, Number, Number]
@@ -189,7 +190,7 @@ def usual_box(
     places = np.array([*corners, flange[:3, 3], (flange @ robot.gripper.T_tool0_tcp(0.0))[:3, 3]])
     lower, upper = places.min(axis=0) - _AROUND_M, places.max(axis=0) + _AROUND_M
     lower[2] = min(workspace.support_z_m, workspace.bin.center[2]) - _BELOW_M
-    upper[2] = max(upper[2], workspace.support_z_m + 0.8)
+    upper[2] = max(upper[2], workspace.support_z_m + _ABOVE_M)
     return lower, upper
 
 

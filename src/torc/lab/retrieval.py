@@ -15,9 +15,10 @@ from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig, PickParts, Steps, checked_choice, pick_request
 from torc.episode.trial import Trial, trial_result
 from torc.errors import InputError, TorcError
-from torc.lab.devices import is_at_rest_pose, opened_lab, planned_for
+from torc.lab.devices import is_at_rest_pose, limits, opened_lab, planned_for
 from torc.lab.lab_file import Lab
 from torc.lab.person import Ask, Confirmation, Confirming, ask_in_terminal
+from torc.lab.planning import LimitedMotionPlanner
 from torc.lab.protocols import LabError, MotionRefusedError, RobotStoppedError
 from torc.lab.robot import LabRobot
 from torc.lab.supervisor import SupervisedArm
@@ -135,7 +136,8 @@ class _LabTrial:
             wanted,
             operation,
         )
-        self.parts = PickParts(robot, system.pipeline, system.motion_planner)
+        planner_within = LimitedMotionPlanner(system.motion_planner, lab.robot, limits(lab))
+        self.parts = PickParts(robot, system.pipeline, planner_within)
 
     def play(self, spec: TrialSpec, listeners: Sequence[Listener]) -> dict[str, Any]:
         """The facts of the result."""

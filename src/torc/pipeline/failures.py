@@ -1,7 +1,8 @@
 """What failed is not tried again in the same way: repeating a failed grasp on an unchanged object wastes picks.
 
 An executed grasp that failed lowers the scores of grasps like it; one for which no motion was found makes them
-invalid. Both are forgotten when the object is seen elsewhere, the latter also when the robot has moved since.
+invalid, and the second time that there is none, all of the object's. Both are forgotten when the object is seen
+elsewhere, the latter also when the robot has moved since.
 
 The object itself stays under suspicion for the rest of the episode: grasp models see its shape, not that it is heavy,
 slippery or wedged in, and every failure says that it is harder to hold than it looks.
@@ -21,7 +22,8 @@ from torc.records import GraspReport, GraspSet, GraspStatus, PickOutcome, Segmen
 @dataclass(frozen=True)
 class FailedGrasp:
     """A grasp that was executed and failed, or else had no motion. `seen_at` is the mean of the object's visible points
-    then, `touched` are points that a finger touched where nothing was seen (`torc.pipeline.touch`); world frame.
+    then, `touched` are points that a finger touched where nothing was seen (`torc.pipeline.touch`); world frame. With
+    `again` it was the second time that the object had no motion, and stands for all its grasps.
     """
 
     object_id: int
@@ -29,6 +31,7 @@ class FailedGrasp:
     seen_at: Float[np.ndarray, "3"]
     executed: bool
     touched: Float[np.ndarray, "n 3"] = field(default_factory=lambda: np.zeros((0, 3)))
+    again: bool = False
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,8 @@ def veto(
     status = report.status.copy()
     for f in failed:
         if not f.executed:
-            status[_alike(grasps, f, config) & (status == GraspStatus.VALID)] = GraspStatus.NO_MOTION
+            meant = grasps.object_ids == f.object_id if f.again else _alike(grasps, f, config)
+            status[meant & (status == GraspStatus.VALID)] = GraspStatus.NO_MOTION
     return with_status(report, grasps, status)
 
 
