@@ -80,7 +80,7 @@ def test_an_arm_that_cannot_be_stopped_is_not_moved(arm, twin, robot):
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        (lambda twin: twin.halt(e_stopped=1), r"e-stop|was stopped"),
+        (lambda twin: twin.halt(e_stopped=1), r"e-stop|was stopped|no motion is possible"),
         (lambda twin: twin.cut(), "lost"),
         (lambda twin: setattr(twin, "silent", True), "said nothing"),
     ],

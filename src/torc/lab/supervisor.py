@@ -82,13 +82,13 @@ class SupervisedArm:
     @property
     def qpos(self) -> Float[np.ndarray, "dof"]:
         """Joint positions now. Raises LabError if nobody knows."""
-        return self._fresh().qpos.copy()
+        return self._awaited().qpos.copy()
 
     def resume(self) -> None:
         """A person has looked, and lets it go on. Raises RobotStoppedError if the controller does not, and LabError if
         the arm is silent.
         """
-        status = self._fresh()
+        status = self._awaited()
         if status.stopped:
             raise RobotStoppedError(f"{self.driver.name} does not move yet: {status.stopped}.")
         self._halted = ""
@@ -128,7 +128,7 @@ class SupervisedArm:
             raise MotionRefusedError(
                 f"{self.driver.name} was stopped ({self._halted}); look at it, then resume."
             )
-        status = self._fresh()
+        status = self._awaited()
         if status.stopped:
             raise MotionRefusedError(f"{self.driver.name} does not move: {status.stopped}.")
         if status.moving:
@@ -151,6 +151,18 @@ class SupervisedArm:
                 f"{self.driver.name} moved, or was stopped, before the motion was confirmed."
             )
         return planned
+
+    def _awaited(self) -> ArmStatus:
+        """The latest status, of an arm that torc does not move: what came while this machine was busy computing may not
+        be read yet. Raises LabError if it stays old.
+        """
+        deadline = time.monotonic() + 2 * self.config.stale_s
+        while time.monotonic() < deadline:
+            status = self.driver.status()
+            if time.monotonic() - status.stamp_s <= self.config.stale_s:
+                return status
+            time.sleep(self.config.period_s)
+        return self._fresh()
 
     def _fresh(self) -> ArmStatus:
         """The latest status. Raises LabError if it is old."""
