@@ -83,10 +83,8 @@ class RetrieveCommand:
                 spec,
                 wanted,
                 self.out or Path("runs") / f"{spec.problem}-{short_part_name(self.planner)}-{self.seed}",
-                Operation(self.confirm, ask, self.dry_run),
+                Operation(self.confirm, ask, self.dry_run, self.overwrite, self.save_records),
                 listeners=[] if self.json else [TerminalProgress(console, status)],
-                overwrite=self.overwrite,
-                snapshots=self.save_records,
                 vlm_cache=self.vlm.cache(),
                 say=lambda text: console.print(text, style="dim", highlight=False),
             )

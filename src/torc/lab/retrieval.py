@@ -47,11 +47,15 @@ class Operation:
         confirm: before which motions `ask` is asked.
         ask: asks yes or no.
         dry_run: look, decide and plan once; nothing moves.
+        overwrite: a directory of results that exists is replaced.
+        snapshots: each one is also saved as a record.
     """
 
     confirm: Confirming = "motion"
     ask: Ask = ask_in_terminal
     dry_run: bool = False
+    overwrite: bool = False
+    snapshots: bool = False
 
 
 def lab_spec(lab: Lab, planner: PlannerSpec, seed: int = 0) -> TrialSpec:
@@ -67,8 +71,6 @@ def retrieve(
     operation: Operation,
     *,
     listeners: Sequence[Listener] = (),
-    overwrite: bool = False,
-    snapshots: bool = False,
     vlm_cache: CacheConfig | None = None,
     say: Callable[[str], None] = print,
 ) -> Trial:
@@ -88,7 +90,10 @@ def retrieve(
         )
     planner = make_spec_planner(spec.planner, vlm_cache, None)
     recorder = TrialRecorder(
-        out, to_plain(spec, sources(spec.conditions)), overwrite=overwrite, snapshots=snapshots
+        out,
+        to_plain(spec, sources(spec.conditions)),
+        overwrite=operation.overwrite,
+        snapshots=operation.snapshots,
     )
     confirmation = Confirmation(operation.confirm, operation.ask)
     facts: dict[str, Any] = {"status": "errored"}
