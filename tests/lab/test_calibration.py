@@ -13,7 +13,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import intrinsics, invert, look_at, make_pose
 from torc.lab.calibration.board import Board, FoundCorners
 from torc.lab.calibration.hand_eye import BoardView, check_views, error_at, solve_hand_eye
-from torc.lab.calibration.session import calibrated, calibration_text, collect_views, write_board
+from torc.lab.calibration.session import calibration_text, collect_views, write_board
 from torc.lab.protocols import LabError
 from torc.records import Observation
 from torc.robots.kinematics import tool0_poses
@@ -183,7 +183,7 @@ def test_a_person_calibrates_pose_by_pose(robot, rng, tmp_path, workspace):
     views_, found_K = collect_views(camera, camera.qpos, robot.arm, BOARD, 12, camera.brought_on, told.append)
     assert len(views_) == 12
     assert "The board is not in sight, or too little of it." in told
-    found = calibrated(views_, BOARD, found_K)
+    found = solve_hand_eye(views_, BOARD, found_K, "fixed")
     assert error_ahead_m(found.T_camera, camera.T_world_camera) < 0.001
     path = tmp_path / "calibration.yaml"
     path.write_text(calibration_text(found, len(views_)), encoding="utf-8")

@@ -136,12 +136,15 @@ class CalibrateCommand:
     def run(self) -> int:
         """Calibrate."""
         from torc.cameras.kinds import open_camera
-        from torc.lab.calibration.session import calibrated, calibration_text, collect_views
+        from torc.lab.calibration.hand_eye import solve_hand_eye
+        from torc.lab.calibration.session import calibration_text, collect_views
         from torc.lab.devices import close_device, connect_arm
         from torc.lab.lab_file import load_lab
         from torc.lab.person import ask_in_terminal
 
         lab, board = load_lab(self.lab), self.options.board()
+        self.out.parent.mkdir(parents=True, exist_ok=True)
+        self.out.touch()  # twenty pictures later is too late to learn that it cannot be written
         camera = open_camera(lab.conditions)
         try:
             arm = connect_arm(lab)
@@ -159,7 +162,7 @@ class CalibrateCommand:
                 close_device(arm)
         finally:
             close_device(camera)
-        found = calibrated(views, board, K)
+        found = solve_hand_eye(views, board, K, "fixed")
         self.out.write_text(calibration_text(found, len(views)), encoding="utf-8")
         print(
             f"At poses that were left out, corners are {1e3 * found.error_m:.1f} mm off (median; worst "

@@ -106,8 +106,8 @@ def run_trial(
         about["simulated_vlm"] = asdict(find_profile(asked.model))
     recorded = to_plain(spec, sources(spec.conditions))
     recorder = TrialRecorder(out, recorded, overwrite=overwrite, snapshots=recording.snapshots)
-    facts: dict[str, Any] = {"status": "errored"}
-    try:
+
+    def play() -> dict[str, Any]:
         with ExitStack() as stack:
             observers = list(recording.observers)
 
@@ -127,22 +127,38 @@ def run_trial(
                 say(hint)
             absent = simulated.take_over()
             observe(simulated.world)
-            played = _play(spec, system, simulated, absent, planner, privileged, told, say)
-        facts = played
+            return _play(spec, system, simulated, absent, planner, privileged, told, say)
+
+    return recorded_trial(recorder, about, play)
+
+
+def recorded_trial(
+    recorder: TrialRecorder,
+    about: dict[str, Any],
+    play: Callable[[], dict[str, Any]],
+    refused: type[TorcError] = InputError,
+) -> Trial:
+    """Plays, and writes what came of it: the facts that `play` returns, and those `about` the trial.
+
+    Whatever breaks makes the trial "errored" with its cause, and what was computed before is kept; Ctrl-C makes it
+    "interrupted". An error of the class `refused`, before anything was recorded, leaves nothing, and is raised.
+    """
+    try:
+        facts = play()
     except KeyboardInterrupt:
-        result = trial_result({"status": "interrupted", **about})
+        result = _result({"status": "interrupted", **about})
         recorder.write_result(result)
         return Trial(recorder.partial, result)
     except Exception as error:
-        if isinstance(error, InputError) and not recorder.begun:
+        if isinstance(error, refused) and not recorder.begun:
             recorder.discard()
             raise
-        # Whatever broke, the trial is recorded as errored with the cause, and what was computed before is kept.
-        facts["error"] = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
+        told = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
+        facts = {"status": "errored", "error": told}
         (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
-    result = trial_result({**facts, **about})
+    result = _result({**facts, **about})
     recorder.complete(result)
-    return Trial(out, result)
+    return Trial(recorder.out, result)
 
 
 def _play(
@@ -178,8 +194,7 @@ def _play(
     return facts | {"bound": bound.value} if isinstance(bound, Bound) else facts
 
 
-def trial_result(facts: dict[str, Any]) -> dict[str, Any]:
-    """The content of result.json."""
+def _result(facts: dict[str, Any]) -> dict[str, Any]:
     return {"format": RESULT_FORMAT, **facts, "versions": versions()}
 
 

@@ -1,6 +1,6 @@
 """A lab file's devices, connected: a robot of them, and all that is closed again."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from typing import Any
@@ -17,11 +17,8 @@ from torc.lab.robot import LabRobot
 from torc.lab.supervisor import Confirm, SupervisedArm
 from torc.plugins import make_part
 from torc.robots.description import RobotDescription
-from torc.robots.execution import ExecutionConfig, PhaseTrace
+from torc.robots.execution import ExecutionConfig
 from torc.robots.protocols import Gripper
-
-_NEVER: Callable[[PhaseTrace], None] = lambda step: None  # noqa: E731
-_YES: Confirm = lambda what, trajectory: True  # noqa: E731
 
 
 def connect_arm(lab: Lab) -> ArmDriver:
@@ -62,9 +59,7 @@ def execution(lab: Lab, driver: ArmDriver) -> ExecutionConfig:
 
 
 @contextmanager
-def opened_lab(
-    lab: Lab, confirm: Confirm = _YES, on_phase: Callable[[PhaseTrace], None] = _NEVER
-) -> Iterator[LabRobot]:
+def opened_lab(lab: Lab, confirm: Confirm) -> Iterator[LabRobot]:
     """The robot of a lab file, everything connected; nothing has moved. At the end the arm is stopped, if it moves, and
     all connections are closed; the gripper keeps its grip. Raises LabError, InputError, MissingDependencyError.
     """
@@ -90,7 +85,7 @@ def opened_lab(
         camera = open_camera(lab.conditions)
         stack.callback(close_device, camera)
         arm = SupervisedArm(driver, lab.robot, limits(lab), confirm=confirm)
-        yield LabRobot(lab.robot, camera, arm, gripper, config=execution(lab, driver), on_phase=on_phase)
+        yield LabRobot(lab.robot, camera, arm, gripper, config=execution(lab, driver))
 
 
 def close_device(device: Any) -> None:

@@ -28,7 +28,7 @@ _AROUND_M = 0.3
 """Room around table, bin and rest pose within which the arm may move if the file says nothing."""
 _BELOW_M, _ABOVE_M = 0.01, 1.3
 """Below table and bin; above the table: free motions swing high."""
-_PATHS = ("pose", "recording", "calibration")
+_PATHS = ("pose", "path")
 """Settings of devices that may be files beside the lab file."""
 Vec = tuple[Number, Number, Number]
 

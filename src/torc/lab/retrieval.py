@@ -1,6 +1,5 @@
 """One trial on a real robot: the same loop, log and pictures as in simulation, with a person beside it."""
 
-import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from torc.episode.pick_view import view_of
 from torc.episode.planners import make_spec_planner, refuse_simulated
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig, PickParts, Steps, checked_choice, pick_request
-from torc.episode.trial import Trial, trial_result
+from torc.episode.trial import Trial, recorded_trial
 from torc.errors import InputError, TorcError
 from torc.lab.devices import is_at_rest_pose, limits, opened_lab, planned_for
 from torc.lab.lab_file import Lab
@@ -96,30 +95,18 @@ def retrieve(
         snapshots=operation.snapshots,
     )
     confirmation = Confirmation(operation.confirm, operation.ask)
-    facts: dict[str, Any] = {"status": "errored"}
     about = {
         "vlm": None if spec.planner.vlm is None else spec.planner.vlm.text,
         "participant": True,
         "lab": lab.name,
     }
-    try:
+
+    def play() -> dict[str, Any]:
         with opened_lab(lab, confirmation) as robot, announced_compilation(say):
-            system = _careful(system, robot, say)
-            trial = _LabTrial(lab, system, robot, planner, wanted, operation)
-            told: list[Listener] = [recorder, confirmation.listen, *listeners]
-            facts = trial.play(spec, told)
-    except KeyboardInterrupt:
-        recorder.write_result(trial_result({"status": "interrupted", **about}))
-        return Trial(recorder.partial, trial_result({"status": "interrupted", **about}))
-    except Exception as error:
-        if isinstance(error, TorcError) and not recorder.begun:
-            recorder.discard()
-            raise
-        facts["error"] = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
-        (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
-    result = trial_result({**facts, **about})
-    recorder.complete(result)
-    return Trial(out, result)
+            trial = _LabTrial(lab, _careful(system, robot, say), robot, planner, wanted, operation)
+            return trial.play(spec, [recorder, confirmation.listen, *listeners])
+
+    return recorded_trial(recorder, about, play, TorcError)
 
 
 class _LabTrial:
@@ -134,13 +121,8 @@ class _LabTrial:
         wanted: Wanted,
         operation: Operation,
     ) -> None:
-        self.lab, self.robot, self.planner, self.wanted, self.operation = (
-            lab,
-            robot,
-            planner,
-            wanted,
-            operation,
-        )
+        self.lab, self.robot, self.planner = lab, robot, planner
+        self.wanted, self.operation = wanted, operation
         planner_within = LimitedMotionPlanner(system.motion_planner, lab.robot, limits(lab))
         self.parts = PickParts(robot, system.pipeline, planner_within)
 

@@ -9,10 +9,11 @@ import cv2
 import numpy as np
 import yaml
 from jaxtyping import Float
+from PIL import Image, ImageDraw, ImageFont
 
 from torc.errors import InputError
 from torc.lab.calibration.board import Board
-from torc.lab.calibration.hand_eye import LEAST_VIEWS, BoardView, HandEye, solve_hand_eye
+from torc.lab.calibration.hand_eye import LEAST_VIEWS, BoardView, HandEye
 from torc.lab.person import Ask
 from torc.records import Observation
 from torc.robots.description import ArmDescription
@@ -68,11 +69,6 @@ def collect_views(
     return views, K
 
 
-def calibrated(views: list[BoardView], board: Board, K: Float[np.ndarray, "3 3"]) -> HandEye:
-    """Where the camera is, the board being in the hand. Raises LabError as `solve_hand_eye`."""
-    return solve_hand_eye(views, board, K, "fixed")
-
-
 def calibration_text(found: HandEye, count: int) -> str:
     """The file that a lab file's camera.pose names."""
     content: dict[str, Any] = {
@@ -87,8 +83,6 @@ def calibration_text(found: HandEye, count: int) -> str:
 
 def write_board(board: Board, path: Path, dpi: int = 600) -> None:
     """The board as a page to print, A4 or larger, with a line of 100 mm to be measured. Raises InputError."""
-    from PIL import Image, ImageDraw, ImageFont
-
     if path.suffix.lower() not in (".pdf", ".png"):
         raise InputError(f"The board is written as .pdf or .png, not '{path.suffix}'.")
     per_m = dpi / 0.0254

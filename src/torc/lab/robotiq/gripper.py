@@ -11,7 +11,7 @@ from torc.lab.robotiq.registers import ACTIVATE, RESET, GripperCommand, GripperS
 from torc.lab.robotiq.wires import DEVICE, ModbusWire, UrcapWire, Wire
 from torc.robots.protocols import GripperState
 
-_FORCE_N = (20.0, 235.0)
+FORCE_N = (20.0, 235.0)
 """Least and most grip force of a 2F-85 (its data sheet)."""
 _ACTIVATION_S, _MOTION_S, _ECHO_S = 10.0, 6.0, 0.5
 _POLL_S = 0.01
@@ -133,7 +133,7 @@ class RobotiqGripper:
         """Closes until contact, and keeps pressing: with force_n, as near as the gripper can. Raises LabError."""
         if force_n <= 0:
             raise InputError(f"The grip force must be positive, not {force_n} N.")
-        share = (force_n - _FORCE_N[0]) / (_FORCE_N[1] - _FORCE_N[0])
+        share = (force_n - FORCE_N[0]) / (FORCE_N[1] - FORCE_N[0])
         self._closing = True
         return self._state(
             self._move(GripperCommand(position=255, force=round(255 * float(np.clip(share, 0, 1)))))

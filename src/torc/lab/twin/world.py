@@ -13,7 +13,7 @@ from typing import Self, TypeVar
 import numpy as np
 
 from torc.errors import TorcError
-from torc.lab.robotiq.gripper import WidthScale
+from torc.lab.robotiq.gripper import FORCE_N, WidthScale
 from torc.lab.robotiq.registers import Object
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID, Observation
@@ -26,7 +26,6 @@ from torc.workspace.description import Workspace
 
 _MOST_BEHIND_S = 0.25
 """What the world could not keep up with is let go: after a picture, say."""
-_FORCE_N = (20.0, 235.0)
 _EMPTY_M = 0.0015
 _CALM_M_S, _BELOW_M = 0.05, 0.05
 _STILL_M_S, _STILL_S = 0.003, 0.08
@@ -38,7 +37,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Truth:
-    """What really came of it: ids of what lies in the bin, of what fell off the table, and the target's whereabouts."""
+    """What really came of it: ids of what lies in the bin, and of what fell off the table."""
 
     in_bin: tuple[int, ...]
     dropped: tuple[int, ...]
@@ -146,7 +145,11 @@ class LiveWorld:
             with self._lock:
                 wishes, self._wishes = self._wishes, []
             for wish, answer in wishes:
-                answer.set_result(wish())
+                try:
+                    answer.set_result(wish())
+                except Exception as error:  # whoever wished must hear of it
+                    answer.set_exception(error)
+                    raise
             behind = time.monotonic() - began - world.time_s
             if behind > _MOST_BEHIND_S:
                 began += behind - _MOST_BEHIND_S
@@ -170,7 +173,7 @@ class LiveWorld:
 
     def _command_fingers(self, position: int, force: int) -> None:
         if position >= self._scale.closed_count:
-            low, high = _FORCE_N
+            low, high = FORCE_N
             self._gripper.begin_closing(low + force / 255 * (high - low))
         else:
             self._gripper.begin_opening(self._scale.width_m(position))
