@@ -4,6 +4,7 @@ An export melts each batch normalisation into the convolution before it. What it
 on samples, so that the network does the same at first and has statistics to train with.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -50,7 +51,7 @@ def shipped_eyes(samples: Tensor, path: Path = EYES) -> Eyes:
     return net
 
 
-def _measure(bias: Tensor):  # type: ignore[no-untyped-def]
+def _measure(bias: Tensor) -> Callable[[nn.Module, tuple[Tensor, ...]], None]:
     """Gives a normalisation the statistics of what it is about to see, and makes it add only the bias for now."""
 
     def hook(norm: nn.Module, inputs: tuple[Tensor, ...]) -> None:

@@ -11,9 +11,11 @@ pytest.importorskip("onnx", reason="onnx is not installed")
 from tools.eyes import descriptor, train  # noqa: E402
 from tools.eyes.export import export_descriptor  # noqa: E402
 from tools.eyes.network import OUTPUTS, Eyes  # noqa: E402
+from tools.eyes.shipped import shipped_eyes  # noqa: E402
 from torc.perception.embedded.crops import SIDE_PX, descriptor_inputs  # noqa: E402
 from torc.perception.embedded.inputs import CHANNELS  # noqa: E402
 from torc.perception.embedded.instances import OFFSETS  # noqa: E402
+from torc.perception.embedded.model import segment_patch  # noqa: E402
 
 
 def test_partners_are_those_of_the_offsets(rng):
@@ -67,3 +69,14 @@ def test_a_descriptors_training_goes_on_and_its_file_is_the_network(tmp_path, rn
     here = net.eval()(torch.tensor(inputs)).detach().numpy()
     (there,) = onnxruntime.InferenceSession(tmp_path / "d.onnx").run(None, {"inputs": inputs})
     np.testing.assert_allclose(there, here, atol=0.01)
+
+
+def test_the_shipped_network_can_be_trained_further(rng):
+    """It says at first what the shipped file says, and the same with the statistics of what it is trained on."""
+    inputs = rng.standard_normal((6, CHANNELS, 64, 64)).astype(np.float32)
+    net = shipped_eyes(torch.from_numpy(inputs))
+    said = np.stack([segment_patch(one) for one in inputs])
+    with torch.no_grad():
+        np.testing.assert_allclose(torch.sigmoid(net(torch.from_numpy(inputs))), said, atol=1e-4)
+        trained = torch.sigmoid(net.train()(torch.from_numpy(inputs)))
+    np.testing.assert_allclose(trained, said, atol=1e-3)
