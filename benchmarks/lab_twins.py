@@ -6,7 +6,11 @@ Takes real time: about a minute for each problem and lab, at full speed. What th
 lies in the bin.
 """
 
+import subprocess
+import sys
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,10 +20,8 @@ import tyro
 from torc.benchmark.intervals import by_problem, mean, share
 from torc.episode.trial import run_trial
 from torc.lab.devices import connect_arm, connect_gripper
-from torc.lab.lab_file import example_labs, load_lab
+from torc.lab.lab_file import Lab, example_labs, load_lab
 from torc.lab.retrieval import Operation, lab_spec, retrieve
-from torc.lab.twin.rehearsal import rehearsal, write_lab
-from torc.lab.twin.world import Truth
 from torc.objects.library import load_object
 from torc.perception.protocol import Wanted
 from torc.problems.problem import load_problem
@@ -41,24 +43,57 @@ class Args:
     """Share of the robot's speed limits."""
 
 
-def over_wires(name: str, problem_name: str, speed: float, out: Path) -> tuple[dict[str, Any], Truth]:
-    """One trial on the twins of a lab, and what really came of it."""
-    problem = load_problem(problem_name)
+@contextmanager
+def twins(name: str, problem: str, speed: float, out: Path) -> Iterator[tuple[Lab, Callable[[], str]]]:
+    """`torc lab twin` in a process of its own: the lab that leads to the twins, its devices powered and ready, and what
+    tells the ids of what really lies in the bin.
+    """
     own, twin = out / "lab.yaml", out / "twin.yaml"
     own.write_text(example_labs()[name].replace("speed: 0.1 ", f"speed: {speed} "), encoding="utf-8")
-    with rehearsal(load_lab(own), problem) as there:
-        write_lab(there.text, twin)
-        lab = load_lab(twin)
-        gripper, arm = connect_gripper(lab), connect_arm(lab)
-        gripper.activate()  # type: ignore[attr-defined]
-        if hasattr(arm, "enable"):
-            arm.enable()
-        gripper.disconnect()  # type: ignore[attr-defined]
-        arm.close()
-        wanted = Wanted(problem.description, turn_table(load_object(problem.ordered()[TARGET_ID].model)))
+    command = [
+        sys.executable,
+        "-m",
+        "torc.cli.main",
+        "lab",
+        "twin",
+        problem,
+        "--lab",
+        str(own),
+        "--out",
+        str(twin),
+    ]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        told = process.stdout
+        try:
+            next(line for line in told if line.startswith("Type a fault"))
+            lab = load_lab(twin)
+            gripper, arm = connect_gripper(lab), connect_arm(lab)
+            gripper.activate()  # type: ignore[attr-defined]
+            if hasattr(arm, "enable"):
+                arm.enable()
+            gripper.disconnect()  # type: ignore[attr-defined]
+            arm.close()
+
+            def truth() -> str:
+                print("truth", file=process.stdin, flush=True)
+                return next(line for line in told if line.startswith("In the bin"))
+
+            yield lab, truth
+        finally:
+            process.terminate()
+
+
+def over_wires(name: str, problem_name: str, speed: float, out: Path) -> tuple[dict[str, Any], str]:
+    """One trial on the twins of a lab, and what really came of it."""
+    problem = load_problem(problem_name)
+    wanted = Wanted(problem.description, turn_table(load_object(problem.ordered()[TARGET_ID].model)))
+    with twins(name, problem_name, speed, out) as (lab, truth):
         spec = lab_spec(lab, PlannerSpec("dg-select"))
-        trial = retrieve(lab, spec, wanted, out / "trial", Operation("never", lambda question: False))
-        return trial.result, there.world.truth()
+        quiet = Operation("never", lambda question: False)
+        trial = retrieve(lab, spec, wanted, out / "trial", quiet, say=lambda text: None)
+        return trial.result, truth().strip()
 
 
 def main(args: Args) -> None:
@@ -75,8 +110,8 @@ def main(args: Args) -> None:
         for lab in args.labs:
             with tempfile.TemporaryDirectory() as directory:
                 result, truth = over_wires(lab, name, args.speed, Path(directory))
-            rows.setdefault(lab, []).append({**result, "truth": truth})
-            print(f"{name}, {lab}: {_told(result)}; really {truth}", flush=True)
+            rows.setdefault(lab, []).append(result)
+            print(f"{name}, {lab}: {_told(result)}. {truth}", flush=True)
     print("\n| | trials | errored | retrieved | picks of those | grasps held |\n|---|---|---|---|---|---|")
     for who, results in rows.items():
         done = [(n, r) for n, r in zip(names, results) if r["status"] == "completed"]
