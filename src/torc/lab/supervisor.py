@@ -145,7 +145,7 @@ class SupervisedArm:
         if not self.confirm(f"{self.driver.name}: a motion of {planned.duration_s:.1f} s", planned):
             raise MotionRefusedError("The motion was not confirmed.")
         # Whoever confirms may have taken his time.
-        status = self._fresh()
+        status = self._awaited()
         if status.stopped or np.abs(status.qpos - planned.qpos[0]).max() > self.driver.start_tolerance_rad:
             raise MotionRefusedError(
                 f"{self.driver.name} moved, or was stopped, before the motion was confirmed."
@@ -177,7 +177,7 @@ class SupervisedArm:
         deadline = time.monotonic() + self.config.rest_s
         while time.monotonic() < deadline:
             time.sleep(self.config.period_s)
-            newer = self._fresh()
+            newer = self._awaited()
             if newer.stamp_s == status.stamp_s:
                 continue
             if np.abs(newer.qpos - status.qpos).max() <= _STILL * self.driver.start_tolerance_rad:
