@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -190,3 +191,45 @@ def test_the_rim_of_a_mask_that_is_too_small_is_no_background():
     ]
     assert on_shapes[0] > 100
     assert on_shapes[1] == 0
+
+
+def fattened(shape_id, px):
+    """A view in which what lies well behind an object is measured on its outermost pixels, as stereo matchers do; and
+    which pixels these are.
+    """
+    view = synthetic_observation(SHAPES)
+    mask = view.label_image == shape_id
+    inner = cv2.erode(mask.astype(np.uint8), np.ones((2 * px + 1, 2 * px + 1), np.uint8)) > 0
+    without = synthetic_observation([s for s in SHAPES if s.id != shape_id]).depth_m
+    wrong = mask & ~inner & (without - view.depth_m > 0.03)
+    return replace(view, depth_m=np.where(wrong, without, view.depth_m)), wrong
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_readings_of_what_lies_behind_along_a_masks_edge_are_none(shape):
+    view, wrong = fattened(shape.id, 3)
+    plain, rough = perceive(view, edge_slope=4.0), perceive(view, edge_slope=4.0, piece_px=5)
+    taken = [np.count_nonzero(wrong[tuple(s.object(shape.id).pixels.T)]) for s in (plain, rough)]
+    assert np.count_nonzero(wrong) > 100
+    assert taken[0] > 0.5 * np.count_nonzero(wrong)
+    assert taken[1] < 0.03 * np.count_nonzero(wrong)
+    kept = (view.label_image == shape.id) & ~wrong
+    assert np.count_nonzero(rough.observation.depth_m[kept]) > 0.98 * np.count_nonzero(kept)
+    background = view.label_image < 0
+    assert np.all(rough.observation.depth_m[background] == view.depth_m[background])
+
+
+def test_an_object_that_something_in_front_cuts_in_two_keeps_both_parts():
+    post = SyntheticBox(0, (0.50, 0.0, 1.2), (0.02, 0.03, 0.3))
+    view = synthetic_observation([post, BOX])
+    plain, rough = perceive(view), perceive(view, piece_px=5)
+    assert len(rough.object(1).points) == len(plain.object(1).points)
+    left = np.any(rough.object(1).pixels[:, 1] < 280)
+    right = np.any(rough.object(1).pixels[:, 1] > 360)
+    assert left
+    assert right
+
+
+def test_small_objects_keep_what_there_is_of_them():
+    view = synthetic_observation([SyntheticBox(1, (0.7, 0.0, 1.06), (0.01, 0.15, 0.02))])
+    assert len(perceive(view, piece_px=5).object(1).points) == len(perceive(view).object(1).points)

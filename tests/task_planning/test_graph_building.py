@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.records import TARGET_ID, PlanningContext
+from torc.records import TARGET_ID, KnownObject, PlanningContext
 from torc.task_planning.dg_select import decide_by_graph
 from torc.task_planning.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 from torc.task_planning.graph_building import build_dependency_graph
@@ -69,6 +69,42 @@ def test_hidden_target_without_hidden_space_waits_for_all_alike() -> None:
     empty = replace(context.volume, hidden_by=np.zeros_like(context.volume.hidden_by))
     graph = build_dependency_graph(replace(context, volume=empty), relations=[])
     assert edges_of(graph) == {(0, 1): ("hidden by", 0.5), (0, 2): ("hidden by", 0.5)}
+
+
+def suspecting(p: dict[int, float]) -> PlanningContext:
+    """The target is hidden by 1 and 2, or is one of the objects with these probabilities; 9 is out of sight."""
+    context = contexts.hidden_context()
+    points, look = np.zeros((0, 3), np.float32), np.zeros(0, np.float32)
+    known = tuple(KnownObject(k, points, look, 1.0, target_p=v) for k, v in p.items())
+    return replace(context, scene=replace(context.scene, known=known))
+
+
+def test_a_target_that_is_not_recognised_may_be_in_sight() -> None:
+    context = suspecting({1: 0.002, 2: 0.4, 9: 0.5})
+    graph = build_dependency_graph(context, relations=[])
+    volumes = {k: context.volume.hidden_volume_m3(k) for k in (1, 2)}
+    hidden = {k: v / sum(volumes.values()) for k, v in volumes.items()}
+    kind = "may be" if 0.6 * hidden[2] <= 0.4 else "hidden by"
+    assert edges_of(graph) == {
+        (0, 1): ("hidden by", 0.6 * hidden[1]),
+        (0, 2): (kind, 0.4 + 0.6 * hidden[2]),
+    }
+    assert dict(graph.out_edges(0)[1].evidence)["target_p"] == 0.4
+    assert dict(graph.out_edges(0)[1].evidence)["hidden_share"] == pytest.approx(hidden[2])
+
+
+def test_what_is_surely_in_sight_is_hidden_nowhere() -> None:
+    graph = build_dependency_graph(suspecting({1: 0.9, 2: 0.6}), relations=[])
+    assert edges_of(graph) == {(0, 1): ("may be", 0.6), (0, 2): ("may be", 0.4)}
+
+
+def test_a_suspected_object_that_can_be_picked_is_picked_before_what_hides_space() -> None:
+    plain = decide_by_graph(build_dependency_graph(suspecting({}), relations=[]), contexts.hidden_context())
+    other = 3 - plain.object_id
+    context = suspecting({other: 0.9})
+    decision = decide_by_graph(build_dependency_graph(context, relations=[]), context)
+    assert decision.object_id == other
+    assert "may be the target (p = 0.90)" in decision.reason
 
 
 def peeping(valid: dict[int, int]) -> PlanningContext:

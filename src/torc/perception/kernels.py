@@ -34,6 +34,48 @@ def _edge_point(depth, label, row, col, slope):
 
 
 @njit(cache=True)
+def find_pieces(depth, label, slope):
+    """Number of the piece per pixel with a reading in a mask, -1 elsewhere, and how many there are: a piece is what
+    hangs together continuously within one mask."""
+    height, width = depth.shape
+    piece = np.full((height, width), -1, np.int32)
+    waiting = np.empty((height * width, 2), np.int32)
+    count = 0
+    for row in range(height):
+        for col in range(width):
+            if label[row, col] < 0 or depth[row, col] == 0 or piece[row, col] >= 0:
+                continue
+            piece[row, col] = count
+            waiting[0] = row, col
+            top = 1
+            while top > 0:
+                top -= 1
+                y, x = waiting[top]
+                d = depth[y, x]
+                for dr in range(-1, 2):
+                    for dc in range(-1, 2):
+                        r, c = y + dr, x + dc
+                        if (
+                            r < 0
+                            or c < 0
+                            or r >= height
+                            or c >= width
+                            or depth[r, c] == 0
+                            or piece[r, c] >= 0
+                        ):
+                            continue
+                        if label[r, c] != label[y, x]:
+                            continue
+                        if abs(depth[r, c] - d) > slope * min(d, depth[r, c]) * (abs(dr) + abs(dc)):
+                            continue
+                        piece[r, c] = count
+                        waiting[top] = r, c
+                        top += 1
+            count += 1
+    return piece, count
+
+
+@njit(cache=True)
 def keep_objects(depth, label, wanted, slope, stride):
     """Pixels of the wanted ids that have a reading and lie on their object's surface."""
     height, width = depth.shape

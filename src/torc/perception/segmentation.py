@@ -1,6 +1,6 @@
 """From depth and a label image to object clouds with normals, whatever made the labels (paper: Perception)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float32, Int16, Int32
 
 from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
-from torc.perception.kernels import estimate_normals, keep_background, keep_objects, lift_pixels
+from torc.perception.kernels import estimate_normals, find_pieces, keep_background, keep_objects, lift_pixels
 from torc.records import (
     BACKGROUND,
     MAX_OBJECTS,
@@ -38,6 +38,9 @@ class PerceptionConfig:
         rim_px: background pixels this close to a reported object's mask are no background points: a mask that is a
             little too small leaves the object's own surface there, a smeared edge leaves points in the air. 0 for
             exact masks and edges.
+        piece_px: a piece of a mask that jumps in depth tear off the rest, and that reaches no further than this into
+            the mask, is what lies behind it, unless it is half as large as the largest piece: its readings count
+            for nothing. Stereo matchers give a few pixels along an edge the depth of the other side. 0 keeps all.
     """
 
     min_depth_m: float = 0.1
@@ -50,6 +53,7 @@ class PerceptionConfig:
     stride: int = 1
     background_stride: int = 3
     rim_px: int = 0
+    piece_px: int = 0
 
     @classmethod
     def rough(cls) -> "PerceptionConfig":
@@ -60,7 +64,7 @@ class PerceptionConfig:
         if not 0 < self.min_depth_m < self.max_depth_m:
             raise InputError(f"Depth range {self.min_depth_m}..{self.max_depth_m} m is not a range above 0.")
         least = {"stride": 1, "background_stride": 1, "normal_radius_px": 1, "min_pixels": 1}
-        least |= {"min_target_pixels": 1, "min_points": 1, "rim_px": 0}
+        least |= {"min_target_pixels": 1, "min_points": 1, "rim_px": 0, "piece_px": 0}
         for name, low in least.items():
             if getattr(self, name) < low:
                 raise InputError(
@@ -68,7 +72,7 @@ class PerceptionConfig:
                 )
 
 
-REAL_CAMERA = PerceptionConfig(edge_slope=4.0, normal_radius_px=3, rim_px=2)
+REAL_CAMERA = PerceptionConfig(edge_slope=4.0, normal_radius_px=3, rim_px=2, piece_px=5)
 """For sensors that smear edges, and masks that are a pixel or two off."""
 
 
@@ -86,12 +90,16 @@ def segment(
 ) -> SegmentedScene:
     """The scene that a label image makes of a snapshot. Objects with too few pixels are not reported: their points join
     the background, so that they are obstacles all the same. Raises InputError for labels that fit neither image nor
-    ids.
+    ids. The scene's observation has no depth where a mask holds readings of what lies behind it (`piece_px`).
     """
     counts = _pixel_counts(observation, label_image)
     depth = kernel_array(valid_depth(observation.depth_m, config.min_depth_m, config.max_depth_m), np.float32)
     label = kernel_array(label_image, np.int16)
     slope = config.edge_slope / float(min(observation.K[0, 0], observation.K[1, 1]))
+    if config.piece_px:
+        torn = _torn_off(depth, label, slope, config.piece_px)
+        depth = np.where(torn, np.float32(0), depth)
+        observation = replace(observation, depth_m=np.where(torn, np.float32(0), observation.depth_m))
     large = counts >= config.min_pixels
     large[TARGET_ID] = counts[TARGET_ID] >= config.min_target_pixels
     pixels = _pixels(keep_objects(depth, label, large, slope, config.stride))
@@ -125,6 +133,29 @@ def _pixel_counts(observation: Observation, label_image: np.ndarray) -> np.ndarr
             f"The label image is empty or holds labels outside {low}..{high}; renumber the objects."
         )
     return np.bincount(label_image.ravel().astype(np.int64) - low, minlength=MAX_OBJECTS - low)[-low:]
+
+
+def _torn_off(
+    depth: Float32[np.ndarray, "h w"], label: Int16[np.ndarray, "h w"], slope: float, piece_px: int
+) -> Bool[np.ndarray, "h w"]:
+    """Pixels of pieces that lie along their mask's edge and hang together with nothing within it."""
+    piece, count = find_pieces(depth, label, slope)
+    if count == 0:
+        return np.zeros(depth.shape, dtype=bool)
+    there = piece >= 0
+    edge = np.zeros(label.shape, dtype=bool)
+    for a, b in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
+        edge[a] |= label[a] != label[b]
+        edge[:, a] |= label[:, a] != label[:, b]
+    inside_px = cv2.distanceTransform((~edge).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    size = np.bincount(piece[there], minlength=count)
+    reach, owner = np.zeros(count, np.float32), np.zeros(count, np.int64)
+    np.maximum.at(reach, piece[there], inside_px[there])
+    owner[piece[there]] = label[there]
+    largest = np.zeros(MAX_OBJECTS, np.int64)
+    np.maximum.at(largest, owner, size)
+    torn = (2 * size < largest[owner]) & (reach < piece_px)
+    return there & torn[np.maximum(piece, 0)]
 
 
 def _rims(

@@ -169,7 +169,9 @@ def _phrase(graph: DependencyGraph, edge: DependencyEdge, called: Callable[[int]
         if not edge.evidence.get("hidden_volume_m3", 0.0) > 0:
             return "may hide the target as much as any other object"
         where = "where the target may be" if graph.node(edge.source).hidden else f"around {source}"
-        return f"hides {edge.weight:.0%} of the space {where}"
+        return f"hides {edge.evidence.get('hidden_share', edge.weight):.0%} of the space {where}"
+    if edge.kind == EdgeKind.MAY_BE:
+        return f"may be the target (p = {edge.evidence.get('target_p', edge.weight):.2f})"
     if edge.kind == EdgeKind.GRASP_BLOCKING:
         blocks, blocked = edge.evidence.get("blocks"), edge.evidence.get("blocked_grasps")
         if blocks is None or blocked is None:

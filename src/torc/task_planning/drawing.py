@@ -19,12 +19,14 @@ EDGE_COLORS: Mapping[EdgeKind, Color] = {
     EdgeKind.GRASP_BLOCKING: (31, 97, 141),
     EdgeKind.BEHIND: (110, 110, 116),
     EdgeKind.HIDDEN_BY: (125, 60, 152),
+    EdgeKind.MAY_BE: (190, 110, 20),
 }
 _DASHES_PX: Mapping[EdgeKind, tuple[float, float] | None] = {
     EdgeKind.BELOW: None,
     EdgeKind.GRASP_BLOCKING: None,
     EdgeKind.BEHIND: (9.0, 6.0),
     EdgeKind.HIDDEN_BY: (2.5, 5.0),
+    EdgeKind.MAY_BE: (2.5, 5.0),
 }
 _LANE_PX = 13.0
 """How far an edge keeps to its side where another one runs the other way."""

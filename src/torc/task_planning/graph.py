@@ -32,6 +32,8 @@ class EdgeKind(StrEnum):
     """The source is behind the target."""
     HIDDEN_BY = "hidden by"
     """The source, the hidden target, may be in the space that the edge's target hides."""
+    MAY_BE = "may be"
+    """The source, the target that nobody has recognised, may be the edge's target."""
 
 
 @dataclass(frozen=True)

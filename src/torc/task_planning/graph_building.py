@@ -8,12 +8,14 @@ import numpy as np
 
 from torc.errors import InputError
 from torc.occlusion.volume import hidden_near_m3, hidden_volumes_m3
-from torc.records import TARGET_ID, PlanningContext
+from torc.records import TARGET_ID, PlanningContext, SegmentedScene
 from torc.task_planning.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 from torc.task_planning.relations import RelationConfig, find_relations
 
 _REACH_M = 0.05
 """How far around what is in sight of the target its hidden part is looked for."""
+_WORTH = 0.01
+"""What is the target with a lower probability is taken for something else."""
 
 
 def build_dependency_graph(
@@ -31,6 +33,10 @@ def build_dependency_graph(
     A target in sight that has no valid grasp and would get no edge would wait for nothing and still not come. It gets
     'hidden by' edges instead, by the space around it that others hide: too little of it is in sight. (The paper's graph
     gives no direction there.)
+
+    A target that is not recognised may be in sight all the same, where perception does not go by given labels. It
+    `may be` each visible object with the probability that perception tells (`KnownObject.target_p`), and is hidden with
+    what is left. (The paper's perception recognises whatever is in sight.)
 
     Args:
         context: scene, occlusion volume and grasp report.
@@ -57,7 +63,7 @@ def build_dependency_graph(
     edges = [edge for node in nodes for edge in _edges_of(node, relations, context)]
     if hidden:
         nodes.insert(0, DependencyNode(TARGET_ID, hidden=True))
-        edges = _hidden_by(context) + edges
+        edges = _or_in_sight(_hidden_by(context), context.scene) + edges
     elif scene.target_id is not None and not _gets_anywhere(scene.target_id, nodes, edges):
         edges += _hides_more_of(scene.target_id, context)
     target = TARGET_ID if scene.target_id is None else scene.target_id
@@ -112,6 +118,28 @@ def _hidden_by(context: PlanningContext) -> list[DependencyEdge]:
         return _by_volume(TARGET_ID, ids, volumes)
     nothing = MappingProxyType({"hidden_volume_m3": 0.0})
     return [DependencyEdge(TARGET_ID, k, EdgeKind.HIDDEN_BY, 1 / len(ids), nothing) for k in ids]
+
+
+def _or_in_sight(edges: list[DependencyEdge], scene: SegmentedScene) -> list[DependencyEdge]:
+    """Edges of a hidden target that may also be one of the objects in sight; one edge to each, of the likelier kind."""
+    p = {k.id: k.target_p for k in scene.known if k.id in scene.ids and k.target_p >= _WORTH}
+    total = sum(p.values())
+    if total == 0:
+        return edges
+    p, hidden = {k: v / max(total, 1.0) for k, v in p.items()}, max(1.0 - total, 0.0)
+    by_id = {e.target: e for e in edges}
+    found = []
+    for k in scene.ids:
+        share = hidden * by_id[k].weight if k in by_id else 0.0
+        both = share + p.get(k, 0.0)
+        if both == 0:
+            continue
+        evidence = dict(by_id[k].evidence) | {"hidden_share": by_id[k].weight} if share > 0 else {}
+        if k in p:
+            evidence["target_p"] = round(p[k], 4)
+        kind = EdgeKind.HIDDEN_BY if share > p.get(k, 0.0) else EdgeKind.MAY_BE
+        found.append(DependencyEdge(TARGET_ID, k, kind, both, MappingProxyType(evidence)))
+    return found
 
 
 def _hides_more_of(target: int, context: PlanningContext) -> list[DependencyEdge]:

@@ -9,6 +9,7 @@ const KINDS = {
   "grasp blocking": "has grasps blocked by",
   "behind": "stands behind",
   "hidden by": "may be hidden by",
+  "may be": "may be",
 };
 const FEW_EDGES = 14;
 
