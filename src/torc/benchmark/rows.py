@@ -8,6 +8,8 @@ from torc.episode.planners import PRIVILEGED
 from torc.records import PickResult
 from torc.specs.trial import SIMULATED
 
+REAL = "real"
+"""Category of trials on a real robot."""
 _WENT_WELL = (PickResult.RETRIEVED, PickResult.REMOVED)
 
 
@@ -98,6 +100,11 @@ class TrialRow:
     def completed(self) -> bool:
         """It is scored."""
         return self.status == "completed"
+
+    @property
+    def real(self) -> bool:
+        """It was played on a real robot."""
+        return self.category == REAL
 
     @property
     def cost(self) -> int:

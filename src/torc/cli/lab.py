@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from torc.cli.commands import Group
+from torc.cli.lab_bench import LabBenchCommand
+from torc.cli.lab_scene import SceneCommand
 from torc.cli.printing import printable
 
 if TYPE_CHECKING:
@@ -259,6 +261,8 @@ LAB = Group(
         "check": ("whether every device works; moves nothing unless told", CheckCommand),
         "board": ("a board to print, for calibrating", BoardCommand),
         "calibrate": ("where the camera is, by the board in the robot's hand", CalibrateCommand),
+        "scene": ("store a scene, and lay it out again", SceneCommand),
+        "bench": ("task planners against each other in such scenes", LabBenchCommand),
         "twin": ("the simulator behind the same wires, to rehearse", TwinCommand),
     },
     "Try:\n"

@@ -79,7 +79,9 @@ class View:
         self._lock = threading.Lock()
 
     def measure(self) -> Overlap:
-        """One look. Raises InputError, CameraError, PartError."""
+        """What is there now. Raises LabError, InputError, CameraError, PartError."""
+        with self._lock:
+            self._eyes.look()  # it may have been on its way before anybody asked
         return self._look()[1]
 
     def show_on(self, screen: Screen) -> None:
@@ -126,7 +128,9 @@ def await_rest_pose(lab: Lab, person: Person) -> None:
     arm = connect_arm(lab)
     try:
         while not is_at_rest_pose(lab, arm.status().qpos):
-            if not person.ask("The arm is not at its rest pose, and may hide the table. Bring it there by hand. Ready?"):
+            if not person.ask(
+                "The arm is not at its rest pose: it may hide the table. Bring it there. Ready?"
+            ):
                 raise LabError("The arm is not at its rest pose: it would hide the table from the camera.")
     finally:
         close_device(arm)

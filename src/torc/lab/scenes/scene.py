@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import time
 from collections.abc import Callable
@@ -36,6 +37,7 @@ SCENE_FORMAT = "torc-scene/1"
 FACTS, REFERENCE, SEEN = "scene.json", "reference.npz", "seen.png"
 PICTURES = 5
 """Snapshots whose median is the reference."""
+_NAME = r"\w[\w.-]{0,63}"
 _FROZEN_S, _BETWEEN_S = 3.0, 0.05
 _LEAST_PX = 60
 """An object that shows less is no measure of anything."""
@@ -87,7 +89,7 @@ class Scene:
 class _SceneFile(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True)
     format: Literal["torc-scene/1"]
-    name: Annotated[str, Field(pattern=r"^\w[\w.-]{0,63}$")]
+    name: Annotated[str, Field(pattern=f"^{_NAME}$")]
     lab: Annotated[str, Field(max_length=100)]
     description: Annotated[str, Field(max_length=10_000)]
     mark: Annotated[tuple[int, ...], Field(max_length=4)]
@@ -118,12 +120,19 @@ class Eyes:
     def find(self, seen: Observation, wanted: Wanted) -> SegmentedScene:
         """The objects in a snapshot. Raises InputError for a perception that is given its masks."""
         if getattr(self._parts.perception, "needs_labels", False):
-            raise InputError("Perception 'labels' finds nothing in real pictures: name another in the lab file.")
+            raise InputError(
+                "Perception 'labels' finds nothing in real pictures: name another in the lab file."
+            )
         return ask_perception(self._parts.perception, seen, wanted, None)
 
 
 def record_scene(
-    name: str, lab: Lab, wanted: Wanted, eyes: Eyes, pictures: int = PICTURES, say: Callable[[str], None] = print
+    name: str,
+    lab: Lab,
+    wanted: Wanted,
+    eyes: Eyes,
+    pictures: int = PICTURES,
+    say: Callable[[str], None] = print,
 ) -> tuple[Scene, SegmentedScene]:
     """The scene that lies before the camera now, and what perception made of it. Raises InputError: no object."""
     say(f"Taking {pictures} pictures: leave everything as it is.")
@@ -146,11 +155,20 @@ def record_scene(
     return Scene(name, lab.name, wanted, replace(found.observation, label_image=label)), found
 
 
-def save_scene(scene: Scene, directory: Path, overwrite: bool = False, found: SegmentedScene | None = None) -> None:
+def check_scene_place(directory: Path, overwrite: bool) -> None:
+    """Raises InputError where a scene cannot be stored: before it is laid out, rather than after."""
+    check_place(directory, overwrite, FACTS, "scene")
+    if not re.fullmatch(_NAME, directory.name):
+        raise InputError(f"A scene's name has letters, digits, '.', '_' and '-', unlike '{directory.name}'.")
+
+
+def save_scene(
+    scene: Scene, directory: Path, overwrite: bool = False, found: SegmentedScene | None = None
+) -> None:
     """Writes the directory of a scene, whole or not at all; `found` for the picture with the numbers. Raises InputError
     if the directory exists (and not overwrite), is no scene, or cannot be written.
     """
-    check_place(directory, overwrite, FACTS, "scene")
+    check_scene_place(directory, overwrite)
     aside = directory.with_name(directory.name + ".partial")
     facts = {
         "format": SCENE_FORMAT,
@@ -167,7 +185,9 @@ def save_scene(scene: Scene, directory: Path, overwrite: bool = False, found: Se
         save_record(scene.reference, aside / REFERENCE)
         for number, picture in enumerate(scene.wanted.pictures):
             code = cv2.COLOR_RGBA2BGRA if picture.shape[2] == 4 else cv2.COLOR_RGB2BGR
-            (aside / _picture(number)).write_bytes(cv2.imencode(".png", cv2.cvtColor(picture, code))[1].tobytes())
+            (aside / _picture(number)).write_bytes(
+                cv2.imencode(".png", cv2.cvtColor(picture, code))[1].tobytes()
+            )
         if found is not None:
             write_png(aside / SEEN, mark_image(found))
         write_json(aside / FACTS, facts)
@@ -175,7 +195,9 @@ def save_scene(scene: Scene, directory: Path, overwrite: bool = False, found: Se
             shutil.rmtree(directory)
         os.replace(aside, directory)
     except OSError as error:
-        raise InputError(f"Cannot write to '{directory}': {error.strerror}. Choose another directory.") from error
+        raise InputError(
+            f"Cannot write to '{directory}': {error.strerror}. Choose another directory."
+        ) from error
 
 
 def is_scene(directory: Path) -> bool:
