@@ -61,9 +61,7 @@ def test_two_planners_in_a_scene_interrupted_and_gone_on_with(rehearsed, tmp_pat
         def play(operator):
             scenes = {scene.problem: scene}
             with store.locked():
-                return LabBench(
-                    lab, store, spec, scenes, operator.person, "pick", say=said.append
-                ).play()
+                return LabBench(lab, store, spec, scenes, operator.person, "pick", say=said.append).play()
 
         # Ctrl-C while the operator is asked what came of it: that is asked again, and nothing is played again.
         first = ScriptedOperator({"The robot begins": True, "Go?": True, **answers, "Is ": interrupted})

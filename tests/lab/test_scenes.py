@@ -43,7 +43,9 @@ class Shown:
 
 
 @pytest.mark.long
-def test_what_is_disturbed_falls_below_the_threshold_alone_and_laid_out_again_is_accepted(rehearsed, tmp_path):
+def test_what_is_disturbed_falls_below_the_threshold_alone_and_laid_out_again_is_accepted(
+    rehearsed, tmp_path
+):
     with rehearsed(problem=PROBLEM) as (there, lab):
         scene = stored(lab, tmp_path / "cups")
         assert (tmp_path / "cups" / "seen.png").exists()
@@ -86,7 +88,7 @@ def test_what_is_disturbed_falls_below_the_threshold_alone_and_laid_out_again_is
 @pytest.mark.long
 def test_a_stored_scene_is_read_as_it_was_and_a_damaged_one_is_refused(rehearsed, tmp_path):
     directory = tmp_path / "cups"
-    with rehearsed(problem=PROBLEM) as (there, lab):
+    with rehearsed(problem=PROBLEM) as (_, lab):
         scene = stored(lab, directory)
         again = load_scene(directory)
         with pytest.raises(InputError, match="--overwrite"):
