@@ -13,7 +13,7 @@ from torc.benchmark.paper import METHODS, REAL_METHODS, REAL_TRIALS, paper_metho
 from torc.benchmark.reading import read_table
 from torc.benchmark.report.real import (
     least_p,
-    real_blocks,
+    real_sections,
     scenes_needed,
     separable,
     side_by_side,
@@ -51,6 +51,10 @@ def test_the_table_has_what_is_counted_by_hand(both):
     assert rows["random", "simulation"][2].startswith("1 of 2: 0.50 [")
     assert rows["dg-select", "the paper's robot"] == ("3", "9", "9 of 9: 1.00", "8 of 9: 0.89", "", "")
     assert rows["vlm-select", "the paper's robot"][2:4] == ("8 of 9: 0.89", "6 of 9: 0.67")
+    assert [key for key in rows if key[0] == "vlm-grasps"] == [
+        ("vlm-grasps", "the paper's robot"),
+        ("vlm-grasps", "the paper's simulation"),
+    ]
     assert ("random", "the paper's robot") not in rows  # it was not played there
     assert rows["dg-select", "the paper's simulation"][2] == "0.84"
 
@@ -87,7 +91,7 @@ def test_it_is_said_that_three_scenes_tell_nothing_apart(both):
     assert "from 9 of 9 against 4 of 9" in told
     alone = replace(both, beside=tuple(r for r in both.beside if r.planner == "random"))
     assert separable(alone.on_robot) == ["There is only one planner on the robot: nothing to tell apart."]
-    assert real_blocks(replace(both, beside=())) == []
+    assert real_sections(replace(both, beside=())) == []
 
 
 def test_real_and_simulated_trials_are_kept_apart_and_both_are_in_the_tables(both, tmp_path):
@@ -121,5 +125,9 @@ def test_how_scenes_were_accepted_is_counted(both, tmp_path):
         layout = {"accepted_by": "word" if i < 5 else "overlap"}
         (directory / "result.json").write_text(json.dumps({"layout": layout}))
         rows.append(replace(row, directory=directory))
-    told = [b for b in real_blocks(replace(both, root=tmp_path, beside=tuple(rows))) if isinstance(b, str)]
-    assert told[-1] == "Laid out by the overlap of every object: 13 of 18 trials; by the operator's word: 5."
+    first, second = real_sections(replace(both, root=tmp_path, beside=tuple(rows)))
+    assert second.blocks[0].rows[0][0] == "dg-select - random"
+    assert (
+        first.blocks[-1]
+        == "Laid out by the overlap of every object: 13 of 18 trials; by the operator's word: 5."
+    )

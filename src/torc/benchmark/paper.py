@@ -64,18 +64,18 @@ REAL_METHODS = {
 
 def paper_method(label: str, real: bool = False) -> PaperMethod | None:
     """The paper's method that a planner's label stands for, in simulation or on the robot; None for other planners."""
-    return (REAL_METHODS if real else METHODS).get(_planner(label))
+    return (REAL_METHODS if real else METHODS).get(method_name(label))
 
 
 def paper_success(problem: str, label: str) -> float | None:
     """The paper's success rate on a problem that was imported from GraspClutter6D; None for other problems."""
-    found, name = re.fullmatch(r"gc6d-(\d+)-(obj_\d+_\d+)", problem), _planner(label)
+    found, name = re.fullmatch(r"gc6d-(\d+)-(obj_\d+_\d+)", problem), method_name(label)
     row = _per_problem().get((int(found[1]), found[2])) if found and name in METHODS else None
     return None if row is None else float(row[f"{name}_success"])
 
 
-def _planner(label: str) -> str:
-    """A planner's name without model or expert."""
+def method_name(label: str) -> str:
+    """A planner's name by its label: without model or expert."""
     return re.split(r"[\[ ]", label, maxsplit=1)[0]
 
 

@@ -30,7 +30,7 @@ class LabBenchCommand:
     did, and asks whether the robot may begin; after it torc asks what fell and whether the target came. In a scene the
     planners take turns in random order, and you are not told which one plays.
 
-      torc lab bench --lab lab.yaml --scenes scenes/* --planners random,dg-select --repeats 3 --out runs/real --page
+      torc lab bench --scenes scenes/* --repeats 3 --out runs/real --page
       torc report runs/real runs/simulated --out runs/both
 
     Run the same command again after Ctrl-C, a crash or a power cut: what was completed stays; a trial that was

@@ -16,8 +16,8 @@ from torc.cli.web_page import PageOptions
 class SceneCommand:
     """Store the scene that lies before the camera, or lay one out again that was stored. Nothing moves.
 
-      torc lab scene scenes/mugs --lab lab.yaml --reference mug.png     # stores what lies there now
-      torc lab scene scenes/mugs --lab lab.yaml --page                  # lays it out again
+      torc lab scene scenes/mugs --reference mug.png   # stores what lies there now
+      torc lab scene scenes/mugs --page                # lays it out again
 
     Laid out again, each object has a number from 0 to 1: how far it overlaps with where it was. With --page a picture
     in the browser shows live where everything has to be; without, the terminal tells the numbers.

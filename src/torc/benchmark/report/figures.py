@@ -72,9 +72,17 @@ def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
             figure.savefig(svg, format="svg", metadata={"Date": None})
             figure.savefig(png, format="png", dpi=150)
         if table.all_real:
-            title = title.replace("figure 9", "figure 11").replace("figure 10", "figure 12")
+            title, text = _on_robot(name, title, text)
         pictures.append(Picture(name, title, text, svg.getvalue(), png.getvalue(), draw is _problems))
     return pictures
+
+
+def _on_robot(name: str, title: str, text: str) -> tuple[str, str]:
+    """Title and text of the same figure of a real robot."""
+    title = title.replace("figure 9", "figure 11").replace("figure 10", "figure 12")
+    if name in ("picks", "decision_time"):
+        text = f"{text.partition(' Diamonds:')[0]} The paper draws its own without numbers."
+    return title, text
 
 
 def _success(table: Table, planners: list[str]) -> Figure:
@@ -167,7 +175,7 @@ def _name_planners(axes: Axes, planners: list[str], legend: bool = True) -> None
     """Planners along the x axis, the legend above."""
     axes.set_xticks(range(len(planners)), [p.replace("[", "\n[") for p in planners], rotation=20, ha="right")
     axes.set_xlim(-0.6, len(planners) - 0.4)
-    if legend:
+    if legend and axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.16), ncols=3, frameon=False, fontsize=9)
 
 
@@ -181,11 +189,10 @@ def _whisker(axes: Axes, x: float, found: Estimate) -> None:
 def _mark_paper(
     axes: Axes, i: int, method: PaperMethod | None, values: Callable[[PaperMethod], list[float]]
 ) -> None:
-    """The paper's values beside a planner's; an entry of the legend with the first."""
+    """The paper's values beside a planner's; an entry of the legend with the first that there are."""
     if marks := values(method) if method else []:
-        axes.scatter([i + 0.36] * len(marks), marks, **_PAPER_MARK)
-    if i == 0:
-        axes.scatter([], [], **_PAPER_MARK, label="the paper")
+        label = None if "the paper" in axes.get_legend_handles_labels()[1] else "the paper"
+        axes.scatter([i + 0.36] * len(marks), marks, **_PAPER_MARK, label=label)
 
 
 _FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {

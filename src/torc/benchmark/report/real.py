@@ -10,36 +10,37 @@ from torc.benchmark.comparison import ALPHA
 from torc.benchmark.intervals import LEVEL
 from torc.benchmark.measures import COST, DROP_FREE, DROPS, SUCCESS
 from torc.benchmark.paper import (
-    METHODS,
     REAL_CITATION,
     REAL_METHODS,
     REAL_SCENES,
     REAL_TRIALS,
     PaperMethod,
+    method_name,
     paper_method,
 )
 from torc.benchmark.report.cells import Cell, TextTable
+from torc.benchmark.report.pages import Block, Section
 from torc.benchmark.report.tables import comparison_table
 from torc.benchmark.rows import Table, TrialRow
 
-TITLE = "On a real robot"
 _HEADER = (
     *("planner", "trials of", "scenes", "trials", "retrieved", "with no drop"),
     *("picks to retrieval", "drops"),
 )
 
 
-def real_blocks(table: Table) -> list[str | TextTable]:
-    """Tables and sentences; none where no trial was played on a robot."""
+def real_sections(table: Table) -> list[Section]:
+    """What there is to tell of trials on a robot; nothing where none was completed."""
     real = table.on_robot
     if not any(row.completed for row in real.rows):
         return []
-    pairs = comparison_table(real, real.planners)
+    beside = side_by_side(table, real)
+    # Where all trials are real, the report compares planners anyway.
+    pairs = comparison_table(real, real.planners) if table.beside else None
+    told: list[Block] = [*([pairs] if pairs and pairs.rows else []), *separable(real)]
     return [
-        side_by_side(table, real),
-        *([pairs] if table.beside and pairs.rows else []),
-        *separable(real),
-        *_layouts(real.rows),
+        Section(beside.title, [beside, *_layouts(real.rows)], "robot"),
+        Section("What the trials on the robot can tell apart", told),
     ]
 
 
@@ -47,7 +48,8 @@ def side_by_side(table: Table, real: Table) -> TextTable:
     """Per planner, those of the paper's robot among them, a row of each kind of trials that there is."""
     rows: list[Sequence[Cell]] = []
     simulated = Table(table.root, tuple(row for row in table.rows if not row.real))
-    for planner in (*real.planners, *(p for p in REAL_METHODS if p not in real.planners)):
+    played = {method_name(planner) for planner in real.planners}
+    for planner in (*real.planners, *(name for name in REAL_METHODS if name not in played)):
         for told, of in (("real robot", real), ("simulation", simulated)):
             if done := of.completed(planner):
                 rows.append((planner, told, *_counted(done)))
@@ -55,7 +57,7 @@ def side_by_side(table: Table, real: Table) -> TextTable:
             rows.append(
                 (planner, "the paper's robot", f"{REAL_SCENES}", f"{REAL_TRIALS}", *_published(method))
             )
-        if (method := paper_method(planner)) and planner in METHODS:
+        if method := paper_method(planner):
             shares = f"{method.success:.2f}", f"{method.drop_free:.2f}"
             rows.append((planner, "the paper's simulation", "40", "", *shares, "", ""))
     note = (
@@ -64,7 +66,7 @@ def side_by_side(table: Table, real: Table) -> TextTable:
         "scenes of each kind are other ones: that a planner does better in one row than in another need not be its "
         f"merit. The paper gives no numbers of picks and drops for its robot. {REAL_CITATION}."
     )
-    return TextTable(TITLE, _HEADER, rows, note)
+    return TextTable("On a real robot", _HEADER, rows, note)
 
 
 def _counted(done: Sequence[TrialRow]) -> tuple[str, ...]:
