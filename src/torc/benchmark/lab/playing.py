@@ -12,7 +12,7 @@ from typing import Any
 from torc.benchmark.lab.judging import UNJUDGED, ask_verdict, judged, unjudged
 from torc.benchmark.spec import BenchSpec, PlannedTrial
 from torc.benchmark.store import TRIAL, Store
-from torc.episode.events import Decided, Event, Executed, Halted, Looked
+from torc.episode.events import Event, Executed, Halted, Looked
 from torc.errors import InputError, TorcError
 from torc.lab.lab_file import Lab
 from torc.lab.person import Confirming, Person
@@ -128,8 +128,6 @@ class LabBench:
         match event:
             case Looked():
                 self.say(f"Pick {event.pick + 1}: {len(event.look.context.scene.objects)} objects in sight.")
-            case Decided():
-                self.say(f"  chosen: {event.decision.object_id}")
             case Executed():
                 detail = f": {event.outcome.detail}" if event.outcome.detail else ""
                 self.say(f"  {event.outcome.result.value}{detail}")

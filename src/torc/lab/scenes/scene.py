@@ -5,7 +5,7 @@ import os
 import re
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -137,12 +137,7 @@ def record_scene(
     """The scene that lies before the camera now, and what perception made of it. Raises InputError: no object."""
     say(f"Taking {pictures} pictures: leave everything as it is.")
     shots = [eyes.look() for _ in range(pictures)]
-    read = np.stack([np.where(s.depth_m > 0, s.depth_m, np.nan) for s in shots])
-    often = np.isfinite(read).mean(axis=0) >= 0.5
-    depth = np.zeros(often.shape, np.float32)
-    depth[often] = np.nanmedian(read[:, often], axis=0)
-    color = np.rint(np.median(np.stack([s.rgb for s in shots]), axis=0)).astype(np.uint8)
-    found = eyes.find(replace(shots[-1], rgb=color, depth_m=depth), wanted)
+    found = eyes.find(median_picture(shots), wanted)
     label = np.where(np.isin(found.label_image, found.ids), found.label_image, BACKGROUND).astype(np.int16)
     for k in found.ids:
         if np.count_nonzero(label == k) < _LEAST_PX:
@@ -153,6 +148,16 @@ def record_scene(
             "camera sees."
         )
     return Scene(name, lab.name, wanted, replace(found.observation, label_image=label)), found
+
+
+def median_picture(shots: Sequence[Observation]) -> Observation:
+    """The median of snapshots of one scene; depth where at least half of them have a reading. As the last one else."""
+    read = np.stack([np.where(s.depth_m > 0, s.depth_m, np.nan) for s in shots])
+    often = np.isfinite(read).mean(axis=0) >= 0.5
+    depth = np.zeros(often.shape, np.float32)
+    depth[often] = np.nanmedian(read[:, often], axis=0)
+    color = np.rint(np.median(np.stack([s.rgb for s in shots]), axis=0)).astype(np.uint8)
+    return replace(shots[-1], rgb=color, depth_m=depth)
 
 
 def check_scene_place(directory: Path, overwrite: bool) -> None:
