@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
+from torc.lab.scenes.hints import hint, shift_m
 from torc.lab.scenes.overlap import measure_overlap
 from torc.lab.scenes.overlay import overlay, state_of
 from torc.perception.noise import add_sensor_noise, stereo_camera
@@ -128,3 +129,23 @@ def test_the_overlay_outlines_each_object_by_how_it_lies():
     assert {(255, 60, 20), (0, 200, 120)} <= colors
     assert (240, 170, 0) not in colors
     assert state_of(0.6, 0.8) == "near"
+
+
+@pytest.mark.parametrize(("dx", "dy"), [(0.0, 0.03), (0.0, -0.04), (0.03, 0.0), (-0.02, 0.02)])
+def test_a_hint_says_where_it_is_instead(dx, dy):
+    """The camera looks along x, and down; y is to its left."""
+    moved = picture(box(1, 0.7 + dx, -0.2 + dy), BOXES[1])
+    right_m, behind_m = shift_m(REFERENCE, moved, 1)
+    down = REFERENCE.T_world_camera[0, 2]
+    assert right_m == pytest.approx(-dy, abs=0.006)
+    assert behind_m == pytest.approx(down * dx, abs=0.006)
+
+
+def test_a_hint_is_in_words_and_none_where_nothing_is_found():
+    left = picture(box(1, 0.7, -0.17), BOXES[1])
+    assert "cm too far left" in hint(REFERENCE, left, 1)
+    nearer = picture(box(1, 0.66, -0.2), BOXES[1])
+    assert hint(REFERENCE, nearer, 1).endswith("cm too near")
+    assert hint(REFERENCE, picture(BOXES[1]), 1) == ""
+    assert shift_m(REFERENCE, REFERENCE, 1) is None  # no place is better
+    assert shift_m(REFERENCE, REFERENCE, 9) is None

@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
@@ -16,10 +16,11 @@ from torc.lab.devices import close_device, connect_arm, is_at_rest_pose
 from torc.lab.lab_file import Lab
 from torc.lab.person import Person
 from torc.lab.protocols import LabError
+from torc.lab.scenes.hints import hint
 from torc.lab.scenes.overlap import Overlap, measure_overlap
 from torc.lab.scenes.overlay import overlay
 from torc.lab.scenes.scene import Eyes, Scene
-from torc.records import TARGET_ID
+from torc.records import TARGET_ID, Observation
 
 THRESHOLD = 0.8
 """Least overlap of each object: about a centimetre of an object of usual size (docs/laboratory.md)."""
@@ -78,11 +79,14 @@ class View:
         self.threshold = threshold
         self._lock = threading.Lock()
 
-    def measure(self) -> Overlap:
-        """What is there now. Raises LabError, InputError, CameraError, PartError."""
+    def measure(self) -> tuple[Overlap, dict[str, str]]:
+        """How far what is there now is as it was, and what to tell of it. Raises LabError, InputError, CameraError,
+        PartError.
+        """
         with self._lock:
             self._eyes.look()  # it may have been on its way before anybody asked
-        return self._look()[1]
+        seen, found = self._look()
+        return found, self._told(seen, found)
 
     def show_on(self, screen: Screen) -> None:
         """One look for a screen; trouble is shown there."""
@@ -93,21 +97,25 @@ class View:
             time.sleep(_AFTER_TROUBLE_S)
             return
         picture = overlay(self._scene.reference, seen, found, self.threshold)
-        screen.show(picture, told(found, self.threshold))
+        screen.show(picture, self._told(seen, found))
 
-    def _look(self) -> tuple[Any, Overlap]:
+    def _told(self, seen: Observation, found: Overlap) -> dict[str, str]:
+        off = [k for k, value in found.objects.items() if value < self.threshold]
+        return told(found, self.threshold, {k: hint(self._scene.reference, seen, k) for k in off})
+
+    def _look(self) -> tuple[Observation, Overlap]:
         with self._lock:
             seen = self._eyes.look()
         return seen, measure_overlap(self._scene.reference, seen, self._grid)
 
 
-def told(found: Overlap, threshold: float) -> dict[str, str]:
-    """What to tell beside the picture, by name: the objects, the worst first."""
-    good = found.fits(threshold)
-    facts = {"scene": "laid out" if good else "; ".join(found.faults(threshold))}
+def told(found: Overlap, threshold: float, hints: Mapping[int, str]) -> dict[str, str]:
+    """What to tell beside the picture, by name: the objects, the worst first; `hints` say where one is instead."""
+    facts = {"scene": "laid out" if found.fits(threshold) else "; ".join(found.faults(threshold))}
     for k, value in sorted(found.objects.items(), key=lambda item: item[1]):
         name = f"object {k}" + (" (the target)" if k == TARGET_ID else "")
-        facts[name] = f"{value:.2f}" + ("" if value >= threshold else "  not in its place")
+        where = hints.get(k) or "not in its place"
+        facts[name] = f"{value:.2f}" + ("" if value >= threshold else f"  {where}")
     return facts
 
 
@@ -162,8 +170,8 @@ def lay_out(
             if answer not in ("", _ACCEPT):
                 say(f"'{answer}' is none of Enter, {_ACCEPT} and {_STOP}.")
                 continue
-            found, measured = view.measure(), measured + 1
-            for name, fact in told(found, threshold).items():
+            (found, facts), measured = view.measure(), measured + 1
+            for name, fact in facts.items():
                 say(f"  {name}: {fact}")
             if found.fits(threshold) or answer == _ACCEPT:
                 by: Literal["overlap", "word"] = "overlap" if found.fits(threshold) else "word"
