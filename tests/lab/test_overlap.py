@@ -45,6 +45,11 @@ def test_what_did_not_move_overlaps_wholly_with_noise_or_other_light(rng):
     assert found.faults(0.9) == []
 
 
+def test_lamps_of_another_colour_move_nothing():
+    warm = replace(REFERENCE, rgb=(REFERENCE.rgb * [1.0, 0.85, 0.55]).astype(np.uint8))
+    assert min(measure_overlap(REFERENCE, warm, GRID).objects.values()) > 0.95
+
+
 @pytest.mark.parametrize("shift_m", [0.01, 0.02, 0.03, 0.04])
 def test_the_number_is_the_overlap_of_where_it_was_and_is(shift_m):
     """Before the camera, where no side of the box shows, that is what the masks say."""

@@ -50,7 +50,8 @@ class LabBench:
         """Plays what is missing, at most `limit` trials; how many were completed. A trial that was interrupted, or in
         which a device was lost, is not scored, and is played again.
 
-        Ends early if the person says so. Raises KeyboardInterrupt; what was completed stays. Before a trial begins
+        Ends early if the person says so. Raises KeyboardInterrupt, and LabError if nobody answers what came of a trial:
+        the next call asks again; what was completed stays. Before a trial begins
         nothing moves, and the person is asked whether it may, whatever `confirm` is.
         """
         self._ask_for_verdicts()
@@ -62,6 +63,8 @@ class LabBench:
             try:
                 status = self._play_one(trial)
             except TorcError as error:
+                if self._is_unjudged(trial):
+                    raise
                 status = "errored"
                 self.say(f"It did not begin: {error}")
             if status is None:
@@ -103,15 +106,16 @@ class LabBench:
 
     def _ask_for_verdicts(self) -> None:
         """Of trials that were played when this was ended before anybody told what came of them."""
-        for trial in self.spec.trials:
-            result = self.store.result(trial)
-            if result is None or result.get("status") != UNJUDGED:
-                continue
-            what = f"scene {self._scene(trial).name}, begun {result.get('began', '?')}"
+        for trial in filter(self._is_unjudged, self.spec.trials):
+            began = (self.store.result(trial) or {}).get("began", "?")
+            what = f"scene {self._scene(trial).name}, begun {began}"
             if self.person.ask(f"A trial was played ({what}), but not judged. Do you know what came of it?"):
                 self._judge(trial)
             else:
                 self.say("Then it is played again.")
+
+    def _is_unjudged(self, trial: PlannedTrial) -> bool:
+        return (self.store.result(trial) or {}).get("status") == UNJUDGED
 
     def _judge(self, trial: PlannedTrial) -> str:
         path = self.store.directory(trial) / "result.json"

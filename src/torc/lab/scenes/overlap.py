@@ -148,10 +148,11 @@ def _same_color(
 ) -> Bool[np.ndarray, "h w"]:
     """Where colours agree, after the light's own change: that of what is no object."""
     kernel = np.ones((2 * config.slack_px + 1,) * 2, np.uint8)
-    then, now = (_lab(o.rgb) for o in (reference, seen))
     still = (label == BACKGROUND) & _same_depth(reference.depth_m, seen.depth_m, config)
-    if still.any():
-        now = now - np.median(now[still] - then[still], axis=0).astype(np.float32)
+    light = (
+        (reference.rgb[still].mean(axis=0) + 1) / (seen.rgb[still].mean(axis=0) + 1) if still.any() else 1.0
+    )
+    then, now = _lab(reference.rgb), _lab(np.rint(np.clip(seen.rgb * light, 0, 255)).astype(np.uint8))
     tolerance = np.array([config.lightness, config.hue, config.hue], np.float32)
     low, high = np.asarray(cv2.erode(now, kernel)), np.asarray(cv2.dilate(now, kernel))
     return np.asarray(((then >= low - tolerance) & (then <= high + tolerance)).all(axis=-1))

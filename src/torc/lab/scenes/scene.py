@@ -25,7 +25,7 @@ from torc.perception.asking import ask_camera, ask_depth, ask_perception
 from torc.perception.marking import mark_image
 from torc.perception.protocol import Picture, Wanted
 from torc.perception.target import MAX_PICTURES, load_pictures
-from torc.pipeline.building import build_seeing
+from torc.pipeline.building import build_seeing, make_stage
 from torc.pipeline.frames.checks import clean_depth
 from torc.records import BACKGROUND, TARGET_ID, Observation, SegmentedScene
 from torc.records.directories import check_place
@@ -100,9 +100,9 @@ class Eyes:
     """Snapshots as a lab's trials see them: with the depth of its depth stage, and what its perception finds."""
 
     def __init__(self, lab: Lab, camera: Camera) -> None:
-        """camera: open. Raises InputError for stages that cannot be made."""
-        self._parts = build_seeing(lab.conditions, lab.workspace)
-        self._camera, self._last_stamp_s = camera, 0.0
+        """camera: open. Raises InputError for a depth stage that cannot be made."""
+        self._lab, self._camera, self._last_stamp_s = lab, camera, 0.0
+        self._depth = make_stage(lab.conditions, "depth", workspace=lab.workspace)
 
     def look(self) -> Observation:
         """A new snapshot; labels that its source knows are left out. Raises LabError where none comes, InputError,
@@ -114,16 +114,17 @@ class Eyes:
                 raise LabError("The camera is frozen: it gives the same picture again and again.")
             time.sleep(_BETWEEN_S)
         self._last_stamp_s = found.stamp_s
-        found = ask_depth(self._parts.depth, found)
+        found = ask_depth(self._depth, found)
         return replace(found, depth_m=clean_depth("The snapshot", found.depth_m), label_image=None, pair=None)
 
     def find(self, seen: Observation, wanted: Wanted) -> SegmentedScene:
-        """The objects in a snapshot. Raises InputError for a perception that is given its masks."""
-        if getattr(self._parts.perception, "needs_labels", False):
+        """The objects in a snapshot. Raises InputError for a perception that is given its masks, or cannot be made."""
+        perception = build_seeing(self._lab.conditions, self._lab.workspace).perception
+        if getattr(perception, "needs_labels", False):
             raise InputError(
                 "Perception 'labels' finds nothing in real pictures: name another in the lab file."
             )
-        return ask_perception(self._parts.perception, seen, wanted, None)
+        return ask_perception(perception, seen, wanted, None)
 
 
 def record_scene(
