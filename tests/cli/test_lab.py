@@ -73,15 +73,62 @@ class Twins:
     """What a line does to them is written down."""
 
     def __init__(self):
-        self.halted = []
-        self.arm = self
+        self.halted, self.done = [], []
+        self.arm = self.world = self
 
     def halt(self, **changed):
         self.halted.append(changed)
 
+    def reset(self):
+        self.done.append("reset")
+
+    def disturb(self):
+        self.done.append("disturb")
+
 
 def test_faults_are_typed_and_what_is_none_is_said(capsys):
     twins = Twins()
-    _obey(twins, ["e-stop\n", "\n", " TEACH \n", "fire\n"])
+    _obey(twins, ["e-stop\n", "\n", " TEACH \n", "fire\n", "disturb\n", "reset\n"])
     assert twins.halted == [{"e_stopped": 1}, {"mode": 1}]
+    assert twins.done == ["disturb", "reset"]
     assert "'fire' is none of e-stop" in capsys.readouterr().out
+
+
+def test_a_scene_is_told_what_it_lacks_before_anything_is_reached(lab_file, tmp_path, capsys):
+    scene = tmp_path / "cups"
+    code, _, err = run_torc("lab", "scene", scene, "--lab", lab_file, capsys=capsys)
+    assert code == 2
+    assert "--reference" in err
+    code, _, err = run_torc("lab", "scene", scene, "--lab", lab_file, "--mark", "1,x", capsys=capsys)
+    assert code == 2
+    assert "COLUMN,ROW" in err
+    code, _, err = run_torc(
+        "lab", "scene", tmp_path / "my cups", "--lab", lab_file, "--mark", "1,2", capsys=capsys
+    )
+    assert code == 2
+    assert "letters, digits" in err
+    scene.mkdir()
+    (scene / "other.txt").write_text("mine")
+    code, _, err = run_torc("lab", "scene", scene, "--lab", lab_file, "--mark", "1,2", capsys=capsys)
+    assert code == 2
+    assert "is no scene" in err
+    assert (scene / "other.txt").exists()
+    code, _, err = run_torc(
+        "lab", "scene", tmp_path / "new", "--lab", lab_file, "--mark", "1,2", capsys=capsys
+    )
+    assert code == 1
+    assert "cannot be reached" in err
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_bench_without_scenes_or_with_wrong_numbers_leaves_nothing(lab_file, tmp_path, capsys):
+    out = tmp_path / "real"
+    for wrong, said in (
+        (("--scenes", tmp_path / "none"), "holds no scene"),
+        (("--scenes", tmp_path, "--limit", "0"), "--limit"),
+        (("--scenes", tmp_path, "--threshold", "2"), "--threshold"),
+    ):
+        code, _, err = run_torc("lab", "bench", "--lab", lab_file, "--out", out, *wrong, capsys=capsys)
+        assert code == 2
+        assert said in err
+    assert not out.exists()

@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 
+from torc.errors import InputError
 from torc.lab.robotiq.registers import Object
 from torc.lab.twin.world import LiveWorld
 from torc.problems.problem import load_problem
@@ -51,3 +52,22 @@ def test_pictures_show_the_scene_and_nobody_dropped_anything(live):
     truth = live.truth(after_s=0.0)
     assert truth.in_bin == truth.dropped == ()
     assert not truth.retrieved
+
+
+def test_a_push_moves_one_object_and_laid_out_again_all_stand_as_before(live):
+    before = live.capture().label_image
+    pushed = live.disturb()
+    time.sleep(0.3)
+    moved = live.capture().label_image
+    shares = {k: np.mean(moved[before == k] == k) for k in np.unique(before[before >= 0])}
+    assert min(shares, key=shares.get) == pushed
+    assert shares[pushed] < 0.9
+    assert live.disturb(3, 1.5) == 3  # off the table
+    live.truth(after_s=1.5)
+    with pytest.raises(InputError, match="No such object"):
+        live.disturb(3)
+    live.reset()
+    time.sleep(0.3)
+    again = live.capture().label_image
+    assert np.mean(again == before) > 0.999
+    assert live.truth(after_s=0.0).dropped == ()

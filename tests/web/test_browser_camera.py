@@ -26,3 +26,13 @@ def test_pictures_and_facts_follow_each_other_and_trouble_is_told(open_page):
         assert page.locator("#facts dd").all_text_contents() == ["4"]
         board.show(jpeg(np.zeros((48, 96, 3), np.uint8)), {"objects": "0"})
         page.locator("#trouble").wait_for(state="hidden")
+
+
+def test_the_page_says_what_it_is_for(open_page):
+    board, sock = CameraBoard("Lay the scene out."), listen("127.0.0.1", 0)
+    port = sock.getsockname()[1]
+    board.show(jpeg(np.full((48, 144, 3), 90, np.uint8)), {"object 2": "0.08"})
+    with serving_app(make_camera_app(board, None, port), sock):
+        page = open_page(f"http://127.0.0.1:{port}/")
+        page.locator("#task", has_text="Lay the scene out.").wait_for()
+        assert page.locator("#facts dt").all_text_contents() == ["object 2"]

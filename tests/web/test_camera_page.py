@@ -56,3 +56,12 @@ def test_trouble_is_told_beside_the_last_picture(board, client):
     found = client.get("/api/camera.jpg?after=1")
     assert found.body == b"first"
     assert json.loads(found.headers["x-facts"]) == {"trouble": "The camera is gone."}
+
+
+def test_a_page_may_have_a_task_of_its_own():
+    board = CameraBoard("Lay the scene out.")
+    board.show(b"first", {"object 1": "0.50"})
+    assert board.newest()[2] == {"object 1": "0.50", "task": "Lay the scene out."}
+    board.trouble("The camera is gone.")
+    assert board.newest()[2]["task"] == "Lay the scene out."
+    assert "task" not in CameraBoard().newest()[2]

@@ -1,9 +1,14 @@
-"""What the paper measured: its figures 9 and 10 as data, beside which ours are shown.
+"""What the paper measured: its figures 9 and 10 in simulation, 11 and 12 on a robot, as data, beside which ours are
+shown.
 
 Source: "Are VLMs Effective Task Planners for Robotic Object Retrieval in Clutter?", figures 9 and 10, and the per-trial
 tables that the authors' experiment software wrote: 40 problems, 10 trials each (HUMAN 5), at most 15 picks, VLM Gemini
 Robotics-ER 1.5. Their problems, grasp planner and simulation differ from those that come with torc, so the values show
 how the methods compare there; they are no target.
+
+On the robot: the bars of figure 11, left; 3 scenes, 3 trials of each method in each. The paper draws picks, drops and
+computing times of these trials, but gives no numbers; RANDOM was not played. Its robot is a Yaskawa sda10f with a
+Robotiq 85 gripper and a stereo camera on the torso.
 """
 
 import csv
@@ -12,7 +17,10 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-CITATION = "Are VLMs Effective Task Planners for Robotic Object Retrieval in Clutter?, figures 9 and 10"
+_TITLE = "Are VLMs Effective Task Planners for Robotic Object Retrieval in Clutter?"
+CITATION, REAL_CITATION = f"{_TITLE}, figures 9 and 10", f"{_TITLE}, figure 11"
+REAL_SCENES, REAL_TRIALS = 3, 9
+"""On the robot: scenes, and trials of each method in all."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +31,7 @@ class PaperMethod:
 
     success: float
     drop_free: float
-    picks: float
+    picks: float | None
     drops: float
     decision_s: float | None
 
@@ -39,20 +47,35 @@ METHODS = {
 """By the name of torc's planner."""
 
 
-def paper_method(label: str) -> PaperMethod | None:
-    """The paper's method that a planner's label stands for; None for other planners."""
-    return METHODS.get(_planner(label))
+def _on_robot(retrieved: int, drop_free: int) -> PaperMethod:
+    # At least six of nine trials had no drop, so that the median is 0.
+    return PaperMethod(retrieved / REAL_TRIALS, drop_free / REAL_TRIALS, None, 0, None)
+
+
+REAL_METHODS = {
+    "vlm-select": _on_robot(8, 6),
+    "dg-select": _on_robot(9, 8),
+    "vlm-fixes-dg": _on_robot(9, 8),
+    "vlm-grasps": _on_robot(9, 9),
+    "human": _on_robot(9, 9),
+}
+"""The same on the robot."""
+
+
+def paper_method(label: str, real: bool = False) -> PaperMethod | None:
+    """The paper's method that a planner's label stands for, in simulation or on the robot; None for other planners."""
+    return (REAL_METHODS if real else METHODS).get(method_name(label))
 
 
 def paper_success(problem: str, label: str) -> float | None:
     """The paper's success rate on a problem that was imported from GraspClutter6D; None for other problems."""
-    found, name = re.fullmatch(r"gc6d-(\d+)-(obj_\d+_\d+)", problem), _planner(label)
+    found, name = re.fullmatch(r"gc6d-(\d+)-(obj_\d+_\d+)", problem), method_name(label)
     row = _per_problem().get((int(found[1]), found[2])) if found and name in METHODS else None
     return None if row is None else float(row[f"{name}_success"])
 
 
-def _planner(label: str) -> str:
-    """A planner's name without model or expert."""
+def method_name(label: str) -> str:
+    """A planner's name by its label: without model or expert."""
     return re.split(r"[\[ ]", label, maxsplit=1)[0]
 
 

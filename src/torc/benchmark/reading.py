@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from torc.benchmark.rows import PickRow, Table, TrialRow, participant_by_name
+from torc.benchmark.rows import REAL, PickRow, Table, TrialRow, participant_by_name
 from torc.benchmark.store import TRIALS, WORK, Store
 from torc.benchmark.table_files import TRIALS_FILE, read_rows
 from torc.episode.recorded import check_directory, picks_of, read_events, read_spec
@@ -34,9 +34,13 @@ def read_tables(roots: Sequence[Path]) -> Table:
     """
     roots = roots if len(roots) == 1 else [root.resolve() for root in roots]
     found = [_read(root) for root in roots]
-    rows, others = comparable([row for rows, _ in found for row in rows])
+    everything = [row for rows, _ in found for row in rows]
+    simulated, real = ([row for row in everything if row.real == which] for which in (False, True))
+    rows, others = comparable(simulated or real)
+    beside, more = comparable(real) if simulated and real else ((), ())
     root = roots[0] if len(roots) == 1 else Path(os.path.commonpath(roots))
-    return Table(root, rows, (*(one for _, left_out in found for one in left_out), *others))
+    left_out = *(one for _, left_out in found for one in left_out), *others, *more
+    return Table(root, rows, left_out, beside)
 
 
 def read_table(root: Path) -> Table:
@@ -125,7 +129,8 @@ def _loose(directory: Path) -> TrialRow:
     recorded = read_spec(directory / "spec.json")
     result = json.loads((directory / "result.json").read_text(encoding="utf-8"))
     problem = _problem(recorded.spec.problem)
-    category = problem.category if problem else "unknown"
+    known = problem.category if problem else "unknown"
+    category = REAL if result.get("lab") else known
     return _row(directory, recorded.spec, result, category=category, conditions=recorded.conditions_text)
 
 

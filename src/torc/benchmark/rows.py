@@ -8,6 +8,8 @@ from torc.episode.planners import PRIVILEGED
 from torc.records import PickResult
 from torc.specs.trial import SIMULATED
 
+REAL = "real"
+"""Category of trials on a real robot."""
 _WENT_WELL = (PickResult.RETRIEVED, PickResult.REMOVED)
 
 
@@ -100,6 +102,11 @@ class TrialRow:
         return self.status == "completed"
 
     @property
+    def real(self) -> bool:
+        """It was played on a real robot."""
+        return self.category == REAL
+
+    @property
     def cost(self) -> int:
         """Picks until the target was retrieved; the whole budget where it never was."""
         return self.picks if self.retrieved else self.max_picks
@@ -123,11 +130,26 @@ class TrialRow:
 
 @dataclass(frozen=True)
 class Table:
-    """All trials of a directory, sorted by planner, problem and seed, and directories that do not count, with why."""
+    """All trials of a directory, sorted by planner, problem and seed, and directories that do not count, with why.
+
+    Trials on a real robot are among `rows` only if there are no simulated ones: else they are in `beside`, since their
+    scenes are other ones.
+    """
 
     root: Path
     rows: tuple[TrialRow, ...]
     left_out: tuple[tuple[Path, str], ...] = ()
+    beside: tuple[TrialRow, ...] = ()
+
+    @property
+    def all_real(self) -> bool:
+        """Whether all trials that are compared were played on a real robot."""
+        return all(row.real for row in self.rows)
+
+    @property
+    def on_robot(self) -> "Table":
+        """The trials on a real robot alone."""
+        return Table(self.root, self.beside or tuple(row for row in self.rows if row.real))
 
     @property
     def view_command(self) -> str:

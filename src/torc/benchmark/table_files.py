@@ -29,7 +29,7 @@ def trial_records(table: Table) -> list[dict[str, Any]]:
     """A flat record per trial, its sums of seconds and picks among them."""
     plain = [f.name for f in fields(TrialRow) if f.name not in ("directory", "picked")]
     records = []
-    for row in table.rows:
+    for row in (*table.rows, *table.beside):
         tried = [p for p in row.picked if p.grasp_tried]
         sums = {
             "cost": row.cost,
@@ -47,7 +47,9 @@ def trial_records(table: Table) -> list[dict[str, Any]]:
 def pick_records(table: Table) -> list[dict[str, Any]]:
     """A flat record per attempt of all completed trials."""
     return [
-        {**{k: getattr(row, k) for k in _KEY}, **asdict(pick)} for row in table.rows for pick in row.picked
+        {**{k: getattr(row, k) for k in _KEY}, **asdict(pick)}
+        for row in (*table.rows, *table.beside)
+        for pick in row.picked
     ]
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from torc.cli.planner_options import planners_of
 from torc.cli.printing import print_json, split_names, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.errors import InputError
@@ -153,20 +154,9 @@ class BenchCommand:
         return shard, {problem.name: problem for problem in problems.values()}
 
     def _planners(self) -> list[BenchPlanner]:
-        """What --planners names, each with its own VLM or that of --vlm."""
-        from torc.benchmark.preflight import find_planner, split_vlm
-        from torc.specs.trial import PlannerSpec
-
+        """What --planners names, or an experiment file."""
         of_file = self.own_planners if self.planners == type(self).planners else ()
-        given = of_file or tuple((name, {}) for name in split_names(self.planners))
-        named = [(*split_vlm(text), settings) for text, settings in given]
-        # Options of a VLM may be meant for those named in --planners alone.
-        for_all = self.vlm.config() if self.vlm.vlm or all(vlm is None for _, vlm, _ in named) else None
-        planners = []
-        for name, vlm, settings in named:
-            spec = PlannerSpec(name, for_all if vlm is None else self.vlm.config(vlm), settings)
-            planners.append(find_planner(spec, self.vlm.cache(), own_vlm=vlm is not None))
-        return planners
+        return planners_of(of_file or [(name, {}) for name in split_names(self.planners)], self.vlm)
 
     def _play(self, store: Store, spec: BenchSpec, problems: dict[str, Problem]) -> int:
         from torc.benchmark.manifest import begin_call, calls, end_call

@@ -10,6 +10,7 @@ import tyro
 
 from torc.cli.printing import print_json, tell
 from torc.cli.vlm_options import VlmOptions
+from torc.cli.wanted import mark_of
 from torc.specs.conditions import PipelineSpec
 
 if TYPE_CHECKING:
@@ -128,11 +129,5 @@ class DecideCommand:
             )
         if self.mark and self.reference:
             raise InputError("--mark and --reference both say which object is the target: give one of them.")
-        try:
-            mark = tuple(int(part) for part in self.mark.split(",")) if self.mark else ()
-        except ValueError:
-            raise InputError(
-                f"--mark '{self.mark}' is not COLUMN,ROW or LEFT,TOP,RIGHT,BOTTOM in pixels."
-            ) from None
         description = self.description or frame.target_description
-        return Wanted(description, load_pictures(self.reference), mark)
+        return Wanted(description, load_pictures(self.reference), mark_of(self.mark))

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from torc.cli.commands import Group
+from torc.cli.lab_bench import LabBenchCommand
+from torc.cli.lab_scene import SceneCommand
 from torc.cli.printing import printable
 
 if TYPE_CHECKING:
@@ -182,8 +184,8 @@ class TwinCommand:
       torc lab check twin.yaml --move
       torc retrieve --lab twin.yaml --reference pictures/*.png
 
-    While they run, type the name of a fault to make it happen, `recover` to end it, or `truth` for what really lies in
-    the bin. Ctrl-C ends them.
+    While they run, type the name of a fault to make it happen, `recover` to end it, `truth` for what really lies in the
+    bin, or `reset` to lay the scene out again, for the next trial. Ctrl-C ends them.
     """
 
     problem: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[PROBLEM]")] = "structured-01"
@@ -198,7 +200,7 @@ class TwinCommand:
     def run(self) -> int:
         """Run until Ctrl-C."""
         from torc.lab.lab_file import load_lab
-        from torc.lab.twin.faults import FAULTS
+        from torc.lab.twin.faults import FAULTS, SCENE
         from torc.lab.twin.rehearsal import rehearsal, write_lab
         from torc.problems.problem import load_problem
 
@@ -209,8 +211,9 @@ class TwinCommand:
             if self.references is not None:
                 print(f"Pictures of it: {_write_references(problem, self.references)}")
             width = max(map(len, FAULTS))
-            print("Type a fault, `recover`, or `truth`; Ctrl-C ends the twins.")
-            print("\n".join(f"  {name:<{width}}  {what}" for name, (what, _) in FAULTS.items()), flush=True)
+            print("Type one of these, `recover`, or `truth`; Ctrl-C ends the twins.")
+            words = {**FAULTS, **SCENE}.items()
+            print("\n".join(f"  {name:<{width}}  {what}" for name, (what, _) in words), flush=True)
             with suppress(KeyboardInterrupt):
                 _obey(there, sys.stdin)
                 threading.Event().wait()  # its input ended: it runs as a service
@@ -219,8 +222,9 @@ class TwinCommand:
 
 def _obey(there: Rehearsal, lines: Iterable[str]) -> None:
     """Does what is typed."""
-    from torc.lab.twin.faults import FAULTS, recover
+    from torc.lab.twin.faults import FAULTS, SCENE, recover
 
+    words = {**FAULTS, **SCENE}
     for line in lines:
         word = line.strip().lower()
         if word == "truth":
@@ -231,10 +235,10 @@ def _obey(there: Rehearsal, lines: Iterable[str]) -> None:
             )
         elif word == "recover":
             recover(there)
-        elif word in FAULTS:
-            FAULTS[word][1](there)
+        elif word in words:
+            words[word][1](there)
         elif word:
-            print(f"'{printable(word)}' is none of {', '.join([*FAULTS, 'recover', 'truth'])}.", flush=True)
+            print(f"'{printable(word)}' is none of {', '.join([*words, 'recover', 'truth'])}.", flush=True)
 
 
 def _write_references(problem: object, directory: Path) -> str:
@@ -257,6 +261,8 @@ LAB = Group(
         "check": ("whether every device works; moves nothing unless told", CheckCommand),
         "board": ("a board to print, for calibrating", BoardCommand),
         "calibrate": ("where the camera is, by the board in the robot's hand", CalibrateCommand),
+        "scene": ("store a scene, and lay it out again", SceneCommand),
+        "bench": ("task planners against each other in such scenes", LabBenchCommand),
         "twin": ("the simulator behind the same wires, to rehearse", TwinCommand),
     },
     "Try:\n"

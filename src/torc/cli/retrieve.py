@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import tyro
 
 from torc.cli.printing import print_json
 from torc.cli.vlm_options import VlmOptions
+from torc.cli.wanted import wanted_of
 from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec
-
-if TYPE_CHECKING:
-    from torc.perception.protocol import Wanted
 
 
 @dataclass(frozen=True)
@@ -66,7 +64,7 @@ class RetrieveCommand:
         from torc.lab.retrieval import Operation, lab_spec, retrieve
         from torc.plugins import short_part_name
 
-        lab, wanted = load_lab(self.lab), self._wanted()
+        lab, wanted = load_lab(self.lab), wanted_of(self.target, self.reference)
         spec = lab_spec(lab, PlannerSpec(self.planner, self.vlm.config(), self.planner_settings), self.seed)
         console = Console(stderr=self.json)
         with console.status("connecting...") as status:
@@ -98,15 +96,3 @@ class RetrieveCommand:
                 console.print(f"\nDry run, nothing moved. Plan: {escape(result['plan'])}")
             console.print(f"Results and pictures: {escape(str(trial.directory))}", highlight=False)
         return {"completed": 0, "dry run": 0, "errored": 1, "interrupted": 130}[result["status"]]
-
-    def _wanted(self) -> Wanted:
-        """The target as the options say it. Raises InputError."""
-        from torc.errors import InputError
-        from torc.perception.protocol import Wanted
-        from torc.perception.target import load_pictures
-
-        if not self.target and not self.reference:
-            raise InputError(
-                "Which object is the target? Give --reference pictures of it, --target its description, or both."
-            )
-        return Wanted(self.target, load_pictures(self.reference))

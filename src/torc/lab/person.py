@@ -1,14 +1,18 @@
 """The person beside the robot: what he is asked, and how often."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 from torc.episode.events import Event, Planned
+from torc.lab.protocols import LabError
 from torc.records import Trajectory
 
 Confirming = Literal["motion", "pick", "never"]
 Ask = Callable[[str], bool]
 """Asks a question that is answered with yes or no."""
+AskText = Callable[[str], str]
+"""Asks a question that is answered with a line of text."""
 
 
 class Confirmation:
@@ -45,3 +49,24 @@ def ask_in_terminal(question: str) -> bool:
             return True
         if answer in ("n", "no"):
             return False
+
+
+def ask_text_in_terminal(question: str) -> str:
+    """Asks for a line. Raises LabError at the end of the input: there is nobody to answer."""
+    try:
+        return input(f"{question} ").strip()
+    except EOFError:
+        raise LabError(f"Nobody answers: {question}") from None
+
+
+@dataclass(frozen=True)
+class Person:
+    """Who lays scenes out, stands by, and tells what sensors cannot.
+
+    Attributes:
+        ask: yes or no.
+        ask_text: a line of text.
+    """
+
+    ask: Ask = ask_in_terminal
+    ask_text: AskText = ask_text_in_terminal

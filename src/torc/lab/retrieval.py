@@ -82,7 +82,8 @@ def retrieve(
     """
     refuse_simulated(spec.planner.name)
     system = build_system(spec.conditions, lab.workspace, planned_for(lab))
-    if getattr(system.pipeline.perception, "needs_pictures", False) and not len(wanted.pictures):
+    blind = getattr(system.pipeline.perception, "needs_pictures", False)
+    if blind and not (wanted.pictures or wanted.mark):
         raise InputError(
             f"Perception '{spec.conditions.perception}' knows a target by pictures, not by words: give --reference "
             "pictures of it, or name a perception that reads words in the lab file (grounded-sam2, sam3)."
@@ -136,8 +137,11 @@ class _LabTrial:
         view_of(rehearse(self.parts, self.planner).context)
         config = EpisodeConfig(spec.conditions.max_picks, spec.seed)
         vlm = "" if spec.planner.vlm is None else spec.planner.vlm.text
-        said = self.wanted.description or "the object of the reference pictures"
-        tell(Started(spec.problem, self.planner.name, spec.seed, said, config.max_picks, vlm=vlm))
+        said = (
+            self.wanted.description
+            or f"the object of the {'mark' if self.wanted.mark else 'reference pictures'}"
+        )
+        tell(Started(spec.problem_name, self.planner.name, spec.seed, said, config.max_picks, vlm=vlm))
         episode = Episode(Steps(self.parts, self.wanted, config, tell))
         halts: list[str] = []
         self._await_rest_pose()

@@ -53,8 +53,16 @@ def mark_image(
     scale = max(1.0, label.shape[0] / 480)
     image = _tint(scene.observation.rgb, label, highlight)
     _outline(image, label, highlight, max(1, round(_OUTLINE_PX * scale)))
+    write_numbers(image, label, {i: (labels or {}).get(i, i) for i in scene.ids})
+    return image
+
+
+def write_numbers(
+    image: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], numbers: Mapping[int, int]
+) -> None:
+    """Writes a number into, or beside, each of these labels' masks, in place; as `mark_image`."""
+    scale = max(1.0, label.shape[0] / 480)
     digits = [max(5, round(px * scale)) for px in (_DIGIT_PX, _SMALL_DIGIT_PX)]
-    numbers = {i: (labels or {}).get(i, i) for i in scene.ids}
     padding = round(_PADDING_PX * scale)
     boxes = {i: tuple(_number_box(number, px, padding) for px in digits) for i, number in numbers.items()}
     places = place_labels(label, {i: (large.shape, small.shape) for i, (large, small) in boxes.items()})
@@ -63,7 +71,6 @@ def mark_image(
         box = next(b for b in boxes[i] if b.shape == place.size)
         height, width = place.size
         image[place.row : place.row + height, place.col : place.col + width] = box[..., None]
-    return image
 
 
 def _tint(
@@ -82,17 +89,17 @@ def _outline(
     image: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], highlight: int | None, px: int
 ) -> None:
     """Draw the rims of all masks in their colours, in place."""
-    rim = _rim(label, px) & (label >= 0)
-    image[rim] = _palette()[label[rim]]
+    inner = rim(label, px) & (label >= 0)
+    image[inner] = _palette()[label[inner]]
     if highlight is not None:
         mask = (label == highlight).astype(np.uint8)
-        image[(_rim(mask, 2 * px)) & (mask > 0)] = _palette()[highlight]
+        image[(rim(mask, 2 * px)) & (mask > 0)] = _palette()[highlight]
         kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
         image[(cv2.dilate(mask, kernel) > 0) & (mask == 0)] = 255
 
 
-def _rim(label: np.ndarray, px: int) -> Bool[np.ndarray, "h w"]:
-    """Pixels within px of another label or of the image's border."""
+def rim(label: np.ndarray, px: int) -> Bool[np.ndarray, "h w"]:
+    """Pixels (h, w) of a label image or mask within px of another label or of the image's border."""
     padded = np.pad(label, px, constant_values=-3 if label.dtype == np.int16 else 0)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
     inner = (slice(px, -px), slice(px, -px))

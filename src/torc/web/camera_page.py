@@ -21,10 +21,11 @@ _HEADERS = "X-Frame", "X-Facts"
 
 
 class CameraBoard(FrameBoard):
-    """The newest picture, with facts by name."""
+    """The newest picture, with facts by name; `task` says what the page shows, if it is not a camera alone."""
 
-    def __init__(self) -> None:
+    def __init__(self, task: str = "") -> None:
         super().__init__()
+        self._task = {"task": task} if task else {}
         self._facts: dict[str, str] = {}
         self._lock = threading.Lock()
 
@@ -43,7 +44,7 @@ class CameraBoard(FrameBoard):
     def newest(self) -> tuple[int, bytes, dict[str, str]]:
         """Number, picture and facts; says that somebody watches."""
         with self._lock:
-            return *self.watch(), self._facts
+            return *self.watch(), self._facts | self._task
 
 
 def make_camera_app(board: CameraBoard, token: str | None, port: int) -> Starlette:

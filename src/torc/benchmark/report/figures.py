@@ -71,8 +71,18 @@ def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
             figure.tight_layout()
             figure.savefig(svg, format="svg", metadata={"Date": None})
             figure.savefig(png, format="png", dpi=150)
+        if table.all_real:
+            title, text = _on_robot(name, title, text)
         pictures.append(Picture(name, title, text, svg.getvalue(), png.getvalue(), draw is _problems))
     return pictures
+
+
+def _on_robot(name: str, title: str, text: str) -> tuple[str, str]:
+    """Title and text of the same figure of a real robot."""
+    title = title.replace("figure 9", "figure 11").replace("figure 10", "figure 12")
+    if name in ("picks", "decision_time"):
+        text = f"{text.partition(' Diamonds:')[0]} The paper draws its own without numbers."
+    return title, text
 
 
 def _success(table: Table, planners: list[str]) -> Figure:
@@ -85,7 +95,7 @@ def _success(table: Table, planners: list[str]) -> Figure:
         dropped = success.value - clean.value
         axes.bar(i, dropped, 0.62, clean.value, label=None if i else "with drops", **hatched)
         _whisker(axes, i, success)
-        _mark_paper(axes, i, planner, lambda m: [m.success, m.drop_free])
+        _mark_paper(axes, i, paper_method(planner, table.all_real), lambda m: [m.success, m.drop_free])
     axes.set_ylim(0, 1.04)
     axes.set_ylabel("share of trials")
     _name_planners(axes, planners)
@@ -114,7 +124,7 @@ def _boxes(
                 points = rng.choice(points, _MAX_POINTS, replace=False)
             beside = i + rng.uniform(-0.2, 0.2, len(points))
             axes.scatter(beside, points, 7, color=_color(i), alpha=0.6, zorder=3)
-        _mark_paper(axes, i, planner, paper)
+        _mark_paper(axes, i, paper_method(planner, table.all_real), paper)
     axes.set_ylabel(label)
     axes.set_yscale("log" if log else "linear")
     _name_planners(axes, planners)
@@ -165,7 +175,7 @@ def _name_planners(axes: Axes, planners: list[str], legend: bool = True) -> None
     """Planners along the x axis, the legend above."""
     axes.set_xticks(range(len(planners)), [p.replace("[", "\n[") for p in planners], rotation=20, ha="right")
     axes.set_xlim(-0.6, len(planners) - 0.4)
-    if legend:
+    if legend and axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.16), ncols=3, frameon=False, fontsize=9)
 
 
@@ -176,13 +186,13 @@ def _whisker(axes: Axes, x: float, found: Estimate) -> None:
         axes.errorbar(x, found.value, [[below], [above]], color=_INK, capsize=4, linewidth=1.3, zorder=3)
 
 
-def _mark_paper(axes: Axes, i: int, planner: str, values: Callable[[PaperMethod], list[float]]) -> None:
-    """The paper's values beside a planner's; an entry of the legend with the first."""
-    method = paper_method(planner)
+def _mark_paper(
+    axes: Axes, i: int, method: PaperMethod | None, values: Callable[[PaperMethod], list[float]]
+) -> None:
+    """The paper's values beside a planner's; an entry of the legend with the first that there are."""
     if marks := values(method) if method else []:
-        axes.scatter([i + 0.36] * len(marks), marks, **_PAPER_MARK)
-    if i == 0:
-        axes.scatter([], [], **_PAPER_MARK, label="the paper")
+        label = None if "the paper" in axes.get_legend_handles_labels()[1] else "the paper"
+        axes.scatter([i + 0.36] * len(marks), marks, **_PAPER_MARK, label=label)
 
 
 _FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
@@ -193,7 +203,12 @@ _FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
         "95 % intervals. Diamonds: the paper's values, upper one for all successes, lower one for those with no drop.",
     ),
     "picks": (
-        partial(_boxes, values=lambda r: [r.picks], paper=lambda m: [m.picks], label="picks per trial"),
+        partial(
+            _boxes,
+            values=lambda r: [r.picks],
+            paper=lambda m: [] if m.picks is None else [m.picks],
+            label="picks per trial",
+        ),
         "Picks required (the paper's figure 9, right)",
         "Picks of every completed trial, failed attempts included. Box: quartiles and median. Diamonds: the paper's "
         "medians.",

@@ -169,7 +169,7 @@ def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
     if missing := Counter(r.planner for r in table.rows if r.status == "missing"):
         told = ", ".join(f"{planner} {n}" for planner, n in missing.items())
         found.append(
-            f"{missing.total()} planned trials have not been played yet ({told}): torc bench goes on."
+            f"{missing.total()} planned trials have not been played yet ({told}): the same command goes on."
         )
     for s in standings:
         if s.played and not s.completed:

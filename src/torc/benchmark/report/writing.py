@@ -16,6 +16,7 @@ from torc.benchmark.report.cells import Link, address_of
 from torc.benchmark.report.figures import Picture, draw_all
 from torc.benchmark.report.pages import Section, html_page, markdown_page
 from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
+from torc.benchmark.report.real import real_sections
 from torc.benchmark.report.trials import KEY, failures, trial_board
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import write_tables
@@ -98,6 +99,7 @@ def _sections(
     return [
         Section("", [tables.ranking_table(ranking.standings, ranking.table, ranking.comparable)]),
         *([Section(references.title, [references])] if references.rows else []),
+        *real_sections(table),
         Section("The paper's figures, from these trials", pictures, "figures"),
         *(
             Section(t.title, [t], "" if i else "tables")

@@ -54,3 +54,12 @@ def recover(there: Rehearsal) -> None:
         there.arm.state = MOTOMAN_READY
     else:
         there.arm.state = dict(ROS_READY)
+
+
+SCENE: Mapping[str, tuple[str, Callable[[Rehearsal], object]]] = MappingProxyType(
+    {
+        "reset": ("somebody lays the scene out again", lambda there: there.world.reset()),
+        "disturb": ("somebody pushes an object aside by 3 cm", lambda there: there.world.disturb()),
+    }
+)
+"""What a person does on the table: name -> what, and what does it."""

@@ -12,7 +12,7 @@ from typing import Self, TypeVar
 
 import numpy as np
 
-from torc.errors import TorcError
+from torc.errors import InputError, TorcError
 from torc.lab.robotiq.gripper import FORCE_N, WidthScale
 from torc.lab.robotiq.registers import Object
 from torc.problems.problem import Problem
@@ -30,6 +30,8 @@ _EMPTY_M = 0.0015
 _CALM_M_S, _BELOW_M = 0.05, 0.05
 _STILL_M_S, _STILL_S = 0.003, 0.08
 _ARRIVED_COUNTS = 3
+_DISTURBED_M, _CLEAR_M = 0.03, 0.002
+"""So far a push goes, and so much is lifted: what slides might catch."""
 _STARTS_S = 60.0
 _PICTURE_S = 20.0
 T = TypeVar("T")
@@ -110,6 +112,18 @@ class LiveWorld:
         time.sleep(after_s)
         return self._ask(self._cleared)
 
+    def reset(self) -> None:
+        """A person lays the scene out again: all objects stand where the problem puts them, and at rest. The arm stays
+        where it is.
+        """
+        self._ask(self._laid_out)
+
+    def disturb(self, object_id: int | None = None, by_m: float = _DISTURBED_M) -> int:
+        """Somebody pushes an object aside, away from the others; which one it is. The one that reaches highest, if none
+        is named. Raises InputError for one that is not there any more.
+        """
+        return self._ask(lambda: self._pushed(object_id, by_m))
+
     def _ask(self, wish: Callable[[], T]) -> T:
         self._check()
         answer: Future[object] = Future()
@@ -126,6 +140,7 @@ class LiveWorld:
         try:
             world = build_world(problem, robot, workspace)
             self._world, self._stepper = world, Stepper(world)
+            self._first = world.positions.copy(), world.wxyz.copy()
             self._gripper = SimulatedGripper(self._stepper, robot)
             self._arm = SimulatedArm(self._stepper, robot, self._gripper)
             self._gripper.begin_opening(self._gripper.max_width_m)
@@ -147,6 +162,8 @@ class LiveWorld:
             for wish, answer in wishes:
                 try:
                     answer.set_result(wish())
+                except InputError as error:  # of a wish that cannot be; nothing broke
+                    answer.set_exception(error)
                 except Exception as error:  # whoever wished must hear of it
                     answer.set_exception(error)
                     raise
@@ -216,3 +233,22 @@ class LiveWorld:
             world.park(k, Presence.DELIVERED if k in in_bin else Presence.DROPPED)
         world.update_position_stage()
         return Truth(tuple(self._in_bin), tuple(self._dropped))
+
+    def _laid_out(self) -> None:
+        for k, (position, wxyz) in enumerate(zip(*self._first, strict=True)):
+            self._world.unpark(k, position, wxyz)
+        self._in_bin.clear()
+        self._dropped.clear()
+        self._world.update_position_stage()
+
+    def _pushed(self, object_id: int | None, by_m: float) -> int:
+        world = self._world
+        there, places = world.on_table(), world.positions
+        if not there or (object_id is not None and object_id not in there):
+            raise InputError(f"No such object is on the table; there are {list(there)}.")
+        k = max(there, key=lambda i: places[i, 2]) if object_id is None else object_id
+        away = places[k, :2] - places[list(there), :2].mean(axis=0)
+        away = away / (np.linalg.norm(away) or 1.0)
+        world.set_object_pose(k, places[k] + [*(by_m * away), _CLEAR_M], world.wxyz[k])
+        world.update_position_stage()
+        return k

@@ -7,7 +7,8 @@ let address = "";
 function tell(facts) {
   $("trouble").hidden = !facts.trouble;
   $("trouble").textContent = facts.trouble || "";
-  const rows = Object.entries(facts).filter(([name]) => name !== "trouble");
+  if (facts.task) $("task").textContent = facts.task;
+  const rows = Object.entries(facts).filter(([name]) => name !== "trouble" && name !== "task");
   if (rows.length === 0) return;
   $("facts").replaceChildren(...rows.flatMap(([name, fact]) => {
     const [term, text] = [document.createElement("dt"), document.createElement("dd")];

@@ -1,0 +1,32 @@
+"""The target, as options of a command tell it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from torc.errors import InputError
+
+if TYPE_CHECKING:
+    from torc.perception.protocol import Wanted
+
+
+def wanted_of(description: str, pictures: Sequence[Path], mark: str = "") -> Wanted:
+    """What --target, --reference and --mark tell. Raises InputError, also if they tell nothing."""
+    from torc.perception.protocol import Wanted
+    from torc.perception.target import load_pictures
+
+    if not (description or pictures or mark):
+        raise InputError(
+            "Which object is the target? Give --reference pictures of it, --target its description, or both."
+        )
+    return Wanted(description, load_pictures(pictures), mark_of(mark))
+
+
+def mark_of(text: str) -> tuple[int, ...]:
+    """The numbers of a pixel or a box; none for "". Raises InputError."""
+    try:
+        return tuple(int(part) for part in text.split(",")) if text else ()
+    except ValueError:
+        raise InputError(f"--mark '{text}' is not COLUMN,ROW or LEFT,TOP,RIGHT,BOTTOM in pixels.") from None

@@ -1,0 +1,189 @@
+"""How far a scene is laid out as it was: per object, from depth and colour, without segmenting what is there now.
+
+Masks of two looks at the same scene differ: two objects become one, an edge moves. So what is there now is not
+segmented. A pixel of an object's mask counts if it shows the same surface as in the reference: as far away, and of the
+same colour. An object that was moved shows what is behind it where it stood, and one that was turned or exchanged other
+depths or colours.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32, Int16, UInt8
+
+from torc.errors import InputError
+from torc.geometry.transforms import unproject
+from torc.records import BACKGROUND, Observation, VoxelGrid
+
+_FAR = np.float32(1e6)
+
+
+@dataclass(frozen=True)
+class OverlapConfig:
+    """When a pixel shows the same surface.
+
+    Attributes:
+        same_m, same_share: depths this close, or within this share of the depth, are the same.
+        lightness, hue: colours (CIELAB, 8 bits) this close are the same; shadows of others change lightness.
+        slack_px: a neighbour this near may match as well: edges flicker.
+        around_px: so near to an object nothing counts as new, in a picture 480 pixels high.
+        new_share: share of the picture that a new thing has.
+        table: least share of the table that is where it was.
+    """
+
+    same_m: float = 0.008
+    same_share: float = 0.012
+    lightness: float = 90.0
+    hue: float = 25.0
+    slack_px: int = 1
+    around_px: int = 10
+    new_share: float = 5e-4
+    table: float = 0.8
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """How far a picture is like its reference.
+
+    Attributes:
+        objects: by id, the intersection over union of where an object was and is, 0 to 1, of an object that shows as
+            much as it did.
+        new_px: pixels of the largest thing that stands where nothing stood.
+        new: whether that is more than noise.
+        table: share of the table, as far as it was and is seen, that is where it was.
+        table_moved: whether that is too little: the camera has moved, or the table.
+    """
+
+    objects: Mapping[int, float]
+    new_px: int
+    new: bool
+    table: float
+    table_moved: bool
+
+    def fits(self, threshold: float) -> bool:
+        """Whether every object is in its place, and nothing else is there."""
+        return not (self.new or self.table_moved) and min(self.objects.values()) >= threshold
+
+    def faults(self, threshold: float) -> list[str]:
+        """What is not as it was, in words."""
+        off = sorted((value, k) for k, value in self.objects.items() if value < threshold)
+        told = [f"object {k} overlaps by {value:.2f}" for value, k in off]
+        if self.new:
+            told.append(f"something stands where nothing stood ({self.new_px} pixels)")
+        if self.table_moved:
+            told.append(f"{1 - self.table:.0%} of the table is not where it was: has the camera moved?")
+        return told
+
+
+def measure_overlap(
+    reference: Observation, seen: Observation, grid: VoxelGrid, config: OverlapConfig | None = None
+) -> Overlap:
+    """Compares a snapshot with a reference, whose `label_image` holds the objects' masks; `grid` is the room that is
+    watched, world frame. Raises InputError for pictures of another size or lens, and for a reference without masks.
+    """
+    config = config or OverlapConfig()
+    label = _checked_label(reference, seen)
+    same = _same_depth(reference.depth_m, seen.depth_m, config) & _same_color(reference, seen, label, config)
+    ids = np.unique(label[label >= 0]).tolist()
+    shares = {k: float(same[label == k].mean()) for k in ids}
+    watched = (label == BACKGROUND) & _within(reference, grid)
+    low, high = _range(seen.depth_m, config.slack_px)
+    tolerance = _tolerance(reference.depth_m, config)
+    nearer = (reference.depth_m > 0) & (high > 0) & (high < reference.depth_m - 2 * tolerance)
+    table = watched & (high > 0) & ~nearer
+    level = float((table & (low < reference.depth_m + tolerance))[table].mean()) if table.any() else 0.0
+    new_px = _largest(_apart(nearer & _within(seen, grid), label, config))
+    return Overlap(
+        # Of an object that shows as many pixels as it did: n of them in common make n / (2 - n) of the union.
+        {k: share / (2 - share) for k, share in shares.items()},
+        new_px,
+        new_px > config.new_share * label.size,
+        level,
+        level < config.table,
+    )
+
+
+def _checked_label(reference: Observation, seen: Observation) -> Int16[np.ndarray, "h w"]:
+    label = reference.label_image
+    if label is None or not (label >= 0).any():
+        raise InputError("The reference of the scene has no objects. Store the scene again.")
+    if label.shape != seen.depth_m.shape or not np.allclose(reference.K, seen.K, rtol=0.01):
+        (h, w), (height, width) = label.shape, seen.depth_m.shape
+        raise InputError(
+            f"The scene was stored with {w}x{h} pixels and fx {reference.K[0, 0]:.0f}; the camera gives {width}x"
+            f"{height} pixels and fx {seen.K[0, 0]:.0f}. Use the same camera and settings, or store the scene again."
+        )
+    return label
+
+
+def _tolerance(depth_m: Float32[np.ndarray, "h w"], config: OverlapConfig) -> Float32[np.ndarray, "h w"]:
+    return np.maximum(config.same_m, config.same_share * depth_m).astype(np.float32)
+
+
+def _range(
+    depth_m: Float32[np.ndarray, "h w"], slack_px: int
+) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
+    """Least and greatest reading around each pixel; _FAR and 0 where there is none."""
+    kernel = np.ones((2 * slack_px + 1,) * 2, np.uint8)
+    read = depth_m > 0
+    low = cv2.erode(np.where(read, depth_m, _FAR).astype(np.float32), kernel)
+    high = cv2.dilate(np.where(read, depth_m, 0).astype(np.float32), kernel)
+    return np.asarray(low), np.asarray(high)
+
+
+def _same_depth(
+    then: Float32[np.ndarray, "h w"], now: Float32[np.ndarray, "h w"], config: OverlapConfig
+) -> Bool[np.ndarray, "h w"]:
+    """Where depths agree; also where one of them has no reading, which colour has to judge."""
+    low, high = _range(now, config.slack_px)
+    tolerance = _tolerance(then, config)
+    both = (then > 0) & (high > 0)
+    return np.asarray(~both | ((then >= low - tolerance) & (then <= high + tolerance)))
+
+
+def _same_color(
+    reference: Observation, seen: Observation, label: Int16[np.ndarray, "h w"], config: OverlapConfig
+) -> Bool[np.ndarray, "h w"]:
+    """Where colours agree, after the light's own change: that of what is no object."""
+    kernel = np.ones((2 * config.slack_px + 1,) * 2, np.uint8)
+    still = (label == BACKGROUND) & _same_depth(reference.depth_m, seen.depth_m, config)
+    light = (
+        (reference.rgb[still].mean(axis=0) + 1) / (seen.rgb[still].mean(axis=0) + 1) if still.any() else 1.0
+    )
+    then, now = _lab(reference.rgb), _lab(np.rint(np.clip(seen.rgb * light, 0, 255)).astype(np.uint8))
+    tolerance = np.array([config.lightness, config.hue, config.hue], np.float32)
+    low, high = np.asarray(cv2.erode(now, kernel)), np.asarray(cv2.dilate(now, kernel))
+    return np.asarray(((then >= low - tolerance) & (then <= high + tolerance)).all(axis=-1))
+
+
+def _lab(rgb: UInt8[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "h w 3"]:
+    return np.asarray(cv2.cvtColor(cv2.GaussianBlur(rgb, (0, 0), 1.5), cv2.COLOR_RGB2LAB), np.float32)
+
+
+def _within(observation: Observation, grid: VoxelGrid) -> Bool[np.ndarray, "h w"]:
+    """Pixels whose surface is in the watched room, or just below its floor."""
+    read = observation.depth_m > 0
+    rows, cols = np.nonzero(read)
+    points = unproject(rows, cols, observation.depth_m[rows, cols], observation.K, observation.T_world_camera)
+    floor = grid.origin - [0, 0, 0.02]
+    out = np.zeros_like(read)
+    out[rows, cols] = ((points >= floor) & (points <= grid.upper)).all(axis=1)
+    return out
+
+
+def _apart(
+    nearer: Bool[np.ndarray, "h w"], label: Int16[np.ndarray, "h w"], config: OverlapConfig
+) -> Bool[np.ndarray, "h w"]:
+    """What is nearer than it was, apart from the objects: these may be off by a little."""
+    px = max(1, round(config.around_px * label.shape[0] / 480))
+    around = cv2.dilate((label != BACKGROUND).astype(np.uint8), np.ones((2 * px + 1,) * 2, np.uint8))
+    return np.asarray(nearer & (around == 0))
+
+
+def _largest(mask: Bool[np.ndarray, "h w"]) -> int:
+    """Pixels of the largest piece that is more than a line."""
+    opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, _, facts, _ = cv2.connectedComponentsWithStats(opened)
+    return int(facts[1:, cv2.CC_STAT_AREA].max(initial=0))
