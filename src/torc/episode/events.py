@@ -12,7 +12,8 @@ from torc.records import Decision, PickOutcome, PickPlan, PlanFailure
 @dataclass(frozen=True)
 class Started:
     """The episode begins. Only simulators know `names` of the objects by id, and which are `absent` because they fell
-    off the table before the first pick; `vlm` is the model that the planner asks, as on the command line.
+    off the table before the first pick; `vlm` is the model that the planner asks, as on the command line; `guard` says,
+    of a real robot, what happens when it touches something.
     """
 
     problem: str
@@ -23,6 +24,7 @@ class Started:
     names: tuple[str, ...] = ()
     absent: tuple[int, ...] = ()
     vlm: str = ""
+    guard: str = ""
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ class StartedLine(_Line):
     names: tuple[_Text, ...] = ()
     absent: tuple[_Id, ...] = ()
     vlm: _Text = ""
+    guard: _Text = ""
 
 
 class SeenObject(_Line):

@@ -29,6 +29,8 @@ def log_line(event: Event) -> dict[str, Any]:
     match event:
         case Started():
             facts = to_plain(event)
+            if not event.guard:
+                del facts["guard"]
         case Ended():
             facts = result_facts(event.result)
         case Looked():

@@ -77,7 +77,7 @@ def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
     feels = (
         "feels contacts"
         if arm.feels_contact
-        else "feels no contacts: approaches are slow, and nobody but you stops them"
+        else "feels no contacts: approaches are slow, grasps keep further away, and nobody but you stops it"
     )
     yield Finding("arm", True, feels)
     if ask is not None:

@@ -15,6 +15,7 @@ from torc.episode.steps import EpisodeConfig, PickParts, Steps, checked_choice, 
 from torc.episode.trial import Trial, recorded_trial
 from torc.errors import InputError, TorcError
 from torc.lab.devices import is_at_rest_pose, limits, opened_lab, planned_for
+from torc.lab.guarding import Guarded, guarded
 from torc.lab.lab_file import Lab
 from torc.lab.person import Ask, Confirmation, Confirming, ask_in_terminal
 from torc.lab.planning import LimitedMotionPlanner
@@ -23,7 +24,7 @@ from torc.lab.robot import LabRobot
 from torc.lab.supervisor import SupervisedArm
 from torc.motion.asking import ask_motion_planner
 from torc.perception.protocol import Wanted
-from torc.pipeline.building import System, build_system, sources
+from torc.pipeline.building import build_system, sources
 from torc.pipeline.look import Look
 from torc.pipeline.state import stage_rng
 from torc.pipeline.warm_up import announced_compilation
@@ -33,9 +34,6 @@ from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.asking import ask_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
-
-_GUARDLESS_SPEED_M_S = 0.05
-"""Of approaches, where the robot feels no contact; the planner's own speed is three times that."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +101,9 @@ def retrieve(
 
     def play() -> dict[str, Any]:
         with opened_lab(lab, confirmation) as robot, announced_compilation(say):
-            trial = _LabTrial(lab, _careful(system, robot, say), robot, planner, wanted, operation)
+            careful = guarded(system, robot.config)
+            say(careful.text)
+            trial = _LabTrial(lab, careful, robot, planner, wanted, operation)
             return trial.play(spec, [recorder, confirmation.listen, *listeners])
 
     return recorded_trial(recorder, about, play, TorcError)
@@ -115,7 +115,7 @@ class _LabTrial:
     def __init__(
         self,
         lab: Lab,
-        system: System,
+        careful: Guarded,
         robot: LabRobot,
         planner: TaskPlanner,
         wanted: Wanted,
@@ -123,6 +123,7 @@ class _LabTrial:
     ) -> None:
         self.lab, self.robot, self.planner = lab, robot, planner
         self.wanted, self.operation = wanted, operation
+        system, self.guard = careful.system, careful.text
         planner_within = LimitedMotionPlanner(system.motion_planner, lab.robot, limits(lab))
         self.parts = PickParts(robot, system.pipeline, planner_within)
 
@@ -137,7 +138,8 @@ class _LabTrial:
         config = EpisodeConfig(spec.conditions.max_picks, spec.seed)
         vlm = "" if spec.planner.vlm is None else spec.planner.vlm.text
         said = self.wanted.description or "the object of the reference pictures"
-        tell(Started(spec.problem, self.planner.name, spec.seed, said, config.max_picks, vlm=vlm))
+        begun = Started(spec.problem, self.planner.name, spec.seed, said, config.max_picks, vlm=vlm)
+        tell(replace(begun, guard=self.guard))
         episode = Episode(Steps(self.parts, self.wanted, config, tell))
         halts: list[str] = []
         self._await_rest_pose()
@@ -210,16 +212,3 @@ class _LabTrial:
             )
             if not self.operation.ask(question):
                 raise LabError("The arm is not at its rest pose: it would hide the table from the camera.")
-
-
-def _careful(system: System, robot: LabRobot, say: Callable[[str], None]) -> System:
-    """The system with slower approaches, where nobody would feel a contact; and says so."""
-    if robot.config.approach_guard is not None:
-        return system
-    say("The robot feels no contact: approaches are slow, and nothing but you stops them when they touch.")
-    spec = system.conditions
-    if spec.motion != "sampling":
-        return system
-    path = "motion.cartesian.approach_speed_m_s"
-    settings = {path: _GUARDLESS_SPEED_M_S, **spec.settings}
-    return build_system(replace(spec, settings=settings), system.workspace, system.robot)
