@@ -50,6 +50,7 @@ class ModbusWire:
             raise MissingDependencyError("pymodbus, for Robotiq grippers,", extra_remedy("lab")) from error
         self.name, self._device, self._lock = f"Robotiq gripper at {address}", device, threading.Lock()
         self._client: Any
+        self._lost = ""
         if address.startswith(("/", "COM")):
             self._client = ModbusSerialClient(address, baudrate=BAUD, timeout=timeout_s, retries=1)
         else:
@@ -71,16 +72,22 @@ class ModbusWire:
     def close(self) -> None:
         """Ends the connection."""
         with self._lock:
+            self._lost = self._lost or "it was closed"
             self._client.close()
 
     def _ask(self, function: str, *arguments: Any, **options: Any) -> Any:
         from pymodbus.exceptions import ModbusException
 
         with self._lock:
+            if self._lost:
+                raise LabError(f"{self.name} is lost: {self._lost}.")
             try:
                 answer = getattr(self._client, function)(*arguments, device_id=self._device, **options)
             except (ModbusException, OSError) as error:
-                raise LabError(f"{self.name} does not answer: {error}") from error
+                # On a serial line a late answer could not be told from the next one.
+                self._lost = f"it does not answer: {error}"
+                self._client.close()
+                raise LabError(f"{self.name} is lost: {self._lost}") from error
         if answer.isError():
             raise LabError(f"{self.name} refuses: {answer}")
         return answer
