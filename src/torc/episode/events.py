@@ -1,7 +1,7 @@
 """What happens during an episode, as it happens. A listener is any callable that takes an event."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from torc.pipeline.look import Look
@@ -49,12 +49,15 @@ class Decided:
 
 @dataclass(frozen=True)
 class Planned:
-    """Motions were planned, or not."""
+    """Motions were planned, or not. `ways`, of a real robot: the places of the TCP along each motion, world frame,
+    metres.
+    """
 
     pick: int
     look: Look
     plan: PickPlan | PlanFailure
     seconds: float
+    ways: Mapping[str, tuple[tuple[float, float, float], ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

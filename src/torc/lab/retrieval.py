@@ -22,6 +22,7 @@ from torc.lab.planning import LimitedMotionPlanner
 from torc.lab.protocols import LabError, MotionRefusedError, RobotStoppedError
 from torc.lab.robot import LabRobot
 from torc.lab.supervisor import SupervisedArm
+from torc.lab.ways import tcp_ways, ways_text
 from torc.motion.asking import ask_motion_planner
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import build_system, sources
@@ -103,7 +104,7 @@ def retrieve(
         with opened_lab(lab, confirmation) as robot, announced_compilation(say):
             careful = guarded(system, robot.config)
             say(careful.text)
-            trial = _LabTrial(lab, careful, robot, planner, wanted, operation)
+            trial = _LabTrial(lab, careful, robot, planner, wanted, operation, say)
             return trial.play(spec, [recorder, confirmation.listen, *listeners])
 
     return recorded_trial(recorder, about, play, TorcError)
@@ -120,9 +121,10 @@ class _LabTrial:
         planner: TaskPlanner,
         wanted: Wanted,
         operation: Operation,
+        say: Callable[[str], None],
     ) -> None:
         self.lab, self.robot, self.planner = lab, robot, planner
-        self.wanted, self.operation = wanted, operation
+        self.wanted, self.operation, self.say = wanted, operation, say
         system, self.guard = careful.system, careful.text
         planner_within = LimitedMotionPlanner(system.motion_planner, lab.robot, limits(lab))
         self.parts = PickParts(robot, system.pipeline, planner_within)
@@ -131,8 +133,12 @@ class _LabTrial:
         """The facts of the result."""
 
         def tell(event: Event) -> None:
+            event = self._with_ways(event)
             for listener in listeners:
                 listener(event)
+            if isinstance(event, Planned) and isinstance(event.plan, PickPlan):
+                z = self.lab.workspace.support_z_m
+                self.say(ways_text(event.ways, event.plan, limits(self.lab), z))
 
         view_of(rehearse(self.parts, self.planner).context)
         config = EpisodeConfig(spec.conditions.max_picks, spec.seed)
@@ -164,6 +170,12 @@ class _LabTrial:
             "halts": halts,
             **result_facts(result),
         }
+
+    def _with_ways(self, event: Event) -> Event:
+        """Whoever is asked before the motions sees where they lead."""
+        if isinstance(event, Planned) and isinstance(event.plan, PickPlan):
+            return replace(event, ways=tcp_ways(self.lab.robot, event.plan))
+        return event
 
     def _dry(
         self, episode: Episode, look: Look, decision: Decision, tell: Callable[[Event], None]
