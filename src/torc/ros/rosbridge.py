@@ -272,10 +272,8 @@ class Rosbridge:
                 text = self._joined(message)
             elif what == "publish":
                 self._latest[topic] = Latest(self._count(topic) + 1, message.get("msg"), time.monotonic())
-            elif what in ("service_response", "action_result"):
-                # The first counts, if the same comes twice, or another.
-                if message.get("id") in self._answers and self._answers[message["id"]] is None:
-                    self._answers[message["id"]] = message
+            elif what in ("service_response", "action_result") and message.get("id") in self._answers:
+                self._answers[message["id"]] = self._answers[message["id"]] or message  # the first counts
             elif what == "status" and message.get("level") == "error":
                 self._refusals[str(message.get("id"))] = str(message.get("msg"))
             self._news.notify_all()

@@ -162,8 +162,9 @@ class RosArm:
         """By the goal's first final status. Raises LabError if the connection is lost."""
         if not self._goal:
             return ""
+        result = self._result()
         if self._ended is None:
-            self._ended = self._result()
+            self._ended = result
         return self._ended
 
     def stop(self) -> None:
