@@ -31,8 +31,8 @@ VARIABLES = (
     "speed_scaling",
     "target_speed_fraction",
 )
-_SILENT_S = 0.5
-"""Whoever hears nothing for so long ends; the supervisor has stopped the arm before."""
+_SILENT_S = {True: 0.5, False: 3.0}
+"""Whoever hears nothing for so long ends, by whether a motion is under way; the supervisor has stopped it before."""
 _BLIND_S = 0.1
 _PROGRAM_S = 3.0
 _SETTLED_RAD, _SETTLED_RAD_S, _SETTLE_S = 0.002, 0.005, 1.0
@@ -90,8 +90,10 @@ class Session:
             if now - looked > _BLIND_S:  # ur_rtde kept this thread waiting: that is not the robot's silence
                 since = now
             looked = now
-            if not receive.isConnected() or now - since > _SILENT_S:
-                self._lose("the robot ended the connection" if now - since <= _SILENT_S else "it fell silent")
+            if not receive.isConnected():
+                self._lose("the robot ended the connection")
+            if now - since > _SILENT_S[self._mover.is_alive()]:
+                self._lose("it fell silent")
             if stamp != before:
                 before, since = stamp, now
                 self.say({"state": [now, *self._state()]})
