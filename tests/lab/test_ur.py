@@ -141,17 +141,22 @@ def test_the_force_beyond_that_at_the_start_stops_a_guarded_motion(arm, twin, wa
     assert arm.feels_contact
     twin.force_n = np.array([0.0, 0.0, -12.0])  # the hand's weight
     time.sleep(0.1)
-    for force_n, stopped in (([0, 0, -42.0], False), ([0, 0, 33.0], True)):
+    for force_n, stopped in (([0, 0, -42.0], False), ([0, 0, 33.0], True), (45.0, True)):
         begin = arm.status().qpos
         twin.force_n = np.array([0.0, 0.0, -12.0])
         time.sleep(0.1)
-        timer = threading.Timer(0.5, setattr, (twin, "force_n", np.array(force_n)))
+        touch = (
+            (twin.arm, "contact_n", force_n)
+            if stopped and force_n == 45.0
+            else (twin, "force_n", np.array(force_n))
+        )
+        timer = threading.Timer(0.5, setattr, touch)
         timer.start()
         done = watched.follow(motion_on(begin, 0.2, 1.5), ContactGuard(40.0))
         assert done.stopped_by_contact == stopped
         assert done.reached != stopped
         timer.join()
-        twin.force_n = np.array([0.0, 0.0, -12.0])
+        twin.arm.contact_n, twin.force_n = 0.0, np.array([0.0, 0.0, -12.0])
 
 
 def test_when_torc_dies_the_robot_rests(twin):

@@ -30,7 +30,7 @@ class UrTwin:
     Attributes:
         state: what it says of itself; change it to press the e-stop, say.
         heard: every command that is no question, by its number and arguments; the control script as ("script",).
-        force_n: on the TCP.
+        force_n: on the TCP, beside that of contacts.
     """
 
     def __init__(self, arm: ArmBehind) -> None:
@@ -113,7 +113,12 @@ class UrTwin:
                 "timestamp": time.monotonic(),
                 "actual_q": self.arm.qpos,
                 "actual_qd": self._speed,
-                "actual_TCP_force": [*self.force_n, 0.0, 0.0, 0.0],
+                "actual_TCP_force": [
+                    *(self.force_n + np.array([0.0, 0.0, self.arm.contact_n])),
+                    0.0,
+                    0.0,
+                    0.0,
+                ],
                 "robot_mode": self.state["robot_mode"],
                 "safety_mode": safety,
                 "runtime_state": _PLAYING if self._program else _STOPPED,
