@@ -130,6 +130,8 @@ def test_no_modules_import_each_other_in_a_circle():
         ("pyzed", "cameras"),
         ("websockets", "ros lab"),
         ("pymodbus", "lab"),
+        ("rtde_control", "lab"),
+        ("rtde_receive", "lab"),
         ("zmq", "networks"),
         ("msgpack", "networks"),
         ("torch", "perception"),
@@ -157,6 +159,7 @@ def test_extras_are_imported_only_where_they_are_used(library, package):
         ("torc.cameras.kinds", {"pyrealsense2", "pyzed", "websockets"}),
         ("torc.cameras.ros", {"websockets"}),
         ("torc.lab.robotiq.wires", {"pymodbus", "serial"}),
+        ("torc.lab.ur.arm", {"rtde_control", "rtde_receive"}),
     ],
 )
 def test_importing_a_module_needs_none_of_these_libraries(module, libraries):

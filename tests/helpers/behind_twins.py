@@ -12,6 +12,7 @@ class ObedientArm:
 
     def __init__(self, qpos: np.ndarray) -> None:
         self.qpos = np.array(qpos, dtype=float)
+        self.contact_n = 0.0
 
     def goal(self, qpos: np.ndarray) -> None:
         """There."""

@@ -27,7 +27,7 @@ class FakeArmDriver:
     sent: list[Trajectory] = field(default_factory=list)
     stops: int = 0
     stopped: str = ""
-    touching: bool = False
+    contact_n: float = 0.0
     silent_since: float | None = None
     lost: str = ""
     early: str | None = None
@@ -44,7 +44,7 @@ class FakeArmDriver:
             self._go_on()
             now = time.monotonic() if self.silent_since is None else self.silent_since
             return ArmStatus(
-                now, self.qpos + self.offset, self._began is not None, self.stopped, self.touching
+                now, self.qpos + self.offset, self._began is not None, self.stopped, self.contact_n
             )
 
     def start(self, trajectory: Trajectory) -> None:
@@ -56,6 +56,7 @@ class FakeArmDriver:
     def ended(self) -> str | None:
         with self._lock:
             self._check()
+            self._go_on()
             if self.early is not None:
                 return self.early
             return None if self._began is not None else ""

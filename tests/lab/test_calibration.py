@@ -13,7 +13,8 @@ from torc.errors import InputError
 from torc.geometry.transforms import intrinsics, invert, look_at, make_pose
 from torc.lab.calibration.board import Board, FoundCorners
 from torc.lab.calibration.hand_eye import BoardView, check_views, error_at, solve_hand_eye
-from torc.lab.calibration.session import calibration_text, collect_views, write_board
+from torc.lab.calibration.printing import write_board
+from torc.lab.calibration.session import calibration_text, collect_views
 from torc.lab.protocols import LabError
 from torc.records import Observation
 from torc.robots.kinematics import tool0_poses
@@ -180,8 +181,11 @@ class Photographer:
 def test_a_person_calibrates_pose_by_pose(robot, rng, tmp_path, workspace):
     poses = robot.arm.rest_qpos + rng.uniform(-0.2, 0.2, (16, 7)) * [0.3, 0.3, 0.3, 0.3, 1.5, 1.5, 2.5]
     camera, told = Photographer(robot.arm, poses, covered=(2,)), []
-    views_, found_K = collect_views(camera, camera.qpos, robot.arm, BOARD, 12, camera.brought_on, told.append)
+    album = collect_views(camera, camera.qpos, robot.arm, BOARD, 12, camera.brought_on, told.append)
+    views_, found_K = album.views, album.K
     assert len(views_) == 12
+    assert album.size == (1280, 720)
+    assert album.markers == []
     assert "The board is not in sight, or too little of it." in told
     found = solve_hand_eye(views_, BOARD, found_K, "fixed")
     assert error_ahead_m(found.T_camera, camera.T_world_camera) < 0.001

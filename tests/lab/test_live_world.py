@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
+from torc.geometry.transforms import invert, make_pose
 from torc.lab.robotiq.registers import Object
 from torc.lab.twin.world import LiveWorld
 from torc.problems.problem import load_problem
+from torc.robots.ik import solve_ik
 
 
 @pytest.fixture(scope="module")
@@ -71,3 +73,20 @@ def test_a_push_moves_one_object_and_laid_out_again_all_stand_as_before(live):
     again = live.capture().label_image
     assert np.mean(again == before) > 0.999
     assert live.truth(after_s=0.0).dropped == ()
+
+
+def test_an_arm_that_presses_on_the_table_feels_it(live, robot, workspace):
+    assert live.contact_n == 0.0  # from now on it is felt
+    down = make_pose(np.diag([1.0, -1, -1]), [0.55, -0.4, workspace.support_z_m - 0.02])
+    goal = solve_ik(robot.arm, (down @ invert(robot.gripper.T_tool0_tcp(0.0)))[None]).of(0)[0]
+    start, hardest = live.qpos, 0.0
+    for share in np.linspace(0, 1, 150):
+        live.goal(start + share * (goal - start))
+        time.sleep(0.01)
+        hardest = max(hardest, live.contact_n)
+    assert hardest > 20
+    for share in np.linspace(0, 1, 100):
+        live.goal(goal + share * (robot.arm.rest_qpos - goal))
+        time.sleep(0.01)
+    time.sleep(0.3)
+    assert live.contact_n < 5

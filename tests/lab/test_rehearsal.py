@@ -62,6 +62,9 @@ def test_a_dry_run_moves_nothing(rehearsed, tmp_path):
         assert len(there.arm.heard) == sent
     assert trial.result["status"] == "dry run"
     assert trial.result["plan"].startswith("5 motions")
+    lines = {line.event: line for line in read_events(trial.directory / "events.jsonl")}
+    assert "feels no contact" in lines["started"].guard
+    assert len(lines["planned"].ways["approach"]) >= 2
     assert (trial.directory / "picks" / "00_seen.png").exists()
 
 

@@ -218,7 +218,7 @@ def test_what_goes_wrong_while_a_motion_is_sent_stops_the_arm(make, monkeypatch,
 
 def test_a_contact_ends_a_guarded_motion_and_the_arm_backs_off(make, robot):
     start = robot.arm.rest_qpos.copy()
-    touch = lambda driver: setattr(driver, "touching", True)  # noqa: E731
+    touch = lambda driver: setattr(driver, "contact_n", 50.0)  # noqa: E731
     for feels, guard, stopped in (
         (True, ContactGuard(), True),
         (False, ContactGuard(), False),
@@ -229,7 +229,7 @@ def test_a_contact_ends_a_guarded_motion_and_the_arm_backs_off(make, robot):
         assert result.stopped_by_contact == stopped
         assert result.reached != stopped
         if stopped:
-            driver.touching = False
+            driver.contact_n = 0.0
             assert driver.stops == 1
             back = driver.sent[1]
             assert np.abs(back.qpos[-1] - start).max() < np.abs(back.qpos[0] - start).max()

@@ -1,5 +1,7 @@
 """The page of recorded trials in a real headless browser."""
 
+import json
+
 import pytest
 from page_server import served
 
@@ -72,3 +74,32 @@ def test_a_trial_that_is_being_played_is_followed(recorded, open_page):
         result.write_text(ended)
         playing.rename(recorded / "mine")
         page.locator("#says", has_text="Pick 2: object 0, retrieved").wait_for()
+
+
+def test_the_way_of_a_plan_is_drawn_when_it_comes(recorded, open_page):
+    """Before the motions are confirmed: the trial is being played, and the 3-D view is open already."""
+    playing = (recorded / "boxes").rename(recorded / "mine.partial")
+    log = playing / "events.jsonl"
+    (playing / "result.json").unlink()
+    lines = [json.loads(line) for line in log.read_text().splitlines()]
+    before = [
+        line
+        for line in lines
+        if line["event"] in ("started", "looked", "decided") and line.get("pick", 0) == 0
+    ]
+    plan = next(line for line in lines if line["event"] == "planned")
+    way = [[0.6, -0.1, 1.3], [0.6, -0.1, 1.2], [0.62, -0.1, 1.1]]
+    log.write_text("".join(json.dumps(line) + "\n" for line in before))
+    with served(recorded, only="mine") as client:
+        page = open_page(f"{client.url}/#{trial_key('mine')}")
+        page.locator("#panel", has_text="dg-select chose 1").wait_for()
+        page.keyboard.press("c")
+        says = page.locator("#scene-box .tools span")
+        page.locator("#scene-box .tools span", has_text="space and grasps").wait_for()
+        assert "planned way" not in says.text_content()
+        canvas = page.locator("#scene-box canvas")
+        plain = canvas.screenshot()
+        with log.open("a") as more:
+            more.write(json.dumps({**plan, "ways": {"free": way[:2], "approach": way[1:]}}) + "\n")
+        page.locator("#scene-box .tools span", has_text="planned way of the fingertips").wait_for()
+        assert canvas.screenshot() != plain

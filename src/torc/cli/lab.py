@@ -7,7 +7,7 @@ import sys
 import threading
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,11 +15,11 @@ import tyro
 
 from torc.cli.commands import Group
 from torc.cli.lab_bench import LabBenchCommand
+from torc.cli.lab_calibration import BoardCommand, CalibrateCommand
 from torc.cli.lab_scene import SceneCommand
 from torc.cli.printing import printable
 
 if TYPE_CHECKING:
-    from torc.lab.calibration.board import Board
     from torc.lab.twin.rehearsal import Rehearsal
 
 
@@ -79,98 +79,6 @@ class CheckCommand:
                     flush=True,
                 )
         return 1 if faults else 0
-
-
-@dataclass(frozen=True)
-class BoardOptions:
-    """The ChArUco board."""
-
-    columns: int = 7
-    """Squares side by side."""
-    rows: int = 5
-    """Squares one above the other."""
-    square_m: float = 0.03
-    """Side of a square, metres, as measured on the print."""
-    marker_m: float = 0.022
-    """Side of a marker."""
-
-    def board(self) -> Board:
-        """The board. Raises InputError."""
-        from torc.lab.calibration.board import Board
-
-        return Board(self.columns, self.rows, self.square_m, self.marker_m)
-
-
-@dataclass(frozen=True)
-class BoardCommand:
-    """Write a ChArUco board to print, for `torc lab calibrate`."""
-
-    out: Path = Path("board.pdf")
-    """A .pdf or .png file."""
-    options: tyro.conf.OmitArgPrefixes[BoardOptions] = field(default_factory=BoardOptions)
-
-    def run(self) -> int:
-        """Write it."""
-        from torc.lab.calibration.session import write_board
-
-        write_board(self.options.board(), self.out)
-        print(f"{self.out}: print it at 100 %, and measure a square.")
-        return 0
-
-
-@dataclass(frozen=True)
-class CalibrateCommand:
-    """Find out where the camera is: the board in the robot's hand, the camera fixed.
-
-    Bring the arm to some twenty poses by its pendant; torc takes a picture at each, and moves nothing. Then it says how
-    well the camera is known, in millimetres at poses that were left out, and writes a file for the lab file's
-    camera.pose.
-    """
-
-    lab: tyro.conf.Positional[Path]
-    """The lab file."""
-    out: Path = Path("calibration.yaml")
-    """Where the camera's pose is written."""
-    pictures: int = 20
-    """So many."""
-    options: tyro.conf.OmitArgPrefixes[BoardOptions] = field(default_factory=BoardOptions)
-
-    def run(self) -> int:
-        """Calibrate."""
-        from torc.cameras.kinds import open_camera
-        from torc.lab.calibration.hand_eye import solve_hand_eye
-        from torc.lab.calibration.session import calibration_text, collect_views
-        from torc.lab.devices import close_device, connect_arm
-        from torc.lab.lab_file import load_lab
-        from torc.lab.person import ask_in_terminal
-
-        lab, board = load_lab(self.lab), self.options.board()
-        self.out.parent.mkdir(parents=True, exist_ok=True)
-        self.out.touch()  # twenty pictures later is too late to learn that it cannot be written
-        camera = open_camera(lab.conditions)
-        try:
-            arm = connect_arm(lab)
-            try:
-                views, K = collect_views(
-                    camera,
-                    lambda: arm.status().qpos,
-                    lab.robot.arm,
-                    board,
-                    self.pictures,
-                    ask_in_terminal,
-                    print,
-                )
-            finally:
-                close_device(arm)
-        finally:
-            close_device(camera)
-        found = solve_hand_eye(views, board, K, "fixed")
-        self.out.write_text(calibration_text(found, len(views)), encoding="utf-8")
-        print(
-            f"At poses that were left out, corners are {1e3 * found.error_m:.1f} mm off (median; worst "
-            f"{1e3 * found.errors_m.max():.1f} mm). {self.out} is written: name it in the lab file as camera.pose."
-        )
-        return 0
 
 
 @dataclass(frozen=True)

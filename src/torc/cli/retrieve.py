@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import threading
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
 from torc.cli.printing import print_json
 from torc.cli.vlm_options import VlmOptions
 from torc.cli.wanted import wanted_of
+from torc.cli.web_page import PageOptions, check_web_libraries, served_page
+from torc.episode.viewer_links import trial_key
 from torc.specs.settings import Settings
-from torc.specs.trial import PlannerSpec
+from torc.specs.trial import PlannerSpec, TrialSpec
+
+if TYPE_CHECKING:
+    from torc.lab.lab_file import Lab
+    from torc.perception.protocol import Wanted
 
 
 @dataclass(frozen=True)
@@ -42,6 +50,9 @@ class RetrieveCommand:
     """Ask before each motion, before the first motion of each pick, or never."""
     dry_run: bool = False
     """Look, decide and plan once; move nothing."""
+    live: bool = False
+    """Show each pick in a browser as it comes, with the way of the planned motions in its 3-D view before they are
+    confirmed; the page stays until Ctrl-C."""
     seed: int = 0
     """Decides all random draws."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
@@ -55,17 +66,35 @@ class RetrieveCommand:
 
     def run(self) -> int:
         """Run the trial; returns the exit code."""
-        from rich.console import Console
-        from rich.markup import escape
-
-        from torc.episode.progress import TerminalProgress
         from torc.lab.lab_file import load_lab
-        from torc.lab.person import ask_in_terminal
-        from torc.lab.retrieval import Operation, lab_spec, retrieve
+        from torc.lab.retrieval import lab_spec
         from torc.plugins import short_part_name
 
         lab, wanted = load_lab(self.lab), wanted_of(self.target, self.reference)
         spec = lab_spec(lab, PlannerSpec(self.planner, self.vlm.config(), self.planner_settings), self.seed)
+        name = f"{spec.problem}-{short_part_name(self.planner)}-{self.seed}"
+        out = self.out or Path("runs") / name
+        if not self.live:
+            return self._play(lab, spec, wanted, out)
+        check_web_libraries()
+        from torc.web.app import Site
+        from torc.web.shelf import Shelf
+
+        shelf = Shelf(out.parent, only=out.name)
+        with served_page(Site(shelf, shelf), PageOptions(port=0), trial_key(out.name)):
+            code = self._play(lab, spec, wanted, out)
+            with suppress(KeyboardInterrupt):
+                threading.Event().wait()
+        return code
+
+    def _play(self, lab: Lab, spec: TrialSpec, wanted: Wanted, out: Path) -> int:
+        from rich.console import Console
+        from rich.markup import escape
+
+        from torc.episode.progress import TerminalProgress
+        from torc.lab.person import ask_in_terminal
+        from torc.lab.retrieval import Operation, retrieve
+
         console = Console(stderr=self.json)
         with console.status("connecting...") as status:
 
@@ -80,7 +109,7 @@ class RetrieveCommand:
                 lab,
                 spec,
                 wanted,
-                self.out or Path("runs") / f"{spec.problem}-{short_part_name(self.planner)}-{self.seed}",
+                out,
                 Operation(self.confirm, ask, self.dry_run, self.overwrite, self.save_records),
                 listeners=[] if self.json else [TerminalProgress(console, status)],
                 vlm_cache=self.vlm.cache(),

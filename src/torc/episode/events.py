@@ -1,7 +1,7 @@
 """What happens during an episode, as it happens. A listener is any callable that takes an event."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from torc.pipeline.look import Look
@@ -12,7 +12,8 @@ from torc.records import Decision, PickOutcome, PickPlan, PlanFailure
 @dataclass(frozen=True)
 class Started:
     """The episode begins. Only simulators know `names` of the objects by id, and which are `absent` because they fell
-    off the table before the first pick; `vlm` is the model that the planner asks, as on the command line.
+    off the table before the first pick; `vlm` is the model that the planner asks, as on the command line; `guard` says,
+    of a real robot, what happens when it touches something.
     """
 
     problem: str
@@ -23,6 +24,7 @@ class Started:
     names: tuple[str, ...] = ()
     absent: tuple[int, ...] = ()
     vlm: str = ""
+    guard: str = ""
 
 
 @dataclass(frozen=True)
@@ -47,12 +49,15 @@ class Decided:
 
 @dataclass(frozen=True)
 class Planned:
-    """Motions were planned, or not."""
+    """Motions were planned, or not. `ways`, of a real robot: the places of the TCP along each motion, world frame,
+    metres.
+    """
 
     pick: int
     look: Look
     plan: PickPlan | PlanFailure
     seconds: float
+    ways: Mapping[str, tuple[tuple[float, float, float], ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ MAX_PICKS = 1000
 _Id = Annotated[int, Field(ge=-1, lt=MAX_OBJECTS)]
 _Count = Annotated[int, Field(ge=0)]
 _Pick = Annotated[int, Field(ge=0, lt=MAX_PICKS)]
+_Place = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 _Text = Annotated[str, Field(max_length=1_000_000)]
 
 
@@ -32,6 +33,7 @@ class StartedLine(_Line):
     names: tuple[_Text, ...] = ()
     absent: tuple[_Id, ...] = ()
     vlm: _Text = ""
+    guard: _Text = ""
 
 
 class SeenObject(_Line):
@@ -90,6 +92,7 @@ class PlannedLine(_Line):
     width_m: FiniteFloat | None = None
     grasps_tried: _Count | None = None
     durations_s: dict[str, FiniteFloat] = {}
+    ways: dict[_Text, Annotated[tuple[_Place, ...], Field(max_length=1000)]] = {}
     seconds: FiniteFloat = 0.0
 
 

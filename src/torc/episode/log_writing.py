@@ -29,6 +29,8 @@ def log_line(event: Event) -> dict[str, Any]:
     match event:
         case Started():
             facts = to_plain(event)
+            if not event.guard:
+                del facts["guard"]
         case Ended():
             facts = result_facts(event.result)
         case Looked():
@@ -39,6 +41,8 @@ def log_line(event: Event) -> dict[str, Any]:
                 del facts["is_target"]
         case Planned():
             facts = {**_plan_facts(event.look, event.plan), "seconds": round(event.seconds, 4)}
+            if event.ways:
+                facts["ways"] = dict(event.ways)
         case Executed():
             facts = {**to_plain(event.outcome), "seconds": round(event.seconds, 3)}
             for name in ("true_id", "target_p"):

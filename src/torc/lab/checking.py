@@ -3,13 +3,16 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
 from torc.cameras.kinds import open_camera
 from torc.cameras.poses import placed
 from torc.errors import InputError, TorcError
+from torc.lab.calibration.marker import MOVED_M, marker_of_file, marker_shift_m
 from torc.lab.devices import close_device, connect_arm, connect_gripper, is_at_rest_pose, limits
 from torc.lab.lab_file import Lab
 from torc.lab.person import Ask
@@ -77,7 +80,7 @@ def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
     feels = (
         "feels contacts"
         if arm.feels_contact
-        else "feels no contacts: approaches are slow, and nobody but you stops them"
+        else "feels no contacts: approaches are slow, grasps keep further away, and nobody but you stops it"
     )
     yield Finding("arm", True, feels)
     if ask is not None:
@@ -166,6 +169,29 @@ def _camera(lab: Lab, camera: Any) -> Iterator[Finding]:
     if second.stamp_s == first.stamp_s != 0:
         yield Finding("camera", False, "frozen: two pictures have the same time")
     yield _support(lab, second)
+    yield from _drift(lab, second)
+
+
+def _drift(lab: Lab, seen: Any) -> Iterator[Finding]:
+    """Whether the marker on the table is where the calibration saw it; nothing without a calibration."""
+    told = lab.conditions.settings.get("camera.pose")
+    if not isinstance(told, str) or Path(told).suffix not in (".yaml", ".yml") or not Path(told).is_file():
+        return
+    marker = marker_of_file(Path(told))
+    if marker is None:
+        yield Finding(
+            "camera", True, "its calibration noted no marker on the table: a shift since is not noticed"
+        )
+        return
+    shift_m = marker_shift_m(marker, cv2.cvtColor(seen.rgb, cv2.COLOR_RGB2GRAY), seen.K, seen.T_world_camera)
+    if shift_m is None:
+        yield Finding("camera", True, "the marker on the table is not in sight: a shift is not noticed")
+        return
+    text = f"the marker on the table is {1e3 * shift_m:.1f} mm from where the calibration saw it"
+    moved = shift_m > MOVED_M
+    yield Finding(
+        "camera", not moved, f"{text}: camera or marker has moved; calibrate again" if moved else text
+    )
 
 
 def _support(lab: Lab, seen: Any) -> Finding:

@@ -65,7 +65,7 @@ def opened_lab(lab: Lab, confirm: Confirm) -> Iterator[LabRobot]:
     """
     with ExitStack() as stack:
         driver = connect_arm(lab)
-        stack.callback(_part, driver)
+        stack.callback(stop_and_close, driver)
         if (why := driver.status().stopped) and hasattr(driver, "enable"):
             raise LabError(
                 f"{driver.name} does not move: {why}. If nothing is wrong, `torc lab check --move` powers it."
@@ -97,7 +97,7 @@ def close_device(device: Any) -> None:
             return
 
 
-def _part(driver: ArmDriver) -> None:
+def stop_and_close(driver: ArmDriver) -> None:
     """Stops an arm that still moves, and ends the connection."""
     with suppress(TorcError, OSError):
         if driver.status().moving:

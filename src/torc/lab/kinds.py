@@ -9,6 +9,7 @@ ARM_DRIVERS = PartKind(
     {
         "ros": "torc.lab.ros.arm:RosArm",
         "motoman": "torc.lab.simple_message.arm:MotomanArm",
+        "ur-rtde": "torc.lab.ur.arm:UrArm",
     },
 )
 GRIPPER_DRIVERS = PartKind(

@@ -33,14 +33,15 @@ class ArmStatus:
         qpos: joint positions, radians, in the order of the robot description.
         moving: the controller says that the arm moves.
         stopped: why the controller lets nothing move: e-stop, protective stop, mode, drives off, error; "" if it does.
-        touching: the driver feels a contact; always false for one that cannot.
+        contact_n: force on arm and gripper beyond that at the start of the motion, newtons; infinite for a driver that
+            feels contacts, but not how strong they are; 0 for one that feels none.
     """
 
     stamp_s: float
     qpos: Float[np.ndarray, "dof"]
     moving: bool
     stopped: str = ""
-    touching: bool = False
+    contact_n: float = 0.0
 
 
 @runtime_checkable
@@ -55,7 +56,7 @@ class ArmDriver(Protocol):
 
     @property
     def feels_contact(self) -> bool:
-        """Whether `ArmStatus.touching` means anything."""
+        """Whether `ArmStatus.contact_n` means anything."""
 
     @property
     def start_tolerance_rad(self) -> float:

@@ -15,15 +15,17 @@ from torc.episode.steps import EpisodeConfig, PickParts, Steps, checked_choice, 
 from torc.episode.trial import Trial, recorded_trial
 from torc.errors import InputError, TorcError
 from torc.lab.devices import is_at_rest_pose, limits, opened_lab, planned_for
+from torc.lab.guarding import Guarded, guarded
 from torc.lab.lab_file import Lab
 from torc.lab.person import Ask, Confirmation, Confirming, ask_in_terminal
 from torc.lab.planning import LimitedMotionPlanner
 from torc.lab.protocols import LabError, MotionRefusedError, RobotStoppedError
 from torc.lab.robot import LabRobot
 from torc.lab.supervisor import SupervisedArm
+from torc.lab.ways import tcp_ways, ways_text
 from torc.motion.asking import ask_motion_planner
 from torc.perception.protocol import Wanted
-from torc.pipeline.building import System, build_system, sources
+from torc.pipeline.building import build_system, sources
 from torc.pipeline.look import Look
 from torc.pipeline.state import stage_rng
 from torc.pipeline.warm_up import announced_compilation
@@ -33,9 +35,6 @@ from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.asking import ask_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
-
-_GUARDLESS_SPEED_M_S = 0.05
-"""Of approaches, where the robot feels no contact; the planner's own speed is three times that."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,9 @@ def retrieve(
 
     def play() -> dict[str, Any]:
         with opened_lab(lab, confirmation) as robot, announced_compilation(say):
-            trial = _LabTrial(lab, _careful(system, robot, say), robot, planner, wanted, operation)
+            careful = guarded(system, robot.config)
+            say(careful.text)
+            trial = _LabTrial(lab, careful, robot, planner, wanted, operation, say)
             return trial.play(spec, [recorder, confirmation.listen, *listeners])
 
     return recorded_trial(recorder, about, play, TorcError)
@@ -116,14 +117,16 @@ class _LabTrial:
     def __init__(
         self,
         lab: Lab,
-        system: System,
+        careful: Guarded,
         robot: LabRobot,
         planner: TaskPlanner,
         wanted: Wanted,
         operation: Operation,
+        say: Callable[[str], None],
     ) -> None:
         self.lab, self.robot, self.planner = lab, robot, planner
-        self.wanted, self.operation = wanted, operation
+        self.wanted, self.operation, self.say = wanted, operation, say
+        system, self.guard = careful.system, careful.text
         planner_within = LimitedMotionPlanner(system.motion_planner, lab.robot, limits(lab))
         self.parts = PickParts(robot, system.pipeline, planner_within)
 
@@ -131,8 +134,12 @@ class _LabTrial:
         """The facts of the result."""
 
         def tell(event: Event) -> None:
+            event = self._with_ways(event)
             for listener in listeners:
                 listener(event)
+            if isinstance(event, Planned) and isinstance(event.plan, PickPlan):
+                z = self.lab.workspace.support_z_m
+                self.say(ways_text(event.ways, event.plan, limits(self.lab), z))
 
         view_of(rehearse(self.parts, self.planner).context)
         config = EpisodeConfig(spec.conditions.max_picks, spec.seed)
@@ -141,7 +148,8 @@ class _LabTrial:
             self.wanted.description
             or f"the object of the {'mark' if self.wanted.mark else 'reference pictures'}"
         )
-        tell(Started(spec.problem_name, self.planner.name, spec.seed, said, config.max_picks, vlm=vlm))
+        begun = Started(spec.problem_name, self.planner.name, spec.seed, said, config.max_picks, vlm=vlm)
+        tell(replace(begun, guard=self.guard))
         episode = Episode(Steps(self.parts, self.wanted, config, tell))
         halts: list[str] = []
         self._await_rest_pose()
@@ -166,6 +174,12 @@ class _LabTrial:
             "halts": halts,
             **result_facts(result),
         }
+
+    def _with_ways(self, event: Event) -> Event:
+        """Whoever is asked before the motions sees where they lead."""
+        if isinstance(event, Planned) and isinstance(event.plan, PickPlan):
+            return replace(event, ways=tcp_ways(self.lab.robot, event.plan))
+        return event
 
     def _dry(
         self, episode: Episode, look: Look, decision: Decision, tell: Callable[[Event], None]
@@ -214,16 +228,3 @@ class _LabTrial:
             )
             if not self.operation.ask(question):
                 raise LabError("The arm is not at its rest pose: it would hide the table from the camera.")
-
-
-def _careful(system: System, robot: LabRobot, say: Callable[[str], None]) -> System:
-    """The system with slower approaches, where nobody would feel a contact; and says so."""
-    if robot.config.approach_guard is not None:
-        return system
-    say("The robot feels no contact: approaches are slow, and nothing but you stops them when they touch.")
-    spec = system.conditions
-    if spec.motion != "sampling":
-        return system
-    path = "motion.cartesian.approach_speed_m_s"
-    settings = {path: _GUARDLESS_SPEED_M_S, **spec.settings}
-    return build_system(replace(spec, settings=settings), system.workspace, system.robot)

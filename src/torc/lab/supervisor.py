@@ -100,10 +100,10 @@ class SupervisedArm:
         LabError if the arm is lost. KeyboardInterrupt stops the arm, and comes through once it rests.
         """
         planned = self._allowed(trajectory)
-        guarded = guard is not None and self.driver.feels_contact
+        felt = guard if self.driver.feels_contact else None
         try:
             self.driver.start(planned)
-            touched = self._watch(planned, guarded)
+            touched = self._watch(planned, felt)
         except BaseException as error:  # an interrupt, too: some of the motion may be on its way
             self._halted = str(error) or type(error).__name__
             self._stop()
@@ -185,13 +185,13 @@ class SupervisedArm:
             status = newer
         raise MotionRefusedError(f"{self.driver.name} does not come to rest.")
 
-    def _watch(self, planned: Trajectory, guarded: bool) -> bool:
+    def _watch(self, planned: Trajectory, guard: ContactGuard | None) -> bool:
         """Until the arm rests at the end; whether it was ended by contact. Raises RobotStoppedError, LabError."""
         config, began = self.config, time.monotonic()
         while True:
             time.sleep(config.period_s)
             status, elapsed = self._fresh(), time.monotonic() - began
-            if guarded and status.touching:
+            if guard is not None and status.contact_n > guard.max_force_n:
                 return True
             if status.stopped:
                 raise RobotStoppedError(f"{self.driver.name} was stopped: {status.stopped}")

@@ -273,7 +273,7 @@ class Rosbridge:
             elif what == "publish":
                 self._latest[topic] = Latest(self._count(topic) + 1, message.get("msg"), time.monotonic())
             elif what in ("service_response", "action_result") and message.get("id") in self._answers:
-                self._answers[message["id"]] = message
+                self._answers[message["id"]] = self._answers[message["id"]] or message  # the first counts
             elif what == "status" and message.get("level") == "error":
                 self._refusals[str(message.get("id"))] = str(message.get("msg"))
             self._news.notify_all()

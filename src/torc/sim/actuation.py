@@ -151,6 +151,11 @@ class SimulatedArm:
         """Joint positions now, radians."""
         return self._stepper.world.data.qpos[self._qpos_at].copy()
 
+    @property
+    def contact_n(self) -> float:
+        """Force at the hardest contact of arm and gripper now, newtons, but for what the closed gripper holds."""
+        return float(self._contacts.hardest(ignore_gripped=self._gripper.closed)[0])
+
     def command(self, qpos: Float[np.ndarray, "dof"]) -> None:
         """Tells the servos where to be, and returns at once."""
         self._stepper.world.data.ctrl[self._actuators] = np.clip(qpos, self._lower, self._upper)

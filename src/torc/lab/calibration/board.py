@@ -12,7 +12,7 @@ from torc.errors import InputError
 from torc.lab.protocols import LabError
 
 _LEAST_CORNERS = 8
-_DICTIONARY = cv2.aruco.DICT_5X5_100
+DICTIONARY = cv2.aruco.DICT_5X5_100
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Board:
 
     @cached_property
     def _cv(self) -> Any:
-        dictionary = cv2.aruco.getPredefinedDictionary(_DICTIONARY)
+        dictionary = cv2.aruco.getPredefinedDictionary(DICTIONARY)
         return cv2.aruco.CharucoBoard((self.columns, self.rows), self.square_m, self.marker_m, dictionary)
 
     def _detected(self, gray: UInt8[np.ndarray, "h w"]) -> "FoundCorners | None":

@@ -159,7 +159,7 @@ def _fit(
 
 def _closed_form(views: Sequence[BoardView], board: Board, K: np.ndarray, mounting: Mounting) -> np.ndarray:
     """From the board's pose in each picture."""
-    seen = [_board_in_camera(v, board, K) for v in views]
+    seen = [board_in_camera(v, board, K) for v in views]
     flanges = [v.T_base_flange if mounting == "hand" else invert(v.T_base_flange) for v in views]
     T_camera = _park(flanges, seen)
     boards = [
@@ -185,7 +185,8 @@ def _park(flanges: Sequence[Pose], seen: Sequence[Pose]) -> Pose:
     return make_pose(R, np.linalg.lstsq(left, right, rcond=None)[0])
 
 
-def _board_in_camera(view: BoardView, board: Board, K: np.ndarray) -> Pose:
+def board_in_camera(view: BoardView, board: Board, K: np.ndarray) -> Pose:
+    """The board's pose in one picture. Raises LabError."""
     points = board.corners[view.corners.ids]
     good, turn, place = cv2.solvePnP(points, view.corners.pixels, K, None, flags=cv2.SOLVEPNP_IPPE)
     if not good:

@@ -1,19 +1,19 @@
 """A calibration as a person does it: pictures of the board at poses of the arm, then where the camera is."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from datetime import date
-from pathlib import Path
 from typing import Any, Protocol
 
 import cv2
 import numpy as np
 import yaml
 from jaxtyping import Float
-from PIL import Image, ImageDraw, ImageFont
 
 from torc.errors import InputError
 from torc.lab.calibration.board import Board
 from torc.lab.calibration.hand_eye import LEAST_VIEWS, BoardView, HandEye
+from torc.lab.calibration.marker import TableMarker, find_marker
 from torc.lab.person import Ask
 from torc.records import Observation
 from torc.robots.description import ArmDescription
@@ -33,6 +33,55 @@ class Photographer(Protocol):
         """One snapshot in the camera's own frame."""
 
 
+@dataclass
+class Album:
+    """Pictures of the board that were taken.
+
+    Attributes:
+        views: one per picture that showed the board.
+        markers: corners of the marker on the table, in those pictures that showed it.
+        K: intrinsics of the camera.
+        size: width and height of a picture, pixels.
+    """
+
+    views: list[BoardView] = field(default_factory=list)
+    markers: list[Float[np.ndarray, "4 2"]] = field(default_factory=list)
+    K: Float[np.ndarray, "3 3"] = field(default_factory=lambda: np.eye(3))
+    size: tuple[int, int] = (0, 0)
+
+    def check(self) -> None:
+        """Raises InputError if there are too few."""
+        if len(self.views) < LEAST_VIEWS:
+            raise InputError(f"{len(self.views)} pictures are too few: at least {LEAST_VIEWS}, better 20.")
+
+
+def take_view(
+    album: Album,
+    camera: Photographer,
+    qpos: Callable[[], Float[np.ndarray, "dof"]],
+    arm: ArmDescription,
+    board: Board,
+    say: Callable[[str], None],
+) -> bool:
+    """Takes a picture into the album; whether the board was in it. Raises LabError for a board in a mirror."""
+    before = qpos()
+    seen = camera.unplaced()
+    if np.abs(qpos() - before).max() > _STILL_RAD:
+        say("The arm moved while the picture was taken; once more.")
+        return False
+    gray = cv2.cvtColor(seen.rgb, cv2.COLOR_RGB2GRAY)
+    album.K, album.size = seen.K, (gray.shape[1], gray.shape[0])
+    found = board.find(gray)
+    if found is None:
+        say("The board is not in sight, or too little of it.")
+        return False
+    album.views.append(BoardView(tool0_poses(arm, before[None])[0], found))
+    if (marker := find_marker(gray)) is not None:
+        album.markers.append(marker)
+    say(f"{len(found.ids)} of {len(board.corners)} corners found.")
+    return True
+
+
 def collect_views(
     camera: Photographer,
     qpos: Callable[[], Float[np.ndarray, "dof"]],
@@ -41,35 +90,22 @@ def collect_views(
     count: int,
     ask: Ask,
     say: Callable[[str], None],
-) -> tuple[list[BoardView], Float[np.ndarray, "3 3"]]:
-    """Pictures of the board, one per pose to which a person brings the arm, and the camera's intrinsics.
+) -> Album:
+    """Pictures of the board, one per pose to which a person brings the arm.
 
     Raises LabError for a board in a mirror, and InputError if the person ends it before there are enough.
     """
-    views: list[BoardView] = []
-    K = np.eye(3)
+    album = Album()
     say(f"Hold the board in the gripper or flange, in sight of the camera. Between pictures {_ADVICE}.")
-    while len(views) < count:
-        if not ask(f"Picture {len(views) + 1} of {count}: is the arm at another pose, at rest?"):
+    while len(album.views) < count:
+        if not ask(f"Picture {len(album.views) + 1} of {count}: is the arm at another pose, at rest?"):
             break
-        before = qpos()
-        seen = camera.unplaced()
-        if np.abs(qpos() - before).max() > _STILL_RAD:
-            say("The arm moved while the picture was taken; once more.")
-            continue
-        K = seen.K
-        found = board.find(cv2.cvtColor(seen.rgb, cv2.COLOR_RGB2GRAY))
-        if found is None:
-            say("The board is not in sight, or too little of it.")
-            continue
-        views.append(BoardView(tool0_poses(arm, before[None])[0], found))
-        say(f"{len(found.ids)} of {len(board.corners)} corners found.")
-    if len(views) < LEAST_VIEWS:
-        raise InputError(f"{len(views)} pictures are too few: at least {LEAST_VIEWS}, better 20.")
-    return views, K
+        take_view(album, camera, qpos, arm, board, say)
+    album.check()
+    return album
 
 
-def calibration_text(found: HandEye, count: int) -> str:
+def calibration_text(found: HandEye, count: int, marker: TableMarker | None = None) -> str:
     """The file that a lab file's camera.pose names."""
     content: dict[str, Any] = {
         "T_world_camera": [[round(float(v), 7) for v in row] for row in found.T_camera],
@@ -78,27 +114,6 @@ def calibration_text(found: HandEye, count: int) -> str:
         "error_mm": round(1e3 * found.error_m, 2),
         "rms_px": round(found.rms_px, 2),
     }
+    if marker is not None:
+        content["marker_corners"] = [[round(float(v), 6) for v in corner] for corner in marker.corners]
     return yaml.safe_dump(content, sort_keys=False, default_flow_style=None)
-
-
-def write_board(board: Board, path: Path, dpi: int = 600) -> None:
-    """The board as a page to print, A4 or larger, with a line of 100 mm to be measured. Raises InputError."""
-    if path.suffix.lower() not in (".pdf", ".png"):
-        raise InputError(f"The board is written as .pdf or .png, not '{path.suffix}'.")
-    per_m = dpi / 0.0254
-    margin = 0.02
-    page = [max(size, board_size + 2 * margin) for size, board_size in zip((0.297, 0.210), board.size_m)]
-    width, height = (round(v * per_m) for v in page)
-    sheet = Image.new("L", (width, height), 255)
-    picture = Image.fromarray(board.picture(per_m))
-    left, top = (width - picture.width) // 2, (height - picture.height) // 2
-    sheet.paste(picture, (left, top))
-    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(round(0.0035 * per_m))
-    line = top + picture.height + round(0.007 * per_m)
-    draw.line([(left, line), (left + round(0.1 * per_m), line)], fill=0, width=round(0.0004 * per_m))
-    told = (
-        f"This line is 100 mm long, each square {1e3 * board.square_m:g} mm. Print at 100 %, glue it to something "
-        "flat, and measure both."
-    )
-    draw.text((left, line + round(0.002 * per_m)), told, fill=0, font=font)
-    sheet.save(path, resolution=dpi)

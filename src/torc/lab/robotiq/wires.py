@@ -20,6 +20,8 @@ DEVICE, BAUD = 9, 115_200
 URCAP_PORT = 63352
 _TIMEOUT_S = 0.5
 _MOST_BYTES = 256
+_QUIET_S = 0.05
+"""An answer without an end of line is complete when nothing more has come for so long."""
 
 
 class Wire(Protocol):
@@ -48,6 +50,7 @@ class ModbusWire:
             raise MissingDependencyError("pymodbus, for Robotiq grippers,", extra_remedy("lab")) from error
         self.name, self._device, self._lock = f"Robotiq gripper at {address}", device, threading.Lock()
         self._client: Any
+        self._lost = ""
         if address.startswith(("/", "COM")):
             self._client = ModbusSerialClient(address, baudrate=BAUD, timeout=timeout_s, retries=1)
         else:
@@ -69,16 +72,22 @@ class ModbusWire:
     def close(self) -> None:
         """Ends the connection."""
         with self._lock:
+            self._lost = self._lost or "it was closed"
             self._client.close()
 
     def _ask(self, function: str, *arguments: Any, **options: Any) -> Any:
         from pymodbus.exceptions import ModbusException
 
         with self._lock:
+            if self._lost:
+                raise LabError(f"{self.name} is lost: {self._lost}.")
             try:
                 answer = getattr(self._client, function)(*arguments, device_id=self._device, **options)
             except (ModbusException, OSError) as error:
-                raise LabError(f"{self.name} does not answer: {error}") from error
+                # On a serial line a late answer could not be told from the next one.
+                self._lost = f"it does not answer: {error}"
+                self._client.close()
+                raise LabError(f"{self.name} is lost: {self._lost}") from error
         if answer.isError():
             raise LabError(f"{self.name} refuses: {answer}")
         return answer
@@ -91,6 +100,7 @@ class UrcapWire:
         """Connects. Raises LabError."""
         host, _, port = address.partition(":")
         self.name, self._lock = f"Robotiq gripper at {address} (URCap)", threading.Lock()
+        self._timeout_s, self._lost = timeout_s, ""
         try:
             self._socket = socket.create_connection(
                 (host, _port(address, port or str(URCAP_PORT))), timeout_s
@@ -111,13 +121,13 @@ class UrcapWire:
         }
         answer = self._ask("SET " + " ".join(f"{name} {value}" for name, value in values.items()))
         if answer != "ack":
-            raise LabError(f"{self.name} answered {answer!r} to a command, not 'ack'.")
+            raise self._lose(f"it answered {answer!r} to a command, not 'ack'")
 
     def status(self) -> GripperStatus:
         """Asks for the variables, one by one: "PRE" echoes the position that was requested."""
         v = {name: self._value(name) for name in ("ACT", "GTO", "STA", "OBJ", "FLT", "PRE", "POS")}
         if v["OBJ"] not in set(Object):
-            raise LabError(f"{self.name} tells of an object state {v['OBJ']}, which there is not.")
+            raise self._lose(f"it tells of an object state {v['OBJ']}, which there is not")
         return GripperStatus(
             bool(v["ACT"]),
             bool(v["GTO"]),
@@ -130,30 +140,50 @@ class UrcapWire:
 
     def close(self) -> None:
         """Ends the connection."""
+        self._lost = self._lost or "it was closed"
         self._socket.close()
 
     def _value(self, name: str) -> int:
         answer = self._ask(f"GET {name}")
         key, _, value = answer.partition(" ")
-        if key != name or not value.isdigit() or int(value) > 0xFF:
-            raise LabError(f"{self.name} answered {answer!r} to GET {name}.")
+        if key != name or not (value.isascii() and value.isdigit()) or int(value) > 0xFF:
+            raise self._lose(f"it answered {answer!r} to GET {name}")
         return int(value)
 
     def _ask(self, line: str) -> str:
+        """The answer, without its end. Lost for good at the first fault: what comes later may answer anything."""
         with self._lock:
+            if self._lost:
+                raise LabError(f"{self.name} is lost: {self._lost}.")
             try:
                 self._socket.sendall(line.encode() + b"\n")
-                answer = b""
-                while not answer.endswith((b"\n", b"ack")) and len(answer) < _MOST_BYTES:
-                    part = self._socket.recv(_MOST_BYTES)
-                    if not part:
-                        raise OSError("it ended the connection")
-                    answer += part
-                    if b"\n" not in answer and answer.strip() and not answer.startswith(b"a"):
-                        break  # some versions end no line
+                answer = self._answer()
             except OSError as error:
-                raise LabError(f"{self.name} does not answer: {error}") from error
+                raise self._lose(f"it does not answer: {error}") from error
         return answer.decode("ascii", "replace").strip()
+
+    def _answer(self) -> bytes:
+        """Up to the end of a line. "ack" has none, and neither have numbers of some versions: these end when nothing
+        more comes. Raises OSError.
+        """
+        answer = b""
+        while not answer.endswith((b"\n", b"ack")) and len(answer) < _MOST_BYTES:
+            self._socket.settimeout(_QUIET_S if answer.strip() else self._timeout_s)
+            try:
+                part = self._socket.recv(_MOST_BYTES)
+            except TimeoutError:
+                if answer.strip():
+                    return answer
+                raise
+            if not part:
+                raise OSError("it ended the connection")
+            answer += part
+        return answer
+
+    def _lose(self, why: str) -> LabError:
+        self._lost = why
+        self._socket.close()
+        return LabError(f"{self.name} is lost: {why}.")
 
 
 def _port(address: str, port: str) -> int:

@@ -13,6 +13,7 @@ import numpy as np
 from torc.errors import InputError
 from torc.lab.checks import thinned
 from torc.lab.protocols import ArmStatus, LabError
+from torc.lab.ros.arrivals import Arrivals
 from torc.lab.ros.messages import (
     ACTION_TYPES,
     JOINT_STATE_TYPES,
@@ -93,9 +94,11 @@ class RosArm:
         self.config, self.name = config, f"the arm of {config.action} at {config.url}"
         self.start_tolerance_rad = config.start_tolerance_rad
         self._goal = ""
+        self._ended: str | None = None
         self._goals = itertools.count(1)
         self._began = int(time.time())
         self._proven = False
+        self._arrivals, self._arriving = Arrivals(), threading.Lock()
         try:
             self._bridge = Rosbridge(config.url, config.timeout_s)
         except RosbridgeError as error:
@@ -108,14 +111,16 @@ class RosArm:
 
     def status(self) -> ArmStatus:
         """The latest, as old as the older of joint states and status. Raises LabError."""
-        joints = self._latest(self.config.joint_states)
-        stamp_s, stopped, moving = joints.stamp_s, "", None
+        latest = self._latest(self.config.joint_states)
+        with self._arriving:
+            joints, stamp_s = self._arrivals.take(latest.message, latest.stamp_s)
+        stopped, moving = "", None
         if self.config.status_topic:
             told = self._latest(self.config.status_topic)
             # UR tells its safety mode only when it changes.
             stamp_s = min(stamp_s, told.stamp_s) if self.config.status == "industrial" else stamp_s
             stopped, moving = _FAULTS[self.config.status][1](told.message), is_moving(told.message)
-        qpos = joint_positions(joints.message, self.config.joint_names)
+        qpos = joint_positions(joints, self.config.joint_names)
         busy = bool(self._goal) and self.ended() is None
         return ArmStatus(stamp_s, qpos, busy if moving is None else moving, stopped)
 
@@ -154,9 +159,26 @@ class RosArm:
         self._send(thinned(trajectory, self.config.most_points))
 
     def ended(self) -> str | None:
-        """By the goal's status. Raises LabError if the connection is lost."""
+        """By the goal's first final status. Raises LabError if the connection is lost."""
         if not self._goal:
             return ""
+        result = self._result()
+        if self._ended is None:
+            self._ended = result
+        return self._ended
+
+    def stop(self) -> None:
+        """Cancels the goal, and calls the stop service. Raises LabError if it cannot be told."""
+        self._cancel()
+        if self.config.stop_service:
+            service = self.config.stop_service
+            threading.Thread(target=self._call_quietly, args=(service,), daemon=True).start()
+
+    def close(self) -> None:
+        """Ends the connection; a goal goes on: stop first."""
+        self._bridge.close()
+
+    def _result(self) -> str | None:
         if self.config.ros == 2:
             result = self._asked(lambda: self._bridge.goal_result(self._goal))
             if result is None:
@@ -174,17 +196,6 @@ class RosArm:
         except (KeyError, TypeError, AttributeError):
             return "its result cannot be read"
 
-    def stop(self) -> None:
-        """Cancels the goal, and calls the stop service. Raises LabError if it cannot be told."""
-        self._cancel()
-        if self.config.stop_service:
-            service = self.config.stop_service
-            threading.Thread(target=self._call_quietly, args=(service,), daemon=True).start()
-
-    def close(self) -> None:
-        """Ends the connection; a goal goes on: stop first."""
-        self._bridge.close()
-
     def _listen(self) -> None:
         config, ros = self.config, self.config.ros
         self._bridge.subscribe(config.joint_states, JOINT_STATE_TYPES[ros])
@@ -200,7 +211,7 @@ class RosArm:
         self.status()
 
     def _send(self, trajectory: Trajectory) -> None:
-        config = self.config
+        config, self._ended = self.config, None
         goal = goal_message(trajectory, config.joint_names, config.ros)
         if config.ros == 2:
             self._goal = self._asked(lambda: self._bridge.send_goal(config.action, ACTION_TYPES[2], goal))

@@ -159,8 +159,10 @@ class MotomanArm:
         sequence = next(self._sequence)
         body = motion_ctrl(self.group, sequence, command, self._order)
         reply = self._asked(Frame(Kind.MOTION_CTRL, Comm.REQUEST, body))
-        if reply.command != command:
-            raise self._lose(f"{self.name} answered {reply.command} to command {command}.")
+        if (reply.command, reply.sequence) != (command, sequence):
+            raise self._lose(
+                f"{self.name} answered something else than command {command} of number {sequence}."
+            )
         if reply.result != Result.SUCCESS:
             raise LabError(f"{self.name} refuses {command.name}: {reply.reason}.")
         return reply.subcode
@@ -182,6 +184,9 @@ class MotomanArm:
         frame = Frame(Kind.JOINT_TRAJ_PT_FULL, Comm.REQUEST, point.pack(self._order))
         while not cancelled.is_set():
             reply = self._asked(frame)
+            # MotoROS of old leaves the number out.
+            if reply.command != Kind.JOINT_TRAJ_PT_FULL or reply.sequence not in (k, -1):
+                raise self._lose(f"{self.name} answered something else than point {k}.")
             if reply.result == Result.SUCCESS:
                 return ""
             if reply.result != Result.BUSY:

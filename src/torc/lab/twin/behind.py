@@ -17,6 +17,10 @@ class ArmBehind(Protocol):
     def goal(self, qpos: np.ndarray) -> None:
         """Where it has to be now."""
 
+    @property
+    def contact_n(self) -> float:
+        """Force at its hardest contact, but for what it holds, newtons."""
+
 
 class Fingers(Protocol):
     """What moves. Positions are 0 (open) to 255 (closed)."""

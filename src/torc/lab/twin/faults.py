@@ -7,6 +7,8 @@ from torc.lab.twin.motoman import READY as MOTOMAN_READY
 from torc.lab.twin.motoman import MotomanTwin
 from torc.lab.twin.rehearsal import Rehearsal
 from torc.lab.twin.ros import READY as ROS_READY
+from torc.lab.twin.ur import READY as UR_READY
+from torc.lab.twin.ur import UrTwin
 
 _NUDGE_RAD = 0.05
 
@@ -52,6 +54,8 @@ def recover(there: Rehearsal) -> None:
     there.gripper.fault = 0
     if isinstance(there.arm, MotomanTwin):
         there.arm.state = MOTOMAN_READY
+    elif isinstance(there.arm, UrTwin):
+        there.arm.state = dict(UR_READY)
     else:
         there.arm.state = dict(ROS_READY)
 

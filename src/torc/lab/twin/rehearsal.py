@@ -13,6 +13,7 @@ from torc.lab.lab_file import Lab
 from torc.lab.twin.motoman import MotomanTwin
 from torc.lab.twin.robotiq import ModbusTwin, RobotiqTwin, UrcapTwin
 from torc.lab.twin.ros import RosTwin
+from torc.lab.twin.ur import UrTwin
 from torc.lab.twin.world import LiveWorld
 from torc.problems.problem import Problem
 
@@ -33,7 +34,7 @@ class Rehearsal:
     """
 
     world: LiveWorld
-    arm: RosTwin | MotomanTwin
+    arm: RosTwin | MotomanTwin | UrTwin
     gripper: RobotiqTwin
     pictures: RosTwin
     text: str
@@ -72,7 +73,7 @@ def write_lab(text: str, path: Path) -> None:
 
 def _arm(
     lab: Lab, world: LiveWorld, stack: ExitStack
-) -> tuple[RosTwin | MotomanTwin, RosTwin, dict[str, Any]]:
+) -> tuple[RosTwin | MotomanTwin | UrTwin, RosTwin, dict[str, Any]]:
     """The controller's twin, who gives the camera's pictures, and the settings of the arm that lead there."""
     settings, joints = lab.arm.settings, lab.robot.arm
     if lab.arm.driver == "ros":
@@ -94,7 +95,13 @@ def _arm(
                 "state_port": state_port,
             },
         )
-    raise InputError(f"There is no twin of the arm driver '{lab.arm.driver}'; there are of ros and motoman.")
+    if lab.arm.driver == "ur-rtde":
+        ur = stack.enter_context(UrTwin(world))
+        pictures = stack.enter_context(RosTwin(world, joints.joint_names, camera=world))
+        return ur, pictures, {"host": ur.host}
+    raise InputError(
+        f"There is no twin of the arm driver '{lab.arm.driver}'; there are of ros, motoman and ur-rtde."
+    )
 
 
 def _gripper(lab: Lab, twin: RobotiqTwin, stack: ExitStack) -> str:

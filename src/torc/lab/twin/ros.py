@@ -148,7 +148,9 @@ class RosTwin:
         if topic.endswith("joint_states"):
             names, qpos = self.joint_names, self.arm.qpos
             # Other joints are among them, in an order of their own.
-            return {"name": ["finger", *reversed(names)], "position": [0.0, *map(float, qpos[::-1])]}
+            header = {"stamp": duration(time.time(), self.ros), "frame_id": ""}
+            positions = [0.0, *map(float, qpos[::-1])]
+            return {"header": header, "name": ["finger", *reversed(names)], "position": positions}
         if topic.endswith("robot_status"):
             told = {**self.state, "in_motion": int(self.moving)}
             return {**{k: {"val": v} for k, v in told.items()}, "error_code": 0}

@@ -67,6 +67,7 @@ class LiveWorld:
         self._qpos = robot.arm.rest_qpos.copy()
         self._found = (0, Object.AT_POSITION)
         self._scale = WidthScale(max_width_m=robot.gripper.max_width_m)
+        self._felt, self._contact_n = False, 0.0
         self._in_bin: list[int] = []
         self._dropped: list[int] = []
 
@@ -90,6 +91,12 @@ class LiveWorld:
     def goal(self, qpos: np.ndarray) -> None:
         """Where it has to be now."""
         self._goal = np.array(qpos)
+
+    @property
+    def contact_n(self) -> float:
+        """Force at its hardest contact, but for what it holds; 0 when it is asked for the first time."""
+        self._felt = True
+        return self._contact_n
 
     def go(self, position: int, speed: int, force: int) -> None:
         """Starts the fingers towards a position."""
@@ -185,6 +192,8 @@ class LiveWorld:
             self._command_fingers(*fingers)
         self._stepper.step()
         self._qpos = self._arm.qpos
+        if self._felt:
+            self._contact_n = self._arm.contact_n
         if fingers is not None:
             self._feel_fingers(fingers)
 

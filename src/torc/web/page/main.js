@@ -144,7 +144,7 @@ function drawScene(panel) {
   if (!scene.renderer) { replace(panel, noWebgl()); return; }
   if (!app.page.arrays) { replace(panel, el("p", { class: "padded faint" }, "This trial was recorded without its point cloud.")); return; }
   if (scene.node.parentNode !== panel) replace(panel, scene.node);
-  if (app.arrays) scene.show(app.arrays, app.page.objects, app.selected);
+  if (app.arrays) scene.show(app.arrays, app.page.objects, app.selected, app.page.plan?.ways);
 }
 
 function point() {

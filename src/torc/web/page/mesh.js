@@ -61,6 +61,19 @@ export function unseen(arrays, hiddenBy, color) {
   return mesh;
 }
 
+// The places of the fingertips along the planned motions, by their names: lines.
+export function ways(planned, color, closeColor) {
+  const positions = [], colors = [];
+  for (const [name, places] of Object.entries(planned)) {
+    const own = name === "approach" || name === "lift" ? closeColor : color;
+    for (let i = 1; i < places.length; i++) {
+      positions.push(...places[i - 1], ...places[i]);
+      colors.push(...own, ...own);
+    }
+  }
+  return new LineSegments(geometry(positions, colors), LINES);
+}
+
 // The grasps of an object as little forks: palm, two fingers, and where the gripper comes from.
 export function grasps(arrays, id, validColor, otherColor) {
   const positions = [], colors = [];

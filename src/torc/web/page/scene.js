@@ -1,7 +1,7 @@
 // The 3-D view: surface points, the space that was never seen, and the grasps of the selected object.
 
 import { el } from "./dom.js";
-import { cloud, grasps, HALF_VIEW, unseen } from "./mesh.js";
+import { cloud, grasps, HALF_VIEW, unseen, ways } from "./mesh.js";
 import { OrbitControls } from "./vendor/three/OrbitControls.js";
 import * as THREE from "./vendor/three/three.module.min.js";
 
@@ -30,11 +30,12 @@ export class Scene {
     new ResizeObserver(() => this.resize()).observe(this.canvas);
   }
 
-  // arrays of a pick; objects with id and color
-  show(arrays, objects, selected) {
-    if (arrays === this.arrays && selected === this.selected) return;
+  // arrays of a pick; objects with id and color; places of the fingertips by motion, once there is a plan
+  show(arrays, objects, selected, planned = {}) {
+    const plan = JSON.stringify(planned);
+    if (arrays === this.arrays && selected === this.selected && plan === this.plan) return;
     const first = !this.arrays;
-    Object.assign(this, { arrays, selected });
+    Object.assign(this, { arrays, selected, planned, plan });
     this.colors = new Map(objects.map((o) => [o.id, new THREE.Color(o.color)]));
     this.rebuild();
     if (first) this.from(OVERVIEW);
@@ -83,9 +84,12 @@ export class Scene {
     this.cloud = cloud(this.arrays, this.options.byObject ? this.colors : new Map());
     this.parts.clear().add(this.cloud, grasps(this.arrays, color ? this.selected : -1, this.style("--valid"), this.style("--other")));
     if (this.options.unseen) this.parts.add(unseen(this.arrays, color ? this.selected : null, color || GRAY));
-    this.says.textContent = color
+    const planned = Object.keys(this.planned).length > 0;
+    if (planned) this.parts.add(ways(this.planned, this.style("--hidden-by"), this.style("--below")));
+    const way = planned ? "; the planned way of the fingertips: violet, to the grasp and up red" : "";
+    this.says.textContent = (color
       ? `space and grasps of object ${this.selected} (blue: valid, orange: not)`
-      : "all space that was never seen";
+      : "all space that was never seen") + way;
     this.draw();
   }
 
