@@ -15,14 +15,14 @@ from torc.robots.names import DEFAULT_ROBOT
 
 def test_pairs_that_are_not_checked_cannot_touch(robot, rng):
     """Neighbours apart; at random configurations, half of their joints at a limit."""
-    arm, spheres = robot.arm, robot.spheres
-    qpos = rng.uniform(arm.lower, arm.upper, (1500, 7))
+    arm, spheres, dof = robot.arm, robot.spheres, robot.arm.dof
+    qpos = rng.uniform(arm.lower, arm.upper, (1500, dof))
     ends = np.where(rng.random(qpos.shape) < 0.5, arm.lower, arm.upper)
     qpos = np.where(rng.random(qpos.shape) < 0.5, ends, qpos)
-    centers = sphere_centers(robot, qpos, rng.uniform(0, 0.085, len(qpos)))
+    centers = sphere_centers(robot, qpos, rng.uniform(0, robot.gripper.max_width_m, len(qpos)))
     checked = {tuple(p) for p in robot.self_pairs.tolist()}
-    for i in range(6):
-        for j in range(i + 2, 10):
+    for i in range(dof - 1):
+        for j in range(i + 2, dof + 3):
             if (i, j) in checked:
                 continue
             a, b = np.flatnonzero(spheres.link == i), np.flatnonzero(spheres.link == j)
