@@ -1,4 +1,4 @@
-"""UR5e and Panda against their makers' tables: Denavit-Hartenberg parameters, limits, and how they stand at the table."""
+"""UR5e and Panda against their makers' tables, Denavit-Hartenberg parameters and limits; and how they stand there."""
 
 import numpy as np
 import pytest
@@ -10,13 +10,20 @@ from torc.robots.loading import load_robot
 from torc.sim.robot import SimulatedCamera
 from torc.sim.world import build_world
 
-UR5E = [(0.0, 0.1625, 90), (-0.425, 0.0, 0), (-0.3922, 0.0, 0), (0.0, 0.1333, 90), (0.0, 0.0997, -90), (0.0, 0.0996, 0)]
+UR5E = [
+    (0.0, 0.1625, 90),
+    (-0.425, 0.0, 0),
+    (-0.3922, 0.0, 0),
+    (0.0, 0.1333, 90),
+    (0.0, 0.0997, -90),
+    (0.0, 0.0996, 0),
+]
 """Universal Robots, "DH parameters for calculations of kinematics and dynamics": a, d (m), alpha (deg) per joint."""
 PANDA = [
     (0.0, 0.333, 0), (0.0, 0.0, -90), (0.0, 0.316, 90), (0.0825, 0.0, 90), (-0.0825, 0.384, -90), (0.0, 0.0, 90),
     (0.088, 0.0, 90), (0.0, 0.107, 0),
 ]  # fmt: skip
-"""Franka, "Robot and interface specifications", Craig's convention: a, d (m), alpha (deg) per joint, then the flange."""
+"""Franka, "Robot and interface specifications", Craig's convention: a, d (m), alpha (deg) per joint, and the flange."""
 
 
 def turn(axis, angle):
@@ -43,7 +50,10 @@ def panda_flange(qpos):
 
 @pytest.mark.parametrize(
     ("name", "flange", "at_zero"),
-    [("ur5e_2f85", ur5e_flange, [-0.8172, -0.2329, 0.0628]), ("panda_hand", panda_flange, [0.088, 0.0, 0.926])],
+    [
+        ("ur5e_2f85", ur5e_flange, [-0.8172, -0.2329, 0.0628]),
+        ("panda_hand", panda_flange, [0.088, 0.0, 0.926]),
+    ],
 )
 def test_the_flange_is_where_the_makers_table_has_it(name, flange, at_zero, rng):
     arm = load_robot(name).arm
@@ -92,4 +102,5 @@ def test_the_bodies_of_the_ur_are_on_the_axes_of_its_table(rng):
     arm = load_robot("ur5e_2f85").arm
     for q in rng.uniform(arm.lower, arm.upper, (20, 6)):
         p = link_poses(arm, q[None])[0, :, :3, 3]
-        np.testing.assert_allclose(np.linalg.norm(np.diff(p, axis=0), axis=1)[1:], [0.425, 0.3922, 0.1333, 0.0997, 0.0996])
+        lengths = np.linalg.norm(np.diff(p, axis=0), axis=1)[1:]
+        np.testing.assert_allclose(lengths, [0.425, 0.3922, 0.1333, 0.0997, 0.0996])

@@ -1,8 +1,8 @@
 """Inverse kinematics: every branch of many poses at once.
 
-Arms of three structures are solved in closed form: spherical-revolute-spherical, with a spherical shoulder and an offset
-wrist, and with three parallel axes; any other by damped least squares from a fixed set of starts. Which of them is decided
-from the description alone.
+Arms of three structures are solved in closed form: spherical-revolute-spherical, with a spherical shoulder and an
+offset wrist, and with three parallel axes; any other by damped least squares from a fixed set of starts. Which of them
+is decided from the description alone.
 """
 
 from collections.abc import Callable

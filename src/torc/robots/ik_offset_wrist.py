@@ -1,4 +1,4 @@
-"""Closed-form inverse kinematics of 7 joints with a spherical shoulder whose last axis passes by the wrist, as a Panda's.
+"""Closed-form inverse kinematics of 7 joints, shoulder spherical, whose last axis passes by the wrist, as a Panda's.
 
 With axes w0 .. w6, the flange pose T0 at q = 0 and T = e0 e1 .. e6 T0 (product of exponentials), S the shoulder and W
 where axes w4 and w5 meet: the last angle is the free one, sampled (as by He and Liu, "Analytical Inverse Kinematics for
@@ -35,8 +35,8 @@ FINER = 8
 """Times as many last angles are tried for a pose that seems out of reach."""
 
 OffsetWristStructure = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-"""At q = 0, world frame: axes (7, 3), shoulder (3,), a point of the elbow axis (3,), wrist (3,), a point of the last axis
-(3,), inverse flange pose (4, 4)."""
+"""At q = 0, world frame: axes (7, 3), shoulder (3,), a point of the elbow axis (3,), wrist (3,), a point of the last
+axis (3,), inverse flange pose (4, 4)."""
 
 
 def detect_offset_wrist(arm: ArmDescription) -> OffsetWristStructure | None:

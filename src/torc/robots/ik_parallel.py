@@ -1,7 +1,7 @@
 """Closed-form inverse kinematics of 6 joints of which the second to fourth are parallel, as those of a UR.
 
-With axes w0 .. w5, the flange pose T0 at q = 0 and T = e0 e1 e2 e3 e4 e5 T0 (product of exponentials), n the direction of
-the parallel axes and P where the last two axes meet:
+With axes w0 .. w5, the flange pose T0 at q = 0 and T = e0 e1 e2 e3 e4 e5 T0 (product of exponentials), n the direction
+of the parallel axes and P where the last two axes meet:
 
 1. e1 e2 e3 do not move P along n: that gives the first joint, two solutions;
 2. they do not turn n either: that gives the fifth joint, two solutions, and then the last;
@@ -30,7 +30,8 @@ from torc.robots.ik_subproblems import (
 from torc.robots.kernels import rotate_about
 
 ParallelStructure = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-"""At q = 0, world frame: axes (6, 3), a point on each (6, 3), where the last two meet (3,), inverse flange pose (4, 4)."""
+"""At q = 0, world frame: axes (6, 3), a point on each (6, 3), where the last two meet (3,), inverse flange pose
+(4, 4)."""
 
 
 def detect_parallel(arm: ArmDescription) -> ParallelStructure | None:

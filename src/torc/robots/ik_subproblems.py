@@ -1,7 +1,7 @@
 """What the closed forms of inverse kinematics are made of: Paden and Kahan's subproblems, as compiled kernels.
 
-With the arm's joint axes w0, w1 .. and the flange pose T0 at q = 0, the flange is T = e0 e1 .. T0, each e a turn about its
-axis (product of exponentials). (Murray, Li, Sastry: A Mathematical Introduction to Robotic Manipulation, 3.2.)
+With the arm's joint axes w0, w1 .. and the flange pose T0 at q = 0, the flange is T = e0 e1 .. T0, each e a turn about
+its axis (product of exponentials). (Murray, Li, Sastry: A Mathematical Introduction to Robotic Manipulation, 3.2.)
 """
 
 import numpy as np
