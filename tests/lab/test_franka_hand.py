@@ -101,7 +101,9 @@ def test_a_node_of_another_name_is_named(there):
 def test_a_ur_tells_its_safety_mode(there, fault, words):
     _, bridge, _ = there
     topic = "/io_and_status_controller/safety_mode"
-    config = RosArmConfig(bridge.url, 2, bridge.action, tuple(bridge.joint_names), "/joint_states", topic, "ur")
+    config = RosArmConfig(
+        bridge.url, 2, bridge.action, tuple(bridge.joint_names), "/joint_states", topic, "ur"
+    )
     if fault:
         bridge.halt(**fault)
     arm = RosArm(config)
