@@ -4,11 +4,15 @@ import numpy as np
 import pytest
 
 from torc.geometry.transforms import make_pose, rotation_about
+from torc.problems.problem import load_problem
 from torc.records import ROBOT
 from torc.robots.kinematics import link_poses, tcp_pose, tool0_poses
 from torc.robots.loading import load_robot
+from torc.sim.actuation import SimulatedGripper
 from torc.sim.robot import SimulatedCamera
+from torc.sim.stepping import Stepper
 from torc.sim.world import build_world
+from torc.workspace.files import load_workspace
 
 UR5E = [
     (0.0, 0.1625, 90),
@@ -88,8 +92,6 @@ def test_the_hands():
 
 
 def test_it_waits_out_of_sight_above_the_bins_rim(robot, workspace):
-    from torc.problems.problem import load_problem
-
     world = build_world(load_problem("validation-structured-02"), robot, workspace)
     with SimulatedCamera(world) as camera:
         assert not (camera.capture().label_image == ROBOT).any()
@@ -104,3 +106,24 @@ def test_the_bodies_of_the_ur_are_on_the_axes_of_its_table(rng):
         p = link_poses(arm, q[None])[0, :, :3, 3]
         lengths = np.linalg.norm(np.diff(p, axis=0), axis=1)[1:]
         np.testing.assert_allclose(lengths, [0.425, 0.3922, 0.1333, 0.0997, 0.0996])
+
+
+@pytest.fixture(scope="module")
+def panda_gripper():
+    """Panda's hand in the simulator, and what makes time pass."""
+    robot = load_robot("panda_hand")
+    stepper = Stepper(build_world(load_problem("validation-structured-02"), robot, load_workspace()))
+    return SimulatedGripper(stepper, robot), stepper
+
+
+def test_the_simulated_hand_goes_where_it_is_told_as_fast_as_the_real_one(panda_gripper):
+    gripper, stepper = panda_gripper
+    for width_m in (0.08, 0.03, 0.06):
+        assert gripper.open(width_m).width_m == pytest.approx(width_m, abs=0.001)
+    closed = gripper.close(50.0)
+    assert closed.width_m < 0.0015
+    assert not closed.holding
+    gripper.begin_opening(0.08)
+    stepper.run(0.2)
+    # Each finger moves at 50 mm/s, or a little more.
+    assert 0.01 < gripper.width_m < 2 * 0.2 * 0.08
