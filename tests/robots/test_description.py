@@ -30,6 +30,18 @@ def test_pairs_that_are_not_checked_cannot_touch(robot, rng):
             assert (gaps - spheres.radii[a][:, None] - spheres.radii[b]).min() > 0.0, (i, j)
 
 
+def test_links_that_are_not_checked_against_the_fixed_parts_cannot_touch_them_or_always_do(robot, rng):
+    if robot.name == DEFAULT_ROBOT:
+        pytest.skip("its second link may come near to its shoulder; the MJCF excludes that contact, too")
+    arm, spheres, static = robot.arm, robot.spheres, robot.static_spheres
+    centers = sphere_centers(robot, rng.uniform(arm.lower, arm.upper, (1500, arm.dof)), np.zeros(1500))
+    for link in sorted(set(range(arm.dof + 3)) - set(robot.static_links)):
+        own = spheres.link == link
+        gaps = np.linalg.norm(centers[:, own, None] - static[:, :3], axis=-1)
+        touches = (gaps - spheres.radii[own][:, None] - static[:, 3]).min(axis=(1, 2)) < 0
+        assert touches.mean() in (0.0, 1.0), link
+
+
 class TestAnotherRobot:
     def test_loads_from_its_files(self, write_other_robot):
         other = load_robot(write_other_robot())
