@@ -1,6 +1,7 @@
 """`torc retrieve` over the drivers' real wires, the simulator behind them, against `torc run` on the same problems.
 
     python -m benchmarks.lab_twins [--problems 10] [--labs sda10f-ros1 sda10f-simple-message]
+    python -m benchmarks.lab_twins --labs ur5e-ros2 --robot ur5e_2f85 --problem-set validation-ur5e
 
 Takes real time: about a minute for each problem and lab, at full speed. What the robot felt is told beside what really
 lies in the bin.
@@ -27,18 +28,23 @@ from torc.perception.protocol import Wanted
 from torc.problems.problem import load_problem
 from torc.problems.sets import problem_names
 from torc.records import TARGET_ID
+from torc.robots.names import DEFAULT_ROBOT
 from torc.sim.portraits import turn_table
 from torc.specs.trial import PlannerSpec, TrialSpec
 
 
 @dataclass(frozen=True)
 class Args:
-    """Play problems of validation in simulation, and over the wires."""
+    """Play problems of a set in simulation, and over the wires."""
 
     problems: int = 10
     """So many."""
-    labs: tuple[str, ...] = tuple(example_labs())
-    """Lab files that come with torc."""
+    labs: tuple[str, ...] = ("sda10f-ros1", "sda10f-simple-message")
+    """Lab files that come with torc, of one robot."""
+    robot: str = DEFAULT_ROBOT
+    """That robot, for `torc run`."""
+    problem_set: str = "validation"
+    """Problems that are made for it."""
     speed: float = 1.0
     """Share of the robot's speed limits."""
 
@@ -98,12 +104,12 @@ def over_wires(name: str, problem_name: str, speed: float, out: Path) -> tuple[d
 
 def main(args: Args) -> None:
     """Prints a line per trial, and a table."""
-    names = problem_names("validation")[:: max(1, len(problem_names("validation")) // args.problems)]
-    names = names[: args.problems]
+    names = problem_names(args.problem_set)
+    names = names[:: max(1, len(names) // args.problems)][: args.problems]
     rows: dict[str, list[dict[str, Any]]] = {}
     for name in names:
         with tempfile.TemporaryDirectory() as directory:
-            spec = TrialSpec.of(name, perception="embedded")
+            spec = TrialSpec.of(name, perception="embedded", robot=args.robot)
             result = run_trial(spec, Path(directory) / "trial").result
             rows.setdefault("torc run", []).append(result)
             print(f"{name}, torc run: {_told(result)}", flush=True)

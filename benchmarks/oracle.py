@@ -19,6 +19,7 @@ import numpy as np
 import tyro
 
 from benchmarks.processes import run_jobs
+from torc.robots.names import DEFAULT_ROBOT
 
 
 @dataclass(frozen=True)
@@ -33,13 +34,15 @@ class Args:
     """Seeds 0..N-1."""
     budget: float = 80.0
     """Of each search, in simulated picks."""
+    robot: str = DEFAULT_ROBOT
+    """Robot that the problems are for."""
     likely: bool = False
     """End with an order that is likely the best, as the planner does, unless the budget allows for the proof."""
     workers: int = 2
     """Processes."""
 
 
-def solve(problem_name: str, seed: int, budget: float, likely: bool) -> dict:
+def solve(problem_name: str, seed: int, budget: float, likely: bool, robot: str = DEFAULT_ROBOT) -> dict:
     """The answer, and when it came."""
     from torc.episode.oracle.answer import answer_from
     from torc.episode.oracle.search import search
@@ -50,7 +53,7 @@ def solve(problem_name: str, seed: int, budget: float, likely: bool) -> dict:
     from torc.problems.problem import load_problem
     from torc.specs.conditions import Conditions
 
-    problem, system = load_problem(problem_name), build_system(Conditions())
+    problem, system = load_problem(problem_name), build_system(Conditions(robot=robot))
     config = EpisodeConfig(seed=seed)
     start, first = time.process_time(), []
 
@@ -72,9 +75,9 @@ def solve(problem_name: str, seed: int, budget: float, likely: bool) -> dict:
     return {**answer.to_dict(), **times, "objects": len(problem.objects), "category": problem.category}
 
 
-def solve_into(path: Path, problem_name: str, seed: int, budget: float, likely: bool) -> str:
+def solve_into(path: Path, problem_name: str, seed: int, budget: float, likely: bool, robot: str) -> str:
     """Keep the answer, complete or not at all; returns a line that says what it is."""
-    row = solve(problem_name, seed, budget, likely)
+    row = solve(problem_name, seed, budget, likely, robot)
     aside = path.with_suffix(".partial")
     aside.write_text(json.dumps(row))
     aside.replace(path)
@@ -82,13 +85,14 @@ def solve_into(path: Path, problem_name: str, seed: int, budget: float, likely: 
     return f"{path.stem}: {verdict if row['solved'] else 'no order found'}, {row['all_s']:.0f} s"
 
 
-def answers(args: Args) -> Iterable[tuple[Path, str, int, float, bool]]:
+def answers(args: Args) -> Iterable[tuple[Path, str, int, float, bool, str]]:
     """Where each answer goes, and what is asked."""
     from torc.problems.sets import select_problems
 
     for seed in range(args.seeds):
         for problem in select_problems(args.problems):
-            yield args.out / f"{Path(problem).stem}-{seed}.json", problem, seed, args.budget, args.likely
+            path = args.out / f"{Path(problem).stem}-{seed}.json"
+            yield path, problem, seed, args.budget, args.likely, args.robot
 
 
 def is_open(path: Path, budget: float) -> bool:

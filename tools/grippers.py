@@ -22,9 +22,9 @@ def write_slides(directory: Path, max_width_m: float) -> Path:
     directory.mkdir(parents=True, exist_ok=True)
     name = f"slides_{1000 * max_width_m:03.0f}"
     facts = yaml.safe_load(EXAMPLE.read_text(encoding="utf-8"))
-    tree = ElementTree.parse(EXAMPLE.with_name(facts["mjcf"]))
-    _exchange(tree.getroot(), max_width_m)
-    tree.write(directory / f"{name}.xml", encoding="unicode")
+    mjcf = _whole(EXAMPLE.with_name(facts["mjcf"]))
+    _exchange(mjcf, max_width_m)
+    ElementTree.ElementTree(mjcf).write(directory / f"{name}.xml", encoding="unicode")
     fingers = [
         {"body": f"gripper_{side}_finger", "tip_site": f"{side}_tip", "pad_geoms": [f"{side}_pad"]}
         for side in _FINGERS
@@ -41,6 +41,16 @@ def write_slides(directory: Path, max_width_m: float) -> Path:
     path = directory / f"{name}.yaml"
     path.write_text(yaml.safe_dump(facts, sort_keys=False), encoding="utf-8")
     return path
+
+
+def _whole(path: Path) -> ElementTree.Element:
+    """An MJCF with what it includes in place."""
+    root = ElementTree.parse(path).getroot()
+    for holder in list(root.iter()):
+        for place, part in reversed(list(enumerate(holder))):
+            if part.tag == "include":
+                holder[place : place + 1] = list(_whole(path.parent / part.attrib["file"]))
+    return root
 
 
 def _exchange(mjcf: ElementTree.Element, max_width_m: float) -> None:
@@ -62,7 +72,7 @@ def _hand(half_m: float) -> str:
     palm = f'type="box" size="{half_m + 0.02:.4f} 0.025 0.022" pos="0 0 0.046"'
     return f"""<hand>
       <geom class="robot_visual" size="0.0375 0.012" pos="0 0 0.012" material="robot_dark"/>
-      <geom class="robot_visual" {palm} material="yaskawa_white"/>
+      <geom class="robot_visual" {palm} material="robot_white"/>
       <geom class="robot_collision" type="cylinder" size="0.0375 0.012" pos="0 0 0.012" mass="0.3"/>
       <geom class="robot_collision" {palm} mass="0.3"/>
       {_finger("left", -1, half_m)}{_finger("right", 1, half_m)}

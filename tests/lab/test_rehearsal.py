@@ -12,6 +12,7 @@ from torc.episode.events import Planned
 from torc.episode.recorded import read_events
 from torc.errors import InputError
 from torc.lab.checking import check_lab
+from torc.lab.lab_file import example_labs
 from torc.lab.retrieval import Operation, lab_spec, retrieve
 from torc.lab.twin.faults import FAULTS, recover
 from torc.objects.library import load_object
@@ -37,7 +38,7 @@ def played(lab, out, ask=lambda question: False, listeners=(), **options):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["sda10f-ros1", "sda10f-simple-message"])
+@pytest.mark.parametrize("name", example_labs())
 def test_picks_over_the_wires_bring_what_they_say(name, rehearsed, tmp_path):
     with rehearsed(name) as (there, lab):
         trial = played(lab, tmp_path / "trial")

@@ -1,11 +1,22 @@
-"""A robot as a user would write it: six joints, no spherical shoulder, and a gripper whose fingers slide."""
+"""The shipped robots, one after the other; and one as a user would write it: six joints, no spherical shoulder, and a
+gripper whose fingers slide."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from torc.robots.description import RobotDescription
+from torc.robots.loading import load_robot
+from torc.robots.names import robot_names
+
 WriteRobot = Callable[..., Path]
+
+
+@pytest.fixture(scope="session", params=robot_names())
+def robot(request: pytest.FixtureRequest) -> RobotDescription:
+    """Each shipped robot."""
+    return load_robot(request.param)
 
 
 @pytest.fixture

@@ -15,19 +15,31 @@ from torc.robots.names import DEFAULT_ROBOT
 
 def test_pairs_that_are_not_checked_cannot_touch(robot, rng):
     """Neighbours apart; at random configurations, half of their joints at a limit."""
-    arm, spheres = robot.arm, robot.spheres
-    qpos = rng.uniform(arm.lower, arm.upper, (1500, 7))
+    arm, spheres, dof = robot.arm, robot.spheres, robot.arm.dof
+    qpos = rng.uniform(arm.lower, arm.upper, (1500, dof))
     ends = np.where(rng.random(qpos.shape) < 0.5, arm.lower, arm.upper)
     qpos = np.where(rng.random(qpos.shape) < 0.5, ends, qpos)
-    centers = sphere_centers(robot, qpos, rng.uniform(0, 0.085, len(qpos)))
+    centers = sphere_centers(robot, qpos, rng.uniform(0, robot.gripper.max_width_m, len(qpos)))
     checked = {tuple(p) for p in robot.self_pairs.tolist()}
-    for i in range(6):
-        for j in range(i + 2, 10):
+    for i in range(dof - 1):
+        for j in range(i + 2, dof + 3):
             if (i, j) in checked:
                 continue
             a, b = np.flatnonzero(spheres.link == i), np.flatnonzero(spheres.link == j)
             gaps = np.linalg.norm(centers[:, a, None] - centers[:, None, b], axis=-1)
             assert (gaps - spheres.radii[a][:, None] - spheres.radii[b]).min() > 0.0, (i, j)
+
+
+def test_links_that_are_not_checked_against_the_fixed_parts_cannot_touch_them_or_always_do(robot, rng):
+    if robot.name == DEFAULT_ROBOT:
+        pytest.skip("its second link may come near to its shoulder; the MJCF excludes that contact, too")
+    arm, spheres, static = robot.arm, robot.spheres, robot.static_spheres
+    centers = sphere_centers(robot, rng.uniform(arm.lower, arm.upper, (1500, arm.dof)), np.zeros(1500))
+    for link in sorted(set(range(arm.dof + 3)) - set(robot.static_links)):
+        own = spheres.link == link
+        gaps = np.linalg.norm(centers[:, own, None] - static[:, :3], axis=-1)
+        touches = (gaps - spheres.radii[own][:, None] - static[:, 3]).min(axis=(1, 2)) < 0
+        assert touches.mean() in (0.0, 1.0), link
 
 
 class TestAnotherRobot:

@@ -9,14 +9,24 @@ import pytest
 from torc.errors import InputError
 from torc.robots import ik
 from torc.robots.ik import IkConfig, solve_ik
+from torc.robots.ik_offset_wrist import detect_offset_wrist
+from torc.robots.ik_parallel import detect_parallel
 from torc.robots.ik_srs import detect_srs
 from torc.robots.kernels import jacobian_kernel
 from torc.robots.kinematics import link_poses, sphere_centers, tcp_pose, tool0_poses
 from torc.robots.loading import load_robot
+from torc.robots.names import robot_names
 
 
 def reachable(arm, n, rng):
     return tool0_poses(arm, rng.uniform(arm.lower, arm.upper, (n, arm.dof)))
+
+
+def without_structure(arm):
+    """The same arm, but its last two axes pass by each other."""
+    shifted = arm.Ts_parent_joint.copy()
+    shifted[5, :3, 3] += 0.01
+    return replace(arm, Ts_parent_joint=shifted)
 
 
 def check_laws(arm, Ts, solutions):
@@ -29,13 +39,36 @@ def check_laws(arm, Ts, solutions):
     assert np.all(q <= arm.upper)
 
 
+BRANCHES = {"sda10f_2f85": 50, "panda_hand": 20, "ur5e_2f85": 8}
+"""Of random poses, at least so many in the mean."""
+
+
 class TestClosedForm:
     def test_round_trip(self, robot, rng):
         Ts = reachable(robot.arm, 3000, rng)
         solutions = solve_ik(robot.arm, Ts)
         assert solutions.count.min() >= 1
-        assert solutions.count.mean() > 50
+        assert solutions.count.mean() > BRANCHES[robot.name]
         check_laws(robot.arm, Ts, solutions)
+
+    def test_parallel_axes_may_point_either_way(self, write_other_robot, rng):
+        arm = load_robot(write_other_robot()).arm
+        for turned in ([], [1], [2], [3]):
+            axes = arm.axes.copy()
+            axes[turned] *= -1
+            arm = replace(arm, axes=axes)
+            assert detect_parallel(arm) is not None
+            Ts = reachable(arm, 300, rng)
+            solutions = solve_ik(arm, Ts)
+            assert solutions.count.min() >= 1
+            check_laws(arm, Ts, solutions)
+
+    def test_six_joints_give_back_the_very_configuration(self, rng):
+        arm = load_robot("ur5e_2f85").arm
+        qpos = random_qpos(arm, 1000, rng)
+        solutions = solve_ik(arm, tool0_poses(arm, qpos))
+        for i, q in enumerate(qpos):
+            assert np.abs(solutions.of(i) - q).max(axis=1).min() < 1e-6
 
     def test_branches_are_distinct(self, robot, rng):
         solutions = solve_ik(robot.arm, reachable(robot.arm, 50, rng))
@@ -46,9 +79,11 @@ class TestClosedForm:
 
     def test_singular_configurations(self, robot):
         """Stretched, wrist straight, shoulder straight: still solved, and exactly."""
-        q = np.zeros((5, 7))
+        dof = robot.arm.dof
+        q = np.zeros((5, dof))
         q[1, 3], q[2, 1], q[3, 5] = 1.2, 0.7, 0.4
-        q[4] = [0.3, 0.0, 0.2, -1.0, 0.5, 0.0, 0.1]
+        q[4] = [0.3, 0.0, 0.2, -1.0, 0.5, 0.0, 0.1][:dof]
+        q = np.clip(q, robot.arm.lower, robot.arm.upper)
         Ts = tool0_poses(robot.arm, q)
         solutions = solve_ik(robot.arm, Ts)
         assert np.all(solutions.count >= 1)
@@ -56,15 +91,15 @@ class TestClosedForm:
 
     def test_out_of_reach(self, robot):
         T = np.eye(4)
-        T[:3, 3] = 1.5, 0.0, 1.0
+        T[:3, 3] = 1.7, 0.0, 1.0
         near_shoulder = np.eye(4)
-        near_shoulder[:3, 3] = robot.arm.T_world_base[:3, 3] + [0.1, -0.265, 0.155]
+        near_shoulder[:3, 3] = link_poses(robot.arm, robot.arm.rest_qpos[None])[0, 1, :3, 3] + [0, 0, 0.05]
         solutions = solve_ik(robot.arm, np.stack([T, near_shoulder]))
         assert solutions.count.tolist() == [0, 0]
         assert np.isnan(solutions.qpos).all()
 
-    def test_full_turns_are_offered_where_limits_allow(self, robot, rng):
-        wide = np.array([0, 0, 0, 0, 0, 0, np.pi])
+    def test_full_turns_are_offered_where_limits_allow(self, rng):
+        robot, wide = load_robot(), np.array([0, 0, 0, 0, 0, 0, np.pi])
         arm = replace(robot.arm, lower=robot.arm.lower - wide, upper=robot.arm.upper + wide)
         Ts = reachable(robot.arm, 100, rng)
         solutions = solve_ik(arm, Ts, IkConfig(max_branches=400))
@@ -75,8 +110,10 @@ class TestClosedForm:
 
 class TestNumerical:
     def test_other_arms_are_solved_too(self, write_other_robot, rng):
-        arm = load_robot(write_other_robot()).arm
+        arm = without_structure(load_robot(write_other_robot()).arm)
         assert detect_srs(arm) is None
+        assert detect_offset_wrist(arm) is None
+        assert detect_parallel(arm) is None
         Ts = reachable(arm, 100, rng)
         solutions = solve_ik(arm, Ts)
         assert (solutions.count > 0).mean() > 0.97
@@ -86,19 +123,30 @@ class TestNumerical:
         Ts = reachable(robot.arm, 60, rng)
         Ts[::3, :3, 3] += 0.5 * rng.standard_normal((20, 3))
         closed = solve_ik(robot.arm, Ts, IkConfig(swivel_angles=64, max_branches=600))
-        monkeypatch.setattr(ik, "detect_srs", lambda arm: None)
+        monkeypatch.setattr(ik, "closed_form", lambda arm, config: None)
         numeric = solve_ik(robot.arm, Ts)
         check_laws(robot.arm, Ts, numeric)
         assert np.mean((closed.count > 0) == (numeric.count > 0)) > 0.95
 
 
 class TestStructure:
-    def test_the_shipped_arm_is_srs(self, robot):
-        structure = detect_srs(robot.arm)
+    def test_the_default_arm_is_srs(self):
+        structure = detect_srs(load_robot().arm)
         assert structure is not None
         _, shoulder, _, wrist, _ = structure
         np.testing.assert_allclose(shoulder, [0.1, -0.265, 1.2], atol=1e-9)
         np.testing.assert_allclose(wrist, [0.1, -0.985, 1.2], atol=1e-9)
+
+    def test_each_shipped_arm_has_one(self, robot):
+        detected = [detect(robot.arm) is not None for detect in (detect_srs, detect_parallel)]
+        assert sum(detected) == (robot.name != "panda_hand")
+        assert (detect_offset_wrist(robot.arm) is not None) == (robot.arm.dof == 7)
+
+    def test_axes_that_pass_by_each_other_are_none(self):
+        for name in ("ur5e_2f85", "panda_hand"):
+            other = without_structure(load_robot(name).arm)
+            assert detect_parallel(other) is None
+            assert detect_offset_wrist(other) is None
 
 
 @pytest.mark.usefixtures("any_arrays")
@@ -114,9 +162,9 @@ def random_qpos(arm, n, rng):
     return rng.uniform(arm.lower, arm.upper, (n, arm.dof))
 
 
-@pytest.fixture(params=["shipped", "other"])
-def any_robot(request, robot, write_other_robot):
-    return robot if request.param == "shipped" else load_robot(write_other_robot())
+@pytest.fixture(params=[*robot_names(), "other"])
+def any_robot(request, write_other_robot):
+    return load_robot(write_other_robot() if request.param == "other" else request.param)
 
 
 def test_flange_and_links_are_where_mujoco_has_them(any_robot, rng):

@@ -55,8 +55,8 @@ class DecideCommand:
     """Task planner: dg-select, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your
     own as module:Class or path/to/file.py:Class."""
     robot: str = "none"
-    """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, or a robot description file. With a
-    robot the world is its base frame."""
+    """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, ur5e_2f85, panda_hand, or a robot
+    description file. With a robot the world is its base frame."""
     mark: str = ""
     """Without masks: a pixel of the target, as COLUMN,ROW, or a box around it, as LEFT,TOP,RIGHT,BOTTOM."""
     reference: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PICTURE...")] = ()

@@ -48,7 +48,7 @@ class ValidateCommand:
     seed: int = 0
     """Seed of the oracle's trial."""
     robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
     """Table, bin and camera: paper, or a workspace file of your own (docs/workspaces.md)."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
@@ -124,7 +124,7 @@ class GalleryCommand:
     """Directory of the oracle's answers, as `torc problems solve --json` prints them; without one a card has the order
     that its problem's file states, if any."""
     robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
     """Table, bin and camera: paper, or a workspace file of your own (docs/workspaces.md)."""
     title: str = ""
@@ -200,8 +200,8 @@ class ListCommand:
     """List the shipped problems, or those of one set or directory."""
 
     set: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[SET]")] = ""
-    """A shipped set (torc40, validation), a directory of problem files, or several with commas between; all shipped
-    ones if not given."""
+    """A shipped set (torc40, validation, validation-ur5e, validation-panda), a directory of problem files, or several
+    with commas between; all shipped ones if not given."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
     def run(self) -> int:
@@ -234,7 +234,7 @@ class ShowCommand:
 
     def run(self) -> int:
         """Print the problem."""
-        from torc.problems.problem import load_problem, robot_wanted
+        from torc.problems.problem import load_problem, robot_option, robot_wanted
         from torc.records.serialization import to_plain
 
         problem = load_problem(self.problem)
@@ -245,10 +245,10 @@ class ShowCommand:
         for k, placement in enumerate(problem.ordered()):
             x, y, z = placement.position
             print(f"  {k:>2}  {placement.name:<28} {placement.model:<28} at {x:.3f} {y:.3f} {z:.3f}")
-        robot = robot_wanted(problem)
-        if robot:
-            print(f"\nMade for the robot '{robot}': its file goes with --robot.")
-        print(f"\nPlay it: torc run {shlex.quote(self.problem)}{' --robot FILE' if robot else ''}")
+        option = robot_option(problem)
+        if option == "FILE":
+            print(f"\nMade for the robot '{robot_wanted(problem)}': its file goes with --robot.")
+        print(f"\nPlay it: torc run {shlex.quote(self.problem)}{f' --robot {option}' if option else ''}")
         return 0
 
 

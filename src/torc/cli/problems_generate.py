@@ -61,7 +61,8 @@ class GenerateCommand:
     own: bool = False
     """Also use objects that you have imported (`torc objects import`). --models may name such ones anyway."""
     robot: str = DEFAULT_ROBOT
-    """Robot that the problems are made for: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    """Robot that the problems are made for: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own
+    (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
     """Table, bin and camera: paper, or a workspace file of your own (docs/workspaces.md)."""
     attempts: int = 60

@@ -58,7 +58,7 @@ class ImportCommand:
     camera: str = "realsense-d435"
     """Whose pictures the annotation is of: realsense-d415, realsense-d435, azure-kinect or zivid."""
     robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("graspclutter6d-problems")
     """Where the problem files go."""
     overwrite: bool = False

@@ -23,7 +23,7 @@ class ServeCommand:
     remote: bool = False
     """Allow a host that other machines reach. Nothing is encrypted, and everybody there can use the server."""
     robot: str = "sda10f_2f85"
-    """Robot whose gripper and arm are planned for, or a robot description file."""
+    """Robot whose gripper and arm are planned for: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file."""
     workspace: str = "paper"
     """Table and camera, or a workspace file."""
 

@@ -20,7 +20,7 @@ from torc.problems.schema import Scalar
 from torc.records import TARGET_ID, GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
-from torc.robots.names import DEFAULT_ROBOT
+from torc.robots.names import DEFAULT_ROBOT, robot_names
 from torc.sim.rendering import CameraRenderer
 from torc.sim.visibility import Visibility, measure_visibility
 from torc.sim.world import build_world
@@ -110,9 +110,12 @@ class SceneView:
 
 
 def robot_facts(robot: RobotDescription) -> dict[str, Scalar]:
-    """What the `origin` of a problem says of the robot that it was made for: nothing of the shipped one."""
-    own = robot.source != load_robot(DEFAULT_ROBOT).source
-    return {NAME_KEY: robot.name, SOURCE_KEY: robot.source} if own else {}
+    """What the `origin` of a problem says of the robot that it was made for: nothing of the default one, and of others
+    that are shipped the name alone."""
+    if robot.source == load_robot(DEFAULT_ROBOT).source:
+        return {}
+    shipped = robot.name in robot_names() and robot.source == load_robot(robot.name).source
+    return {NAME_KEY: robot.name} if shipped else {NAME_KEY: robot.name, SOURCE_KEY: robot.source}
 
 
 @dataclass(frozen=True)

@@ -19,5 +19,6 @@ GRIPPER_DRIVERS = PartKind(
     {
         "robotiq-modbus": "torc.lab.robotiq.gripper:over_modbus",
         "robotiq-urcap": "torc.lab.robotiq.gripper:over_urcap",
+        "franka-hand": "torc.lab.ros.franka_hand:FrankaHand",
     },
 )

@@ -25,9 +25,10 @@ from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.objects.models import Quat, Vec3
 from torc.problems.schema import FORMAT, Category, Scalar, read_problem_file
 from torc.problems.sets import problem_names, problem_sets, shipped_path
+from torc.robots.names import robot_names
 
 ROBOT_KEYS = NAME_KEY, SOURCE_KEY = "robot", "robot_source"
-"""In a problem's origin: the robot's name, and the fingerprint of its files."""
+"""In a problem's origin: the robot's name, and the fingerprint of its files if it is a user's own."""
 
 
 @dataclass(frozen=True)
@@ -138,15 +139,24 @@ def _read(path: Path) -> str:
 
 
 def robot_wanted(problem: Problem) -> str:
-    """Name of the robot of its own that a problem was made for; "" where it is the shipped one, or not known."""
-    return str(problem.origin.get(NAME_KEY, "")) if SOURCE_KEY in problem.origin else ""
+    """Name of the robot that a problem was made for, other than the default one; "" where it is that, or not known."""
+    name = str(problem.origin.get(NAME_KEY, ""))
+    return name if SOURCE_KEY in problem.origin or name in robot_names() else ""
+
+
+def robot_option(problem: Problem) -> str:
+    """What --robot takes for a problem: the name of a shipped robot, FILE for another, "" for the default one."""
+    wanted = robot_wanted(problem)
+    return "FILE" if wanted and SOURCE_KEY in problem.origin else wanted
 
 
 def robot_hint(problem: Problem, name: str, source: str) -> str:
     """What to say of a problem that was not made for the robot of this name and fingerprint; "" where it was."""
-    if problem.origin.get(SOURCE_KEY, source) == source:
-        return ""
     wanted = robot_wanted(problem)
+    if not wanted or problem.origin.get(SOURCE_KEY, source if wanted == name else "") == source:
+        return ""
     if wanted == name:
         return f"Made for the robot '{wanted}' before its files were changed: things may be out of reach."
-    return f"Made for the robot '{wanted}': give its file with --robot. For another one things may be out of reach."
+    option = robot_option(problem)
+    remedy = "give its file with --robot" if option == "FILE" else f"--robot {option}"
+    return f"Made for the robot '{wanted}': {remedy}. For another one things may be out of reach."

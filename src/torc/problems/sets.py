@@ -1,4 +1,5 @@
-"""The problem sets that come with torc: `torc40` to compare task planners on, `validation` to tune them on."""
+"""The problem sets that come with torc: `torc40` to compare task planners on, `validation` to tune them on, and
+`validation-ur5e` and `validation-panda`, which are made for other robots."""
 
 import os
 from functools import cache

@@ -1,9 +1,11 @@
 """Inverse kinematics: every branch of many poses at once.
 
-Arms with the spherical-revolute-spherical structure are solved in closed form; any other by damped least squares
-from a fixed set of starts. Which of the two is decided from the description alone.
+Arms of three structures are solved in closed form: spherical-revolute-spherical, with a spherical shoulder and an
+offset wrist, and with three parallel axes; any other by damped least squares from a fixed set of starts. Which of them
+is decided from the description alone.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +16,10 @@ from numba import njit
 from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
 from torc.robots.description import ArmDescription
+from torc.robots.ik_offset_wrist import detect_offset_wrist, offset_wrist_ik_kernel
+from torc.robots.ik_parallel import detect_parallel, parallel_ik_kernel
 from torc.robots.ik_ranking import add_turns, rank_solutions, wrap_into_limits
-from torc.robots.ik_srs import SrsStructure, detect_srs, srs_ik_kernel
+from torc.robots.ik_srs import detect_srs, srs_ik_kernel
 from torc.robots.kernels import jacobian_kernel, link_poses_kernel, pose_error
 
 DISTINCT_RAD = 0.02
@@ -102,8 +106,9 @@ class IkConfig:
     """How inverse kinematics is solved.
 
     Attributes:
-        swivel_angles: elbow positions tried per pose, evenly around the circle (closed form). More find tighter gaps
-            in clutter and take longer in proportion.
+        swivel_angles: what the seventh joint leaves free is tried in so many places per pose (closed form): elbow
+            positions evenly around the circle, or angles of the last joint. More find tighter gaps in clutter and take
+            longer in proportion.
         soft_margin_rad: solutions whose joints are closer than this to a limit are ranked lower, by up to
             `limit_weight` per joint, in units of squared radians from rest.
         starts: numerical solver: starting configurations per pose.
@@ -142,8 +147,8 @@ def solve_ik(
     config = config or IkConfig()
     Ts = kernel_array(Ts_world_tool0)
     _check_poses(Ts)
-    structure = detect_srs(arm)
-    parts = [_solve(arm, structure, Ts[i : i + CHUNK], config) for i in range(0, len(Ts), CHUNK)]
+    solve = closed_form(arm, config) or _numeric(arm, config)
+    parts = [_solve(arm, solve, Ts[i : i + CHUNK], config) for i in range(0, len(Ts), CHUNK)]
     widest = max([1, *[p.qpos.shape[1] for p in parts]])
     qpos = np.full((len(Ts), widest, arm.dof), np.nan)
     for i, part in zip(range(0, len(Ts), CHUNK), parts):
@@ -162,16 +167,29 @@ def _check_poses(Ts: np.ndarray) -> None:
         raise InputError(f"Pose {first} is not a rigid transform; normalise its rotation.")
 
 
-def _solve(
-    arm: ArmDescription, structure: SrsStructure | None, Ts: np.ndarray, config: IkConfig
-) -> IkSolutions:
+Solver = Callable[..., None]
+"""Solves poses (n, 4, 4): takes them, limits and what ranks solutions, and where solutions and counts go."""
+
+
+def closed_form(arm: ArmDescription, config: IkConfig) -> Solver | None:
+    """The solver of the arm's structure; None if it has none of them."""
+    if (srs := detect_srs(arm)) is not None:
+        return lambda Ts, *rest: srs_ik_kernel(Ts, srs, config.swivel_angles, *rest)
+    if (offset := detect_offset_wrist(arm)) is not None:
+        return lambda Ts, *rest: offset_wrist_ik_kernel(Ts, offset, 2 * config.swivel_angles, *rest)
+    if (parallel := detect_parallel(arm)) is not None:
+        return lambda Ts, *rest: parallel_ik_kernel(Ts, parallel, *rest)
+    return None
+
+
+def _numeric(arm: ArmDescription, config: IkConfig) -> Solver:
+    chain = (arm.T_world_base, arm.Ts_parent_joint, arm.axes, arm.T_last_tool0)
+    starts = start_configurations(arm, config.starts)
+    return lambda Ts, *rest: numeric_ik_kernel(Ts, chain, starts, config.iterations, config.tolerance, *rest)
+
+
+def _solve(arm: ArmDescription, solve: Solver, Ts: np.ndarray, config: IkConfig) -> IkSolutions:
     qpos = np.full((len(Ts), config.max_branches, arm.dof), np.nan)
     count = np.zeros(len(Ts), dtype=np.int64)
-    ranking = (arm.lower, arm.upper, arm.rest_qpos, config.soft_margin_rad, config.limit_weight)
-    if structure is not None:
-        srs_ik_kernel(Ts, structure, config.swivel_angles, *ranking, qpos, count)
-    else:
-        chain = (arm.T_world_base, arm.Ts_parent_joint, arm.axes, arm.T_last_tool0)
-        starts = start_configurations(arm, config.starts)
-        numeric_ik_kernel(Ts, chain, starts, config.iterations, config.tolerance, *ranking, qpos, count)
+    solve(Ts, arm.lower, arm.upper, arm.rest_qpos, config.soft_margin_rad, config.limit_weight, qpos, count)
     return IkSolutions(qpos[:, : max(1, int(count.max(initial=0)))], count)

@@ -6,14 +6,9 @@ from pathlib import Path
 
 from torc.errors import UnknownNameError
 from torc.robots.description import RobotDescription
-from torc.robots.names import DEFAULT_ROBOT
+from torc.robots.names import DATA, DEFAULT_ROBOT, robot_names
 from torc.robots.parsing import parse_robot
-from torc.robots.schema import DATA, EXAMPLE
-
-
-def robot_names() -> tuple[str, ...]:
-    """The robots that are shipped."""
-    return tuple(sorted(p.name for p in DATA.iterdir() if (p / f"{p.name}.yaml").is_file()))
+from torc.robots.schema import EXAMPLE
 
 
 def load_robot(name_or_path: str | Path = DEFAULT_ROBOT) -> RobotDescription:

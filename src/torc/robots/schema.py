@@ -8,9 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from torc.errors import InputError
 from torc.files.strict_yaml import Number
+from torc.robots.names import DATA
 
-DATA = Path(__file__).parent / "data"
-"""Where the shipped robots are."""
 EXAMPLE = DATA / "sda10f_2f85" / "sda10f_2f85.yaml"
 """A shipped robot file, to compare with."""
 Names = Annotated[list[str], Field(min_length=1)]

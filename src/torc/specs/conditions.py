@@ -56,7 +56,7 @@ class Conditions(PipelineSpec):
     motion: str = "sampling"
     """Motion planner: sampling, curobo (free motions by a server), or your own."""
     robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, or a robot description file of your own (docs/robots.md)."""
+    """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
     """Table, bin and camera pose: paper, or a workspace file of your own (docs/workspaces.md)."""
     noise: bool = False

@@ -10,6 +10,7 @@ import yaml
 
 from torc.errors import InputError
 from torc.lab.lab_file import Lab
+from torc.lab.twin.franka import FrankaHandTwin
 from torc.lab.twin.motoman import MotomanTwin
 from torc.lab.twin.robotiq import ModbusTwin, RobotiqTwin, UrcapTwin
 from torc.lab.twin.ros import RosTwin
@@ -35,7 +36,7 @@ class Rehearsal:
 
     world: LiveWorld
     arm: RosTwin | MotomanTwin | UrTwin
-    gripper: RobotiqTwin
+    gripper: RobotiqTwin | FrankaHandTwin
     pictures: RosTwin
     text: str
 
@@ -45,9 +46,9 @@ def rehearsal(lab: Lab, problem: Problem) -> Iterator[Rehearsal]:
     """Twins of a lab's devices around a problem, during a `with`. Raises InputError for drivers without a twin."""
     with ExitStack() as stack:
         world = stack.enter_context(LiveWorld(problem, lab.robot, lab.workspace))
-        arm, pictures, arm_settings = _arm(lab, world, stack)
-        gripper = RobotiqTwin(world)
-        address = _gripper(lab, gripper, stack)
+        gripper = _gripper(lab, world)
+        arm, pictures, arm_settings = _arm(lab, world, gripper, stack)
+        gripper_settings = _offered(lab, gripper, pictures, stack)
         camera = {"driver": "ros", "url": pictures.url, "pose": "workspace"}
         content = yaml.safe_load(lab.path.read_text(encoding="utf-8"))
         content |= {
@@ -55,7 +56,7 @@ def rehearsal(lab: Lab, problem: Problem) -> Iterator[Rehearsal]:
             "robot": lab.conditions.robot,
             "workspace": lab.conditions.workspace,
             "arm": {**content["arm"], **arm_settings},
-            "gripper": {**content["gripper"], "address": address},
+            "gripper": {**content["gripper"], **gripper_settings},
             "camera": camera,
         }
         yield Rehearsal(world, arm, gripper, pictures, yaml.safe_dump(content, sort_keys=False))
@@ -72,19 +73,20 @@ def write_lab(text: str, path: Path) -> None:
 
 
 def _arm(
-    lab: Lab, world: LiveWorld, stack: ExitStack
+    lab: Lab, world: LiveWorld, gripper: RobotiqTwin | FrankaHandTwin, stack: ExitStack
 ) -> tuple[RosTwin | MotomanTwin | UrTwin, RosTwin, dict[str, Any]]:
     """The controller's twin, who gives the camera's pictures, and the settings of the arm that lead there."""
     settings, joints = lab.arm.settings, lab.robot.arm
+    hand = gripper if isinstance(gripper, FrankaHandTwin) else None
     if lab.arm.driver == "ros":
         names = settings.get("joint_names") or joints.joint_names
-        arm = stack.enter_context(RosTwin(world, names, settings["ros"], settings["action"], camera=world))
+        arm = stack.enter_context(RosTwin(world, names, settings["ros"], settings["action"], 0, world, hand))
         return arm, arm, {"url": arm.url}
     if lab.arm.driver == "motoman":
         fastest = _CONTROLLER_SPEED * joints.max_speed
         motoman = stack.enter_context(MotomanTwin(world, fastest, int(settings.get("group", 0))))
         # Its pictures come by a bridge of their own.
-        pictures = stack.enter_context(RosTwin(world, joints.joint_names, camera=world))
+        pictures = stack.enter_context(RosTwin(world, joints.joint_names, camera=world, hand=hand))
         motion_port, state_port = motoman.ports
         return (
             motoman,
@@ -104,12 +106,25 @@ def _arm(
     )
 
 
-def _gripper(lab: Lab, twin: RobotiqTwin, stack: ExitStack) -> str:
-    """The address of the gripper's twin."""
+def _gripper(lab: Lab, world: LiveWorld) -> RobotiqTwin | FrankaHandTwin:
+    """The gripper's twin."""
+    if lab.gripper.driver == "franka-hand":
+        settings = lab.gripper.settings
+        return FrankaHandTwin(world, lab.robot.gripper.max_width_m, settings.get("name", "/franka_gripper"))
+    return RobotiqTwin(world)
+
+
+def _offered(
+    lab: Lab, twin: RobotiqTwin | FrankaHandTwin, bridge: RosTwin, stack: ExitStack
+) -> dict[str, Any]:
+    """The settings of the gripper that lead to its twin."""
+    if isinstance(twin, FrankaHandTwin):
+        return {"url": bridge.url}
     if lab.gripper.driver == "robotiq-modbus":
-        return stack.enter_context(ModbusTwin(twin)).address
+        return {"address": stack.enter_context(ModbusTwin(twin)).address}
     if lab.gripper.driver == "robotiq-urcap":
-        return stack.enter_context(UrcapTwin(twin)).address
+        return {"address": stack.enter_context(UrcapTwin(twin)).address}
     raise InputError(
-        f"There is no twin of the gripper driver '{lab.gripper.driver}'; there are of robotiq-modbus and robotiq-urcap."
+        f"There is no twin of the gripper driver '{lab.gripper.driver}'; there are of robotiq-modbus, robotiq-urcap "
+        "and franka-hand."
     )

@@ -16,6 +16,7 @@ import numpy as np
 from torc.errors import MissingDependencyError, extra_remedy
 from torc.lab.ros.messages import SUCCEEDED, RosVersion, duration
 from torc.lab.twin.behind import ArmBehind
+from torc.lab.twin.franka import FrankaHandTwin
 from torc.records import Observation
 from torc.robots.protocols import Camera
 
@@ -51,8 +52,9 @@ class RosTwin:
         action: str = "/arm/follow_joint_trajectory",
         port: int = 0,
         camera: Camera | None = None,
+        hand: FrankaHandTwin | None = None,
     ) -> None:
-        """Raises MissingDependencyError. Without a camera there are no pictures."""
+        """Raises MissingDependencyError. Without a camera there are no pictures, and without a hand only an arm."""
         try:
             from websockets.sync.server import serve
         except ImportError as error:
@@ -60,7 +62,7 @@ class RosTwin:
         self.arm, self.joint_names, self.ros, self.action = arm, list(joint_names), ros, action
         self.state, self.silent, self.cancels = dict(READY), False, True
         self.heard: list[dict[str, Any]] = []
-        self._camera, self._picture_lock = camera, threading.Lock()
+        self._camera, self._picture_lock, self._hand = camera, threading.Lock(), hand
         self._pictures: tuple[float, dict[str, dict[str, Any]]] = (-1.0, {})
         self.frozen = False
         self._lock = threading.RLock()
@@ -145,6 +147,8 @@ class RosTwin:
                 time.sleep(_PICTURE_PERIOD_S if topic in IMAGE_TOPICS.values() else _PERIOD_S)
 
     def _message(self, topic: str) -> dict[str, Any] | None:
+        if self._hand is not None and topic == f"{self._hand.name}/joint_states":
+            return self._hand.joint_states()
         if topic.endswith("joint_states"):
             names, qpos = self.joint_names, self.arm.qpos
             # Other joints are among them, in an order of their own.
@@ -154,10 +158,17 @@ class RosTwin:
         if topic.endswith("robot_status"):
             told = {**self.state, "in_motion": int(self.moving)}
             return {**{k: {"val": v} for k, v in told.items()}, "error_code": 0}
+        if topic.endswith("safety_mode"):
+            return {"mode": self._safety_mode()}
         for name, picture_topic in IMAGE_TOPICS.items():
             if topic == picture_topic and self._camera is not None:
                 return self._picture(self._camera)[name]
         return None
+
+    def _safety_mode(self) -> int:
+        """As a UR tells it: normal, protective, safeguard or robot emergency stop."""
+        faults = {7: self.state["e_stopped"], 3: self.state["in_error"], 5: self.state["mode"] != 2}
+        return next((mode for mode, true in faults.items() if true), 1)
 
     def _picture(self, camera: Camera) -> dict[str, dict[str, Any]]:
         """The messages of one moment, by name: a new one if the last is old."""
@@ -170,7 +181,9 @@ class RosTwin:
 
     def _take(self, connection: Any, request: dict[str, Any]) -> None:
         op, topic = request["op"], request.get("topic", "")
-        if op == "send_action_goal":
+        if op == "send_action_goal" and request["action"] != self.action:
+            threading.Thread(target=self._act, args=(connection, request), daemon=True).start()
+        elif op == "send_action_goal":
             self._begin(connection, request["id"], request["args"])
         elif op == "publish" and topic == f"{self.action}/goal":
             self._begin(connection, request["msg"]["goal_id"]["id"], request["msg"]["goal"])
@@ -179,6 +192,18 @@ class RosTwin:
             with self._lock:
                 if self.cancels and self._goal is not None and self._goal[1] == goal:
                     self._end(_CANCELLED[self.ros], "")
+
+    def _act(self, connection: Any, request: dict[str, Any]) -> None:
+        """Lets the hand play an action, and tells how it ended."""
+        action = request["action"]
+        told = {"action": action, "id": request["id"]}
+        if self._hand is None or not action.startswith(f"{self._hand.name}/"):
+            message = {"op": "status", "level": "error", "msg": f"there is no action {action}", **told}
+        else:
+            status, values = self._hand.act(action.removeprefix(f"{self._hand.name}/"), request["args"])
+            message = {"op": "action_result", "status": status, "values": values, "result": True, **told}
+        with suppress(Exception):
+            self._say(connection, message)
 
     def _begin(self, connection: Any, goal: str, args: dict[str, Any]) -> None:
         sign = ("secs", "nsecs") if self.ros == 1 else ("sec", "nanosec")

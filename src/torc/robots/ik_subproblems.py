@@ -1,0 +1,162 @@
+"""What the closed forms of inverse kinematics are made of: Paden and Kahan's subproblems, as compiled kernels.
+
+With the arm's joint axes w0, w1 .. and the flange pose T0 at q = 0, the flange is T = e0 e1 .. T0, each e a turn about
+its axis (product of exponentials). (Murray, Li, Sastry: A Mathematical Introduction to Robotic Manipulation, 3.2.)
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numba import njit
+
+from torc.geometry.transforms import Pose, invert
+from torc.robots.description import ArmDescription
+from torc.robots.kernels import rotate_about
+from torc.robots.kinematics import link_poses
+
+
+def joint_lines(
+    arm: ArmDescription,
+) -> tuple[Float[np.ndarray, "dof 3"], Float[np.ndarray, "dof 3"], Pose]:
+    """The joints' axes at q = 0 in the world frame, a point on each, and the inverse of the flange's pose."""
+    Ts = link_poses(arm, np.zeros((1, arm.dof)))[0]
+    axes = np.einsum("kij,kj->ki", Ts[: arm.dof, :3, :3], arm.axes)
+    return axes, Ts[: arm.dof, :3, 3].copy(), invert(Ts[arm.dof])
+
+
+def common_point(axes: np.ndarray, points: np.ndarray) -> np.ndarray | None:
+    """The point all lines pass through, or None (least squares of the distances to the lines)."""
+    projectors = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    p = np.linalg.lstsq(projectors.sum(axis=0), np.einsum("kij,kj->i", projectors, points), rcond=None)[0]
+    distances = np.linalg.norm(np.einsum("kij,kj->ki", projectors, p - points), axis=1)
+    return p if distances.max() < 1e-6 else None
+
+
+@njit(cache=True)
+def dot(a: np.ndarray, b: np.ndarray) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True)
+def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True)
+def apply(R: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
+    for i in range(3):
+        out[i] = R[i, 0] * v[0] + R[i, 1] * v[1] + R[i, 2] * v[2]
+
+
+@njit(cache=True)
+def matmul(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
+
+
+@njit(cache=True)
+def matmul_transposed(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = A[0, i] * B[0, j] + A[1, i] * B[1, j] + A[2, i] * B[2, j]
+
+
+@njit(cache=True)
+def angle_between(v: np.ndarray, u: np.ndarray, axis: np.ndarray, work: np.ndarray) -> float:
+    """Turn about the axis that brings v towards u; 0 if v or u is along the axis (first subproblem)."""
+    cross(v, u, work)
+    s, c = dot(axis, work), dot(v, u) - dot(axis, v) * dot(axis, u)
+    return np.arctan2(s, c) if s * s + c * c > 1e-20 else 0.0
+
+
+@njit(cache=True)
+def split_rotation(
+    R: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, out: np.ndarray, work: np.ndarray
+) -> int:
+    """Angles out (2, 3) with R = rot(a) rot(b) rot(c), a and c at right angles to b; how many solutions."""
+    u, v, w = work[0], work[1], work[2]
+    M = work[3:6]
+    apply(R, c, u)
+    cross(b, c, w)
+    middle = np.arctan2(dot(a, w), dot(a, c))
+    half = np.arccos(min(1.0, max(-1.0, dot(a, u))))
+    n = 2 if 1e-7 < half < np.pi - 1e-7 else 1
+    for k in range(n):
+        out[k, 1] = middle + (half if k == 0 else -half)
+        rotate_about(b, out[k, 1], M)
+        apply(M, c, v)
+        out[k, 0] = angle_between(v, u, a, w)
+        # What remains for c: rot(c) b = rot(b)^T rot(a)^T R b, and rot(b) leaves b as it is.
+        apply(R, b, v)
+        rotate_about(a, -out[k, 0], M)
+        apply(M, v, w)
+        rotate_about(b, -out[k, 1], M)
+        apply(M, w, v)
+        out[k, 2] = angle_between(b, v, c, w)
+    return n
+
+
+@njit(cache=True)
+def shortest_rotation(v: np.ndarray, p: np.ndarray, out: np.ndarray, work: np.ndarray) -> None:
+    """The rotation that turns direction v onto direction p about their common normal."""
+    axis = work[0]
+    cross(v, p, axis)
+    s, c = np.sqrt(dot(axis, axis)), dot(v, p)
+    if s < 1e-9 * np.sqrt(dot(v, v) * dot(p, p)):
+        # Parallel or opposite: any axis at right angles will do.
+        work[1] = 0.0
+        work[1, np.argmin(np.abs(v))] = 1.0
+        cross(v, work[1], axis)
+        s = np.sqrt(dot(axis, axis))
+        axis /= s
+        rotate_about(axis, 0.0 if c > 0 else np.pi, out)
+        return
+    axis /= s
+    rotate_about(axis, np.arctan2(s, c), out)
+
+
+@njit(cache=True)
+def elbow_angles(
+    axis: np.ndarray,
+    elbow: np.ndarray,
+    shoulder: np.ndarray,
+    wrist: np.ndarray,
+    reach: float,
+    out: np.ndarray,
+) -> int:
+    """Turns of the wrist about the elbow's axis after which it is `reach` from the shoulder; how many (0..2)."""
+    w, s = wrist - elbow, shoulder - elbow
+    along = dot(axis, w) - dot(axis, s)
+    w_flat, s_flat = w - dot(axis, w) * axis, s - dot(axis, s) * axis
+    lw, ls = np.sqrt(dot(w_flat, w_flat)), np.sqrt(dot(s_flat, s_flat))
+    if lw < 1e-9 or ls < 1e-9:
+        return 0
+    cosine = (lw * lw + ls * ls + along * along - reach * reach) / (2.0 * lw * ls)
+    if abs(cosine) > 1.0 + 1e-12:
+        return 0
+    opening = np.arccos(min(1.0, max(-1.0, cosine)))
+    normal = np.empty(3)
+    start = angle_between(w_flat, s_flat, axis, normal)
+    out[0], out[1] = start + opening, start - opening
+    return 2 if 1e-7 < opening < np.pi - 1e-7 else 1
+
+
+@njit(cache=True)
+def turns_to_plane(
+    axis: np.ndarray, v: np.ndarray, normal: np.ndarray, distance: float, out: np.ndarray, work: np.ndarray
+) -> int:
+    """Turns of v about the axis, both unit or not, after which normal . v is `distance`; how many (0..2)."""
+    cross(axis, v, work)
+    along = dot(axis, v) * dot(normal, axis)
+    c, s = dot(normal, v) - along, dot(normal, work)
+    r = np.sqrt(c * c + s * s)
+    if r < 1e-9:
+        return 0
+    cosine = (distance - along) / r
+    if abs(cosine) > 1.0 + 1e-9:
+        return 0
+    middle, opening = np.arctan2(s, c), np.arccos(min(1.0, max(-1.0, cosine)))
+    out[0], out[1] = middle + opening, middle - opening
+    return 2 if 1e-7 < opening < np.pi - 1e-7 else 1
