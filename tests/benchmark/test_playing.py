@@ -35,6 +35,7 @@ def planned(tmp_path, monkeypatch):
     parts, robot = tmp_path / "parts_that_change.py", tmp_path / "robot" / EXAMPLE.name
     parts.write_text(PARTS)
     shutil.copytree(EXAMPLE.parent, robot.parent)
+    shutil.copytree(EXAMPLE.parent.parent / "shared", tmp_path / "shared")
     source = file_fingerprint(parts)
     around = Around(
         Conditions(robot=str(robot), grasps="parts_that_change:Grasps"),

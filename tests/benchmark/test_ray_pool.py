@@ -150,6 +150,7 @@ def own(own_problem, tmp_path, monkeypatch):
     """A spec whose planner, grasp planner, robot, problem and object are the user's, and the problem."""
     here = tmp_path / "user"
     shutil.copytree(EXAMPLE.parent, here / "robot")
+    shutil.copytree(EXAMPLE.parent.parent / "shared", here / "shared")
     (here / "parts_of_mine.py").write_text(PARTS)
     (here / "helpers_of_mine").mkdir()
     (here / "helpers_of_mine" / "__init__.py").write_text("steady = 1\n")

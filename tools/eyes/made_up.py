@@ -56,16 +56,17 @@ def made_up(name: str, kind: str, rng: np.random.Generator) -> ObjectModel:
 
 
 def _tool(rng: np.random.Generator) -> Parts:
-    """A handle of one or two pieces with something at its end."""
+    """A handle of one or several pieces, straight or bent, with something at its end, straight or cranked."""
     length, radius = rng.uniform(0.06, 0.15), rng.uniform(0.004, 0.013)
-    handle = _bar(rng, length, radius)
-    parts, end = [handle], length
-    if rng.random() < 0.6:
+    parts, end = [_bar(rng, length, radius)], length
+    bend = 0.0 if rng.random() < 0.5 else rng.normal(0, 0.25)
+    for _ in range(int(rng.choice([0, 1, 3], p=[0.3, 0.5, 0.2]))):
         neck = rng.uniform(0.015, 0.06)
-        parts.append(
-            _shifted(_bar(rng, neck, max(radius * rng.uniform(0.35, 0.9), 0.002)), (0, 0, end - 0.001))
-        )
-        end += neck
+        radius = max(radius * rng.uniform(0.35, 1.0), 0.002)
+        # What is there turns about the joint, so that what comes next goes straight on.
+        turned_back = turned(_shifted(_together(parts), (0, 0, -end)), rotation_about(_X, bend))
+        parts = [turned_back, _shifted(_bar(rng, neck, radius), (0, 0, -0.001))]
+        end = neck
     size = rng.uniform(0.012, 0.04)
     heads: tuple[Callable[[], Parts], ...] = (
         lambda: _block(
@@ -75,14 +76,18 @@ def _tool(rng: np.random.Generator) -> Parts:
         lambda: _ball(rng, (size, size * rng.uniform(0.3, 1), size * rng.uniform(0.8, 1.6))),
         lambda: _upright(_ring(rng, size * rng.uniform(0.8, 1.5))),
         lambda: _prongs(rng, size),
+        lambda: _prongs(rng, size, closed=True),
     )
     head = heads[int(rng.integers(len(heads)))]()
+    if rng.random() < 0.5:
+        head = turned(head, rotation_about(_X, rng.normal(0, 0.5)))
     low = min(v.vertices[:, 2].min() for v in head.visuals)
     parts.append(_shifted(head, (0, 0, end - low - 0.002)))
     return turned(_together(parts), rotation_about(_Y, np.pi / 2))
 
 
-def _prongs(rng: np.random.Generator, size: float) -> Parts:
+def _prongs(rng: np.random.Generator, size: float, closed: bool = False) -> Parts:
+    """A fork, a comb or, closed at its end, a plate with slots."""
     count, length = int(rng.integers(2, 6)), size * rng.uniform(1, 2.5)
     thick, width = rng.uniform(0.002, 0.006), 2 * size
     places = np.linspace(-0.5, 0.5, count) * width
@@ -92,7 +97,7 @@ def _prongs(rng: np.random.Generator, size: float) -> Parts:
         Parts(b.pieces, [replace(v, rgba=painted, texture=None, uv=None) for v in b.visuals]) for b in bars
     ]
     root = _block(rng, (width + thick, thick, rng.uniform(0.005, 0.02)))
-    return _together([*same, root])
+    return _together([*same, root, *([_shifted(root, (0, 0, length))] if closed else [])])
 
 
 def _ring(rng: np.random.Generator, outer: float | None = None) -> Parts:
@@ -232,7 +237,20 @@ def _stuck_on(on: Parts, part: Parts, rng: np.random.Generator) -> Parts:
     return _shifted(part, at - (own.mean(axis=0) + rng.uniform(0.5, 0.9) * (facing - own.mean(axis=0))))
 
 
-_FAMILIES = (_tool, _tool, _ring, _vessel, _figure, _figure, _stack, _frame, _assembly, _assembly, _assembly)
+_FAMILIES = (
+    _tool,
+    _tool,
+    _tool,
+    _ring,
+    _vessel,
+    _figure,
+    _figure,
+    _stack,
+    _frame,
+    _assembly,
+    _assembly,
+    _assembly,
+)
 
 
 class _Paint(TypedDict, total=False):

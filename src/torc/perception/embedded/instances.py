@@ -40,7 +40,7 @@ class InstanceConfig:
     """
 
     object_p: float = 0.5
-    same_p: float = 0.5
+    same_p: float = 0.55
     min_pixels: int = 30
     min_pairs: int = 4
 
