@@ -24,6 +24,8 @@ from torc.specs.trial import PlannerSpec
 pytest.importorskip("websockets", reason="websockets is not installed")
 pytest.importorskip("pymodbus", reason="pymodbus is not installed")
 PROBLEM = "validation-structured-02"
+# The UR's twin is left out where a whole trial is played: it has to say something every .3 s, and twins share the
+# interpreter with torc here. `torc lab twin` has a process of its own.
 
 
 def wanted():
@@ -38,7 +40,7 @@ def played(lab, out, ask=lambda question: False, listeners=(), **options):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", example_labs())
+@pytest.mark.parametrize("name", [name for name in example_labs() if name != "ur5e-rtde"])
 def test_picks_over_the_wires_bring_what_they_say(name, rehearsed, tmp_path):
     with rehearsed(name) as (there, lab):
         trial = played(lab, tmp_path / "trial")
