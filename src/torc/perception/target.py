@@ -49,9 +49,9 @@ class TargetConfig(Certainty):
     likeness: float = 0.57
     steepness: float = 12.5
     pixels: float = 0.0
-    held_likeness: float = 0.71
-    held_steepness: float = 9.5
-    held_trust: float = 0.85
+    held_likeness: float = 0.72
+    held_steepness: float = 9.3
+    held_trust: float = 0.79
 
 
 _TYPICAL_PIXELS = 1000.0
