@@ -76,6 +76,7 @@ class Undead(FakeArmDriver):
         return None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("broken", "words"), [(Deaf, "did not stop it"), (Boaster, "be None"), (Undead, "must raise LabError")]
 )

@@ -63,6 +63,7 @@ def error_ahead_m(T, true):
     return float(np.linalg.norm((T @ point - true @ point)[:3]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mounting", ["fixed", "hand"])
 def test_twenty_poses_give_a_millimetre_and_a_half(mounting):
     """The median of some trials, with the errors of an arm and of corners; held-out poses say about as much."""

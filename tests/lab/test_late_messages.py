@@ -124,6 +124,7 @@ class Tangle:
         self.held.clear()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ros", [1, 2])
 def test_on_the_wire_of_ros_a_motion_ends_well_or_in_an_error_and_no_other_begins(ros, robot, rng):
     pytest.importorskip("websockets")
@@ -206,6 +207,7 @@ def test_ten_thousand_replies_of_simple_message_are_taken_for_their_own_request_
         arm.close()
 
 
+@pytest.mark.long
 def test_on_the_wire_of_simple_message_doubled_and_late_replies_end_in_an_error(robot, rng):
     behind = ObedientArm(robot.arm.rest_qpos)
     with MotomanTwin(behind, robot.arm.max_speed) as twin:
