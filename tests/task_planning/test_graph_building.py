@@ -80,17 +80,22 @@ def suspecting(p: dict[int, float]) -> PlanningContext:
 
 
 def test_a_target_that_is_not_recognised_may_be_in_sight() -> None:
-    context = suspecting({1: 0.002, 2: 0.4, 9: 0.5})
+    context = suspecting({1: 0.002, 2: 0.8, 9: 0.5})
     graph = build_dependency_graph(context, relations=[])
     volumes = {k: context.volume.hidden_volume_m3(k) for k in (1, 2)}
     hidden = {k: v / sum(volumes.values()) for k, v in volumes.items()}
-    kind = "may be" if 0.6 * hidden[2] <= 0.4 else "hidden by"
     assert edges_of(graph) == {
-        (0, 1): ("hidden by", 0.6 * hidden[1]),
-        (0, 2): (kind, 0.4 + 0.6 * hidden[2]),
+        (0, 1): ("hidden by", 0.2 * hidden[1]),
+        (0, 2): ("may be", 0.8 + 0.2 * hidden[2]),
     }
-    assert dict(graph.out_edges(0)[1].evidence)["target_p"] == 0.4
+    assert dict(graph.out_edges(0)[1].evidence)["target_p"] == 0.8
     assert dict(graph.out_edges(0)[1].evidence)["hidden_share"] == pytest.approx(hidden[2])
+
+
+def test_a_doubtful_suspicion_leaves_the_edge_to_what_is_hidden() -> None:
+    graph = build_dependency_graph(suspecting({1: 0.05}), relations=[])
+    assert {e.kind for e in graph.out_edges(0)} == {EdgeKind.HIDDEN_BY}
+    assert sum(e.weight for e in graph.out_edges(0)) == pytest.approx(1)
 
 
 def test_what_is_surely_in_sight_is_hidden_nowhere() -> None:

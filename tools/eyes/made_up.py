@@ -237,20 +237,7 @@ def _stuck_on(on: Parts, part: Parts, rng: np.random.Generator) -> Parts:
     return _shifted(part, at - (own.mean(axis=0) + rng.uniform(0.5, 0.9) * (facing - own.mean(axis=0))))
 
 
-_FAMILIES = (
-    _tool,
-    _tool,
-    _tool,
-    _ring,
-    _vessel,
-    _figure,
-    _figure,
-    _stack,
-    _frame,
-    _assembly,
-    _assembly,
-    _assembly,
-)
+_FAMILIES = (*3 * (_tool,), _ring, _vessel, *2 * (_figure,), _stack, _frame, *3 * (_assembly,))
 
 
 class _Paint(TypedDict, total=False):

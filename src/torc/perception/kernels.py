@@ -35,8 +35,9 @@ def _edge_point(depth, label, row, col, slope):
 
 @njit(cache=True)
 def find_pieces(depth, label, slope):
-    """Number of the piece per pixel with a reading in a mask, -1 elsewhere, and how many there are: a piece is what
-    hangs together continuously within one mask."""
+    """Number of the piece per pixel with a reading in a mask, -1 elsewhere, and how many pieces there are: a piece is
+    what is continuous within one mask.
+    """
     height, width = depth.shape
     piece = np.full((height, width), -1, np.int32)
     waiting = np.empty((height * width, 2), np.int32)
@@ -52,25 +53,14 @@ def find_pieces(depth, label, slope):
                 top -= 1
                 y, x = waiting[top]
                 d = depth[y, x]
-                for dr in range(-1, 2):
-                    for dc in range(-1, 2):
-                        r, c = y + dr, x + dc
-                        if (
-                            r < 0
-                            or c < 0
-                            or r >= height
-                            or c >= width
-                            or depth[r, c] == 0
-                            or piece[r, c] >= 0
-                        ):
+                for r in range(max(y - 1, 0), min(y + 2, height)):
+                    for c in range(max(x - 1, 0), min(x + 2, width)):
+                        if piece[r, c] >= 0 or depth[r, c] == 0 or label[r, c] != label[y, x]:
                             continue
-                        if label[r, c] != label[y, x]:
-                            continue
-                        if abs(depth[r, c] - d) > slope * min(d, depth[r, c]) * (abs(dr) + abs(dc)):
-                            continue
-                        piece[r, c] = count
-                        waiting[top] = r, c
-                        top += 1
+                        if abs(depth[r, c] - d) <= slope * min(d, depth[r, c]) * (abs(r - y) + abs(c - x)):
+                            piece[r, c] = count
+                            waiting[top] = r, c
+                            top += 1
             count += 1
     return piece, count
 

@@ -15,7 +15,7 @@ from torc.task_planning.relations import RelationConfig, find_relations
 _REACH_M = 0.05
 """How far around what is in sight of the target its hidden part is looked for."""
 _WORTH = 0.01
-"""What is the target with a lower probability is taken for something else."""
+"""Objects that are the target with a lower probability are not suspected."""
 
 
 def build_dependency_graph(
@@ -121,7 +121,7 @@ def _hidden_by(context: PlanningContext) -> list[DependencyEdge]:
 
 
 def _or_in_sight(edges: list[DependencyEdge], scene: SegmentedScene) -> list[DependencyEdge]:
-    """Edges of a hidden target that may also be one of the objects in sight; one edge to each, of the likelier kind."""
+    """Edges of a hidden target that may also be one of the objects in sight: one to each object, of the likelier kind."""
     p = {k.id: k.target_p for k in scene.known if k.id in scene.ids and k.target_p >= _WORTH}
     total = sum(p.values())
     if total == 0:

@@ -50,9 +50,9 @@ class LabBench:
         """Plays what is missing, at most `limit` trials; how many were completed. A trial that was interrupted, or in
         which a device was lost, is not scored, and is played again.
 
-        Ends early if the person says so. Raises KeyboardInterrupt, and LabError if nobody answers what came of a trial:
-        the next call asks again; what was completed stays. Before a trial begins
-        nothing moves, and the person is asked whether it may, whatever `confirm` is.
+        Before a trial begins nothing moves, and the person is asked whether it may, whatever `confirm` is. Ends early
+        if the person says so. Raises KeyboardInterrupt, and LabError if nobody answers what came of a trial: what was
+        completed stays, and the next call asks again.
         """
         self._ask_for_verdicts()
         done = 0

@@ -9,7 +9,7 @@ import threading
 import time
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from torc.lab.simple_message.messages import (
     TrajectoryPoint,
 )
 from torc.lab.twin.behind import ArmBehind
+from torc.lab.twin.servers import Servers
 
 READY = RobotStatus(1, 0, 0, 0, 0, 2, 1)
 _STATE_PERIOD_S = 0.025
@@ -60,33 +61,24 @@ class MotomanTwin:
         self._began = 0.0
         self._lock = threading.RLock()
         self._running = True
-        self._servers = [socket.create_server(("127.0.0.1", port)) for port in ports]
-        self._connections: list[socket.socket] = []
-        self._threads = [
-            threading.Thread(target=self._accept, args=(server, serve), daemon=True)
-            for server, serve in zip(self._servers, (self._serve_motion, self._serve_state))
-        ]
-        self._threads.append(threading.Thread(target=self._move, daemon=True))
+        serves = (self._serve_motion, self._serve_state)
+        self._servers = Servers("127.0.0.1", list(zip(ports, serves, strict=True)))
+        self._thread = threading.Thread(target=self._move, daemon=True)
 
     def __enter__(self) -> Self:
-        for thread in self._threads:
-            thread.start()
+        self._servers.__enter__()
+        self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._running = False
-        for server in self._servers:
-            with suppress(OSError):
-                server.shutdown(socket.SHUT_RDWR)
-            server.close()
-        self.cut()
-        for thread in self._threads:
-            thread.join()
+        self._servers.__exit__()
+        self._thread.join()
 
     @property
     def ports(self) -> tuple[int, int]:
         """Of motion and state."""
-        motion, state = (s.getsockname()[1] for s in self._servers)
+        motion, state = self._servers.ports
         return motion, state
 
     @property
@@ -96,11 +88,7 @@ class MotomanTwin:
 
     def cut(self) -> None:
         """Ends all connections without a farewell."""
-        for connection in self._connections:
-            with suppress(OSError):
-                connection.shutdown(socket.SHUT_RDWR)
-            connection.close()
-        self._connections.clear()
+        self._servers.cut()
 
     def halt(self, **changed: int) -> None:
         """Stops the arm where it is, with another state, e.g. e_stopped=1; no motion is possible then."""
@@ -113,32 +101,22 @@ class MotomanTwin:
         with self._lock:
             self._points = []
 
-    def _accept(self, server: socket.socket, serve: Any) -> None:
-        while self._running:
-            try:
-                connection, _ = server.accept()
-            except OSError:
-                return
-            self._connections.append(connection)
-            threading.Thread(target=serve, args=(connection,), daemon=True).start()
-
     def _serve_state(self, connection: socket.socket) -> None:
-        with suppress(OSError):
-            while self._running:
-                if not self.silent:
-                    status = replace(self.state, in_motion=int(self.moving))
-                    other = Feedback((self.group + 1) % 4, np.zeros(7)).pack(self.order)
-                    own = Feedback(self.group, self.arm.qpos).pack(self.order)
-                    for kind, body in (
-                        (Kind.JOINT_FEEDBACK, other),
-                        (Kind.JOINT_FEEDBACK, own),
-                        (Kind.ROBOT_STATUS, status.pack(self.order)),
-                    ):
-                        connection.sendall(Frame(kind, Comm.TOPIC, body).pack(self.order))
-                time.sleep(_STATE_PERIOD_S)
+        while self._running:
+            if not self.silent:
+                status = replace(self.state, in_motion=int(self.moving))
+                other = Feedback((self.group + 1) % 4, np.zeros(7)).pack(self.order)
+                own = Feedback(self.group, self.arm.qpos).pack(self.order)
+                for kind, body in (
+                    (Kind.JOINT_FEEDBACK, other),
+                    (Kind.JOINT_FEEDBACK, own),
+                    (Kind.ROBOT_STATUS, status.pack(self.order)),
+                ):
+                    connection.sendall(Frame(kind, Comm.TOPIC, body).pack(self.order))
+            time.sleep(_STATE_PERIOD_S)
 
     def _serve_motion(self, connection: socket.socket) -> None:
-        with suppress(OSError, LabError), connection.makefile("rb") as stream:
+        with suppress(LabError), connection.makefile("rb") as stream:
             while length := stream.read(4):
                 size = int.from_bytes(length, self.order)
                 if size > MAX_LENGTH:

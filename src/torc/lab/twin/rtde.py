@@ -9,8 +9,9 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from functools import partial
 from typing import Any, Self
+
+from torc.lab.twin.servers import Servers
 
 RTDE_PORT, SCRIPT_PORT, DASHBOARD_PORT = 30004, 30003, 29999
 """Fixed in ur_rtde: several twins differ by their loopback address."""
@@ -69,63 +70,27 @@ class UrWires:
         """
         self.host, self.silent = host, False
         self._state, self._take, self._run, self._order = state, take, run, order
-        self._running, self._connections = True, list[socket.socket]()
-        serves = {
-            RTDE_PORT: self._serve_rtde,
-            SCRIPT_PORT: self._serve_script,
-            DASHBOARD_PORT: self._serve_dashboard,
-        }
-        self._servers: list[socket.socket] = []
-        try:
-            for port in serves:
-                self._servers.append(socket.create_server((host, port)))
-        except OSError:
-            self._close()
-            raise
-        self._threads = [
-            threading.Thread(target=self._accept, args=(server, serve), daemon=True)
-            for server, serve in zip(self._servers, serves.values(), strict=True)
-        ]
+        self._running = True
+        self._servers = Servers(
+            host,
+            [
+                (RTDE_PORT, self._serve_rtde),
+                (SCRIPT_PORT, self._serve_script),
+                (DASHBOARD_PORT, self._serve_dashboard),
+            ],
+        )
 
     def __enter__(self) -> Self:
-        for thread in self._threads:
-            thread.start()
+        self._servers.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._running = False
-        self._close()
-        self.cut()
-        for thread in self._threads:
-            thread.join()
+        self._servers.__exit__()
 
     def cut(self) -> None:
         """Ends all connections without a farewell."""
-        for connection in self._connections:
-            with suppress(OSError):
-                connection.shutdown(socket.SHUT_RDWR)
-            connection.close()
-        self._connections.clear()
-
-    def _close(self) -> None:
-        for server in self._servers:
-            with suppress(OSError):
-                server.shutdown(socket.SHUT_RDWR)
-            server.close()
-
-    def _accept(self, server: socket.socket, serve: Callable[[socket.socket], None]) -> None:
-        while self._running:
-            try:
-                connection, _ = server.accept()
-            except OSError:
-                return
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._connections.append(connection)
-            threading.Thread(target=self._quietly, args=(serve, connection), daemon=True).start()
-
-    def _quietly(self, serve: Callable[[socket.socket], None], connection: socket.socket) -> None:
-        with suppress(OSError, ValueError):  # the connection was cut, here or there
-            serve(connection)
+        self._servers.cut()
 
     def _serve_dashboard(self, connection: socket.socket) -> None:
         connection.sendall(b"Connected: Universal Robots Dashboard Server\n")
@@ -162,10 +127,8 @@ class UrWires:
                         self._say(connection, "I", told)
                     case "S":
                         self._say(connection, "S", b"\x01")
-                        publish = partial(self._publish, names=outputs)
-                        threading.Thread(
-                            target=self._quietly, args=(publish, connection), daemon=True
-                        ).start()
+                        told_what = connection, outputs
+                        threading.Thread(target=self._publish, args=told_what, daemon=True).start()
                     case "U":
                         names = recipes[body[0]]
                         values = struct.unpack(">" + "".join(_CODES[type_of(n)] for n in names), body[1:])
@@ -173,15 +136,16 @@ class UrWires:
 
     def _publish(self, connection: socket.socket, names: list[str]) -> None:
         """Tells the outputs as long as the connection lasts."""
-        while self._running:
-            if not self.silent:
-                state, data = self._state(), b"\x01"
-                for name in names:
-                    value = state.get(name, 0)
-                    code = _CODES[type_of(name)]
-                    data += struct.pack(">" + code, *(value if code[0] == "6" else (value,)))
-                self._say(connection, "U", data)
-            time.sleep(_PERIOD_S)
+        with suppress(OSError):
+            while self._running:
+                if not self.silent:
+                    state, data = self._state(), b"\x01"
+                    for name in names:
+                        value = state.get(name, 0)
+                        code = _CODES[type_of(name)]
+                        data += struct.pack(">" + code, *(value if code[0] == "6" else (value,)))
+                    self._say(connection, "U", data)
+                time.sleep(_PERIOD_S)
 
     def _say(self, connection: socket.socket, kind: str, body: bytes) -> None:
         connection.sendall(struct.pack(">HB", 3 + len(body), ord(kind)) + body)
