@@ -121,7 +121,7 @@ def _hidden_by(context: PlanningContext) -> list[DependencyEdge]:
 
 
 def _or_in_sight(edges: list[DependencyEdge], scene: SegmentedScene) -> list[DependencyEdge]:
-    """Edges of a hidden target that may also be one of the objects in sight: one to each object, of the likelier kind."""
+    """Edges of a hidden target that may also be one of the objects in sight: one to each, of the likelier kind."""
     p = {k.id: k.target_p for k in scene.known if k.id in scene.ids and k.target_p >= _WORTH}
     total = sum(p.values())
     if total == 0:
