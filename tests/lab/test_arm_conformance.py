@@ -54,6 +54,7 @@ def fake(robot):
 RIGS = {"ros1": lambda r: ros(r, 1), "ros2": lambda r: ros(r, 2), "motoman": motoman, "ur": ur, "fake": fake}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", RIGS)
 def test_every_driver_conforms(name, robot):
     with RIGS[name](robot) as connect:

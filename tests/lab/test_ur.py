@@ -137,6 +137,7 @@ def test_a_robot_that_is_not_in_remote_control_is_not_moved(arm, twin):
     assert not servo_points(twin).size
 
 
+@pytest.mark.long
 def test_the_force_beyond_that_at_the_start_stops_a_guarded_motion(arm, twin, watched):
     assert arm.feels_contact
     twin.force_n = np.array([0.0, 0.0, -12.0])  # the hand's weight
@@ -203,6 +204,7 @@ def test_settings_and_robots_that_cannot_be():
         UrArm(UrConfig("127.0.0.1", timeout_s=5.0))
 
 
+@pytest.mark.long
 def test_ur_rtde_that_waits_in_vain_for_its_program_is_no_silence(arm, twin, monkeypatch):
     """It keeps its whole process waiting then; here it is told that it may begin."""
     monkeypatch.setattr(twin, "_run", lambda text: None)
