@@ -73,7 +73,7 @@ def twins(name: str, problem: str, speed: float, out: Path) -> Iterator[tuple[La
         assert process.stdout is not None
         told = process.stdout
         try:
-            next(line for line in told if line.startswith("Type a fault"))
+            next(line for line in told if line.startswith("Type one of these"))
             lab = load_lab(twin)
             gripper, arm = connect_gripper(lab), connect_arm(lab)
             gripper.activate()  # type: ignore[attr-defined]

@@ -112,6 +112,8 @@ def test_pickled_objects_are_not_opened(tmp_path):
         (lambda m: {"threshold": m.threshold[:-1]}, "differ in length"),
         (lambda m: {"knots_p": m.knots_p[::-1]}, "does not rise"),
         (lambda m: {"knots_held": m.knots_held + 0.5}, "0..1"),
+        (lambda m: {"knots_rough": m.knots_held[::-1]}, "does not rise"),
+        (lambda m: {"knots_rough": m.knots_held[1:]}, "two knots"),
         (lambda m: {"knots_p": m.knots_p[:1], "knots_held": m.knots_held[:1]}, "two knots"),
     ],
 )
@@ -123,3 +125,19 @@ def test_unsound_arrays_are_refused(rng, change, why):
 
 def test_the_default_is_the_shipped_model():
     assert isinstance(default_scorer(), TreeModel)
+
+
+def test_rough_depth_has_a_calibration_of_its_own(rng):
+    model = random_model(rng)
+    model = replace(model, knots_rough=0.1 + 0.5 * model.knots_held)
+    x = rng.normal(size=(50, 5)).astype(np.float32)
+    np.testing.assert_allclose(model.for_rough_depth().score(x), 0.1 + 0.5 * model.score(x))
+    plain = random_model(rng)
+    assert np.array_equal(plain.for_rough_depth().score(x), plain.score(x))
+
+
+def test_a_file_without_it_is_read(rng, tmp_path):
+    save_trees(tmp_path / "new.npz", random_model(rng))
+    with np.load(tmp_path / "new.npz") as data:
+        np.savez(tmp_path / "old.npz", **{k: data[k] for k in data.files if k != "knots_rough"})
+    assert len(load_trees(tmp_path / "old.npz", NAMES).knots_rough) == 0

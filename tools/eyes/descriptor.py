@@ -15,39 +15,19 @@ import cv2
 import numpy as np
 import torch
 from jaxtyping import Bool, Int16, Int64, UInt8
-from torch import Tensor, nn
+from torch import Tensor
 from torch.nn import functional
 from torch.utils.data import DataLoader, IterableDataset
 
 from tools.eyes.collect import count_views, load_portraits, load_view, scene_files
 from tools.eyes.measure import by_network, true_label, whole_patch
+from tools.eyes.network import Descriptor
+from tools.eyes.shipped import shipped_descriptor
 from tools.eyes.train import schedule
 from torc.perception.embedded.crops import SIDE_PX, crop, descriptor_inputs
 from torc.perception.embedded.perception import uncut
 
-LENGTH = 64
-"""Of a descriptor."""
 _MIN_PIXELS = 60
-
-
-class Descriptor(nn.Module):
-    """(n, 4, SIDE_PX, SIDE_PX) to (n, LENGTH), unit vectors."""
-
-    def __init__(self, widths: tuple[int, ...] = (32, 64, 128, 160)) -> None:
-        super().__init__()
-        layers: list[nn.Module] = []
-        inputs = 4
-        for width in widths:
-            layers += [nn.Conv2d(inputs, width, 3, 2, 1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
-            layers += [nn.Conv2d(width, width, 3, 1, 1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
-            inputs = width
-        self.layers = nn.Sequential(*layers)
-        self.out = nn.Linear(2 * inputs, LENGTH)
-
-    def forward(self, x: Tensor) -> Tensor:
-        y = self.layers(x)
-        pooled = torch.cat([y.mean(dim=(2, 3)), y.amax(dim=(2, 3))], dim=1)
-        return functional.normalize(self.out(pooled), dim=1)
 
 
 @dataclass(frozen=True)
@@ -105,9 +85,13 @@ class DescriptorConfig:
     rate: float = 2e-3
     warm_up: int = 500
     temperature: float = 0.07
-    alike: float = 0.1
+    alike: float = 0.5
     """Share of the objects that take the colour of another one."""
+    gray: float = 0.1
+    """Share of the objects that lose their colour."""
     seed: int = 1
+    shipped: bool = False
+    """Begin with the descriptor that torc ships."""
 
 
 class Batches(IterableDataset):  # type: ignore[type-arg]
@@ -127,6 +111,7 @@ class Batches(IterableDataset):  # type: ignore[type-arg]
                 for k in rng.permutation(np.unique(scene.object_ids))[: self.config.objects]:
                     mine = np.flatnonzero(scene.object_ids == k)
                     pictures.append(np.concatenate([scene.crops[rng.choice(mine)][None], scene.portraits[k]]))
+            pictures = [gray(p) if rng.random() < self.config.gray else p for p in pictures]
             pictures = alike(pictures, self.config.alike, rng)
             crops = [varied(p[0], rng) for p in pictures]
             portraits = [relit(side, rng) for p in pictures for side in p[1:]]
@@ -146,6 +131,12 @@ def alike(
             own = np.where(own[..., 3:] > 0, np.concatenate([color, own[..., 3:]], axis=-1), 0)
         out.append(own.astype(np.uint8))
     return out
+
+
+def gray(pictures: UInt8[np.ndarray, "k s s 4"]) -> UInt8[np.ndarray, "k s s 4"]:
+    """The pictures without colour."""
+    light = pictures[..., :3].mean(axis=-1, keepdims=True).astype(np.uint8)
+    return np.concatenate([light, light, light, pictures[..., 3:]], axis=-1)
 
 
 def varied(picture: UInt8[np.ndarray, "s s 4"], rng: np.random.Generator) -> UInt8[np.ndarray, "s s 4"]:
@@ -194,7 +185,7 @@ def train_descriptor(files: list[Path], out: Path, config: DescriptorConfig | No
     """Trains on files of scenes' crops to `out`, which is written ever again; goes on from there."""
     config = config or DescriptorConfig()
     torch.manual_seed(config.seed)
-    net = Descriptor()
+    net = shipped_descriptor(_some(files)).train() if config.shipped else Descriptor()
     optimizer = torch.optim.AdamW(net.parameters(), config.rate, weight_decay=0.02)
     start = 0
     if out.exists():
@@ -226,3 +217,9 @@ def train_descriptor(files: list[Path], out: Path, config: DescriptorConfig | No
             state = {"step": step, "net": net.state_dict(), "optimizer": optimizer.state_dict()}
             torch.save(state, out.with_suffix(".part"))
             out.with_suffix(".part").rename(out)
+
+
+def _some(files: list[Path]) -> Tensor:
+    """Inputs by which the statistics of the shipped descriptor are measured."""
+    _, portraits = next(iter(Batches(files[:20], DescriptorConfig())))
+    return torch.from_numpy(portraits)

@@ -87,6 +87,8 @@ class Recalibrate:
     """Tables of picks, as `torc report` writes them (picks.csv), of trials played with this model."""
     model: Path = MODEL_PATH
     """The model; it is rewritten."""
+    rough: bool = False
+    """The trials were played on depth with a sensor's errors (`--depth sgbm`): bring only that calibration in line."""
 
     def run(self) -> None:
         """Recalibrate."""
@@ -99,13 +101,14 @@ class Recalibrate:
         promise = fit_promise(tries.p, tries.delivered)
         told = (
             f"log-odds {promise.shift:+.3f} + {promise.slope:.3f} x, {promise.slope_above:.3f} above .9, by "
-            f"{len(tries)} first tries with the arm"
+            f"{len(tries)} first tries with the arm{' on rough depth' if self.rough else ''}"
         )
         for name, p in (("promised", tries.p), ("now", promise.kept(tries.p))):
             error, loss = calibration_error(p, tries.delivered), log_loss(p, tries.delivered)
             print(f"{name:9s} mean {p.mean():.3f}  calibration error {error:.4f}  log loss {loss:.4f}")
         print(f"delivered {tries.delivered.mean():.3f}. {told}")
-        save_trees(self.model, recalibrated(load_trees(self.model, FEATURE_NAMES), promise, told))
+        model = load_trees(self.model, FEATURE_NAMES)
+        save_trees(self.model, recalibrated(model, promise, told, self.rough))
 
 
 @dataclass(frozen=True)

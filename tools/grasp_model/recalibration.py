@@ -111,9 +111,12 @@ def _promise(numbers: Float[np.ndarray, "3"]) -> Promise:
     return Promise(float(numbers[0]), float(np.exp(numbers[1])), float(np.exp(numbers[2])))
 
 
-def recalibrated(model: TreeModel, promise: Promise, notes: str) -> TreeModel:
-    """The model with its calibration brought in line; ranks stay as they were."""
-    return replace(model, knots_held=promise.kept(model.knots_held), notes=f"{model.notes}; {notes}")
+def recalibrated(model: TreeModel, promise: Promise, notes: str, rough: bool = False) -> TreeModel:
+    """The model with its calibration brought in line, or only that for `rough` depth; ranks stay as they were."""
+    changed = replace(model, notes=f"{model.notes}; {notes}")
+    if rough:
+        return replace(changed, knots_rough=promise.kept(model.for_rough_depth().knots_held))
+    return replace(changed, knots_held=promise.kept(model.knots_held))
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

@@ -1,6 +1,7 @@
 """Settings of grasp planning. Lengths in metres, angles in radians."""
 
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
@@ -127,12 +128,22 @@ class SelectionConfig:
 
 @dataclass(frozen=True)
 class GraspConfig:
-    """All settings of `GeometricGraspPlanner`."""
+    """All settings of `GeometricGraspPlanner`.
+
+    Attributes:
+        rough_depth: depth has a sensor's errors; the score is calibrated for that.
+    """
 
     clouds: CloudConfig = field(default_factory=CloudConfig)
     candidates: CandidateConfig = field(default_factory=CandidateConfig)
     checks: CheckConfig = field(default_factory=CheckConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
+    rough_depth: bool = False
+
+    @classmethod
+    def rough(cls) -> Self:
+        """For depth with a sensor's errors."""
+        return cls(rough_depth=True)
 
 
 @dataclass(frozen=True)

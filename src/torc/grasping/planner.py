@@ -27,9 +27,10 @@ MODEL_PATH = Path(__file__).parent / "data" / "grasp_model.npz"
 
 
 @cache
-def default_scorer() -> GraspScorer:
-    """The shipped model, read once per process."""
-    return load_trees(MODEL_PATH, FEATURE_NAMES)
+def default_scorer(rough_depth: bool = False) -> GraspScorer:
+    """The shipped model, read once per process; as it is calibrated for depth with a sensor's errors, if that is so."""
+    model = load_trees(MODEL_PATH, FEATURE_NAMES)
+    return model.for_rough_depth() if rough_depth else model
 
 
 GENERATOR_NAMES = tuple(GENERATORS)
@@ -109,7 +110,7 @@ class GeometricGraspPlanner:
         self.hand = hand_geometry(gripper)
         self.support_z_m = float(support_z_m)
         self.config = _for_hand(GraspConfig() if config is None else config, self.hand)
-        self.scorer = default_scorer() if scorer is None else scorer
+        self.scorer = default_scorer(self.config.rough_depth) if scorer is None else scorer
 
     def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
         """Grasps of all visible objects that are large enough, the best of each object first."""

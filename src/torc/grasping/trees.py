@@ -3,7 +3,7 @@
 The file is an `.npz` without pickled objects, so that a model from anyone can be opened without running anything.
 """
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -34,6 +34,7 @@ class TreeModel:
         roots: first node of each tree.
         baseline: log-odds to which the leaves' values are added.
         knots_p, knots_held: calibration, piecewise linear from raw to calibrated probability; both rising.
+        knots_rough: held instead of knots_held where depth has a sensor's errors; empty for no difference.
         feature_names: the columns.
         data_sha256: hash of the training data, as text; empty if unknown.
         notes: how it was trained, for people.
@@ -50,6 +51,7 @@ class TreeModel:
     feature_names: tuple[str, ...]
     knots_p: Float[np.ndarray, "k"] = field(default_factory=lambda: np.array([0.0, 1.0]))
     knots_held: Float[np.ndarray, "k"] = field(default_factory=lambda: np.array([0.0, 1.0]))
+    knots_rough: Float[np.ndarray, "k"] = field(default_factory=lambda: np.zeros(0))
     data_sha256: str = ""
     notes: str = ""
 
@@ -57,6 +59,10 @@ class TreeModel:
         problem = _problem(self)
         if problem:
             raise InputError(f"Unusable grasp model: {problem}. Train it again.")
+
+    def for_rough_depth(self) -> "TreeModel":
+        """The model as it is calibrated for depth with a sensor's errors."""
+        return replace(self, knots_held=self.knots_rough) if len(self.knots_rough) else self
 
     def score(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
         """Calibrated probability per row."""
@@ -102,7 +108,9 @@ def load_trees(path: Path, feature_names: tuple[str, ...]) -> TreeModel:
             if int(data["version"]) != MODEL_VERSION:
                 raise InputError(f"{path}: model version {int(data['version'])}, this is {MODEL_VERSION}.")
             names = tuple(str(s) for s in data["feature_names"])
-            arrays = {f.name: data[f.name] for f in fields(TreeModel) if f.name not in _SCALARS}
+            arrays = {
+                f.name: data[f.name] for f in fields(TreeModel) if f.name not in _SCALARS and f.name in data
+            }
             model = TreeModel(
                 feature_names=names,
                 baseline=float(data["baseline"]),
@@ -135,12 +143,13 @@ def _problem(m: TreeModel) -> str:
             return "a node's child does not come after it"
     if np.any((m.roots < 0) | (m.roots >= n)):
         return "a tree starts outside the table"
-    if len(m.knots_p) != len(m.knots_held) or len(m.knots_p) < 2:
-        return "the calibration has no two knots"
-    if np.any(np.diff(m.knots_p) <= 0) or np.any(np.diff(m.knots_held) < 0):
-        return "the calibration does not rise"
-    if m.knots_held.min() < 0.0 or m.knots_held.max() > 1.0:
-        return "the calibration leaves 0..1"
+    for held in (m.knots_held, m.knots_rough) if len(m.knots_rough) else (m.knots_held,):
+        if len(m.knots_p) != len(held) or len(m.knots_p) < 2:
+            return "the calibration has no two knots"
+        if np.any(np.diff(m.knots_p) <= 0) or np.any(np.diff(held) < 0):
+            return "the calibration does not rise"
+        if held.min() < 0.0 or held.max() > 1.0:
+            return "the calibration leaves 0..1"
     if not (np.all(np.isfinite(m.value)) and np.isfinite(m.baseline)) or np.any(np.isnan(m.threshold)):
         return "a value is not finite"
     return ""

@@ -77,7 +77,12 @@ def build_pipeline(
         perception=seeing.perception,
         depth=seeing.depth,
         grasp_planner=make_stage(
-            stages, "grasps", gripper=gripper, support_z_m=support_z_m, workspace=workspace
+            stages,
+            "grasps",
+            rough=seeing.rough,
+            gripper=gripper,
+            support_z_m=support_z_m,
+            workspace=workspace,
         ),
         robot=robot,
         workspace=workspace,
@@ -91,12 +96,15 @@ def build_pipeline(
 
 @dataclass(frozen=True)
 class SeeingParts:
-    """What turns a snapshot into a segmented scene and an occlusion volume; as in `Pipeline`."""
+    """What turns a snapshot into a segmented scene and an occlusion volume; as in `Pipeline`. `rough`: depth has a
+    sensor's errors.
+    """
 
     perception: Perception
     depth: Depth
     noise: NoiseConfig | None
     occlusion: OcclusionConfig
+    rough: bool
 
 
 def build_seeing(
@@ -110,6 +118,7 @@ def build_seeing(
         depth=depth,
         noise=configured(stages, "noise", stereo_camera()) if noisy else None,
         occlusion=configured(stages, "occlusion", FIXED_REAL_CAMERA if rough else FIXED_CAMERA),
+        rough=rough,
     )
 
 

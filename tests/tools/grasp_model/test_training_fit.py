@@ -112,3 +112,13 @@ def test_the_model_ranks_as_before_and_promises_what_is_kept():
     knots = np.searchsorted(model.knots_p, model.knots_p)
     np.testing.assert_allclose(changed.knots_held[knots], promise.kept(model.knots_held[knots]))
     assert changed.notes.endswith("test")
+
+
+def test_the_promise_for_rough_depth_is_brought_in_line_alone():
+    model, promise = load_trees(MODEL_PATH, FEATURE_NAMES), Promise(-0.5, 0.9, 1.4)
+    once = recalibrated(model, promise, "test", rough=True)
+    assert np.array_equal(once.knots_held, model.knots_held)
+    was = model.for_rough_depth().knots_held
+    np.testing.assert_allclose(once.knots_rough, promise.kept(was))
+    twice = recalibrated(once, promise, "test", rough=True)
+    np.testing.assert_allclose(twice.knots_rough, promise.kept(promise.kept(was)))
