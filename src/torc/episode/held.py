@@ -41,9 +41,10 @@ class HeldLook:
         then, pipeline = self.look.context.scene.observation, self.pipeline
         seen = replace(pipeline.measured(observation, self.rng), label_image=None)
         same_view = np.array_equal(seen.T_world_camera, then.T_world_camera)
-        before_m = then.depth_m if same_view else np.zeros_like(then.depth_m)
+        scene = self.look.context.scene
+        before_m = then.depth_m.copy() if same_view else np.zeros_like(then.depth_m)
+        before_m[tuple(scene.object(self.object_id).pixels.T)] = 0
         rough = getattr(pipeline.depth, "rough", False) or pipeline.noise is not None
         mask = held_mask(seen, before_m, self.robot, width_m, rough)
-        scene = self.look.context.scene
         self.p = ask_recognition(pipeline.perception, seen, mask, self.wanted, scene, self.object_id)
         return self.is_target

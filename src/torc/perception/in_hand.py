@@ -10,8 +10,10 @@ from torc.records import Observation
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers, tcp_pose
 
-_ASIDE_M, _BEHIND_M, _BEYOND_M = 0.14, 0.06, 0.24
-"""What is held lies within this box about the TCP: to the sides, against the approach, along it."""
+_ASIDE_M, _BEHIND_M, _BEYOND_M = 0.30, 0.20, 0.35
+"""What is held lies within this box about the TCP: to the sides, against the approach, along it. A bottle that is held
+at its neck reaches far.
+"""
 _ROBOT_M = 0.004
 """So close to the robot's shape, a point is the robot's."""
 _STAYED_M, _STAYED_SHARE = 0.008, 0.012
@@ -23,6 +25,8 @@ _SEED_M, _LEAST_SEEDS = 0.05, 8
 _LEAST_PX = 40
 _CORE_PX, _RIM_PX = 7, 9
 """Colour decides between half of the first inside the outline that depth tells, and half of the second outside."""
+_LEAST_SHARE = 0.3
+"""Colour that leaves less of what depth tells has followed something else."""
 
 
 def held_mask(
@@ -37,7 +41,8 @@ def held_mask(
 
     Args:
         observation: snapshot with the object lifted; its `qpos` tells where the arm is.
-        before_m: depth from the same camera before the pick, 0 for no reading.
+        before_m: depth from the same camera before the pick, 0 for no reading, and where the object was: a box that is
+            lifted along its front shows the same depth there.
         width_m: the gripper's opening.
         rough: depth has a sensor's errors, so that colour tells where the outline is.
     """
@@ -104,4 +109,4 @@ def _by_color(
     marks[cv2.erode(inside, np.ones((_CORE_PX, _CORE_PX), np.uint8)) > 0] = cv2.GC_FGD
     out = np.zeros_like(found)
     out[box] = grab_cut(rgb[box], marks, rounds=3)
-    return out
+    return out if np.count_nonzero(out) >= _LEAST_SHARE * np.count_nonzero(found) else found
