@@ -115,14 +115,32 @@ def test_it_opens_closes_and_feels(rig):
     fingers.object_at = None  # it slips out
     fingers.go(255, 255, 0)
     deadline = time.monotonic() + 5
-    while gripper.state.width_m > 0 and time.monotonic() < deadline:
-        assert not gripper.state.holding
+    while gripper.state.holding and time.monotonic() < deadline:
+        time.sleep(0.01)
     assert not gripper.state.holding
+    assert gripper.state.width_m == 0
     assert not gripper.close(50.0).holding
     with pytest.raises(InputError, match="opens 0 to"):
         gripper.open(0.2)
     with pytest.raises(InputError, match="positive"):
         gripper.close(0.0)
+
+
+def test_fingers_that_follow_what_they_hold_hold_it(rig):
+    gripper, fingers, _ = rig
+    fingers.object_at = 100
+    assert gripper.close(50.0).holding
+    fingers.object_at = 150  # it turned between the pads as the arm set off
+    fingers.go(255, 0, 0)
+    seen = []
+    while (state := gripper.state).width_m > WidthScale().width_m(150) + 1e-6:
+        seen.append(state.holding)
+    assert seen
+    assert all(seen)
+    assert gripper.state.holding
+    assert not gripper.open(gripper.max_width_m).holding
+    fingers.go(255, 0, 0)  # not told by this gripper
+    assert not gripper.state.holding
 
 
 def test_widths_are_right_once_it_is_calibrated(rig):

@@ -83,7 +83,7 @@ class RobotiqGripper:
     def __init__(self, wire: Wire, scale: WidthScale | None = None) -> None:
         """Raises LabError for a gripper with a fault."""
         self.wire, self.scale = wire, scale or WidthScale()
-        self._closing = False
+        self._closing = self._held = False
         try:
             wire.status().check(wire.name)
         except LabError:
@@ -182,6 +182,9 @@ class RobotiqGripper:
             time.sleep(_POLL_S)
 
     def _state(self, status: GripperStatus) -> GripperState:
-        """It holds something if it was told to close, and was stopped. A drop shows: it closes all the way then."""
-        holding = self._closing and status.object is Object.STOPPED_CLOSING
-        return GripperState(self.scale.width_m(status.position), holding)
+        """It holds something if it was told to close, and was stopped. A drop shows: it closes all the way then. While
+        the fingers move, it holds what it held: they follow what is held when the arm sets off or stops.
+        """
+        stopped = status.object is Object.STOPPED_CLOSING
+        self._held = self._closing and (self._held if status.object is Object.MOVING else stopped)
+        return GripperState(self.scale.width_m(status.position), self._held)
