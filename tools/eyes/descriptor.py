@@ -14,21 +14,40 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from jaxtyping import Bool, Float, Int16, Int64, UInt8
-from torch import Tensor
+from jaxtyping import Bool, Int16, Int64, UInt8
+from torch import Tensor, nn
 from torch.nn import functional
 from torch.utils.data import DataLoader, IterableDataset
 
 from tools.eyes.collect import count_views, load_portraits, load_view, scene_files
-from tools.eyes.looks import random_color
 from tools.eyes.measure import by_network, true_label, whole_patch
-from tools.eyes.network import Descriptor
-from tools.eyes.shipped import shipped_descriptor
 from tools.eyes.train import schedule
 from torc.perception.embedded.crops import SIDE_PX, crop, descriptor_inputs
 from torc.perception.embedded.perception import uncut
 
+LENGTH = 64
+"""Of a descriptor."""
 _MIN_PIXELS = 60
+
+
+class Descriptor(nn.Module):
+    """(n, 4, SIDE_PX, SIDE_PX) to (n, LENGTH), unit vectors."""
+
+    def __init__(self, widths: tuple[int, ...] = (32, 64, 128, 160)) -> None:
+        super().__init__()
+        layers: list[nn.Module] = []
+        inputs = 4
+        for width in widths:
+            layers += [nn.Conv2d(inputs, width, 3, 2, 1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
+            layers += [nn.Conv2d(width, width, 3, 1, 1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
+            inputs = width
+        self.layers = nn.Sequential(*layers)
+        self.out = nn.Linear(2 * inputs, LENGTH)
+
+    def forward(self, x: Tensor) -> Tensor:
+        y = self.layers(x)
+        pooled = torch.cat([y.mean(dim=(2, 3)), y.amax(dim=(2, 3))], dim=1)
+        return functional.normalize(self.out(pooled), dim=1)
 
 
 @dataclass(frozen=True)
@@ -86,15 +105,9 @@ class DescriptorConfig:
     rate: float = 2e-3
     warm_up: int = 500
     temperature: float = 0.07
-    alike: float = 0.15
-    """Share of the objects that take the mean colour of another one."""
-    plain: float = 0.45
-    """Share of the objects that take one of `plain_colors` and lose most of their pattern."""
-    plain_colors: int = 3
-    """In a batch."""
+    alike: float = 0.1
+    """Share of the objects that take the colour of another one."""
     seed: int = 1
-    shipped: bool = False
-    """Begin with the descriptor that torc ships."""
 
 
 class Batches(IterableDataset):  # type: ignore[type-arg]
@@ -115,7 +128,6 @@ class Batches(IterableDataset):  # type: ignore[type-arg]
                     mine = np.flatnonzero(scene.object_ids == k)
                     pictures.append(np.concatenate([scene.crops[rng.choice(mine)][None], scene.portraits[k]]))
             pictures = alike(pictures, self.config.alike, rng)
-            pictures = plain(pictures, self.config.plain, self.config.plain_colors, rng)
             crops = [varied(p[0], rng) for p in pictures]
             portraits = [relit(side, rng) for p in pictures for side in p[1:]]
             yield descriptor_inputs(np.stack(crops)), descriptor_inputs(np.stack(portraits))
@@ -125,48 +137,15 @@ def alike(
     pictures: list[UInt8[np.ndarray, "k s s 4"]], share: float, rng: np.random.Generator
 ) -> list[UInt8[np.ndarray, "k s s 4"]]:
     """The pictures of objects, some of which take the mean colour of another one."""
-    means = [mean_color(p) for p in pictures]
+    means = [p[1:][p[1:, ..., 3] > 0][:, :3].mean(axis=0) for p in pictures]
     out = []
     for own, mean in zip(pictures, means):
         if rng.random() < share:
-            own = recolored(own, means[rng.integers(len(means))], mean)
-        out.append(own)
+            shift = means[rng.integers(len(means))] - mean
+            color = np.clip(own[..., :3] + shift, 0, 255).astype(np.uint8)
+            own = np.where(own[..., 3:] > 0, np.concatenate([color, own[..., 3:]], axis=-1), 0)
+        out.append(own.astype(np.uint8))
     return out
-
-
-def plain(
-    pictures: list[UInt8[np.ndarray, "k s s 4"]], share: float, colors: int, rng: np.random.Generator
-) -> list[UInt8[np.ndarray, "k s s 4"]]:
-    """The pictures of objects, some of which are all of a few colours and have hardly a pattern: shape tells them
-    apart.
-    """
-    palette = [255 * random_color(rng) for _ in range(colors)]
-    out = []
-    for own in pictures:
-        if rng.random() < share:
-            color = palette[rng.integers(colors)] + rng.normal(0, 8, 3)
-            own = recolored(own, color, mean_color(own), rng.uniform(0.15, 0.6))
-        out.append(own)
-    return out
-
-
-def mean_color(pictures: UInt8[np.ndarray, "k s s 4"]) -> Float[np.ndarray, "3"]:
-    """Of an object, by its portraits: all pictures but the first."""
-    portraits = pictures[1:]
-    return np.asarray(portraits[portraits[..., 3] > 0][:, :3].mean(axis=0), float)
-
-
-def recolored(
-    pictures: UInt8[np.ndarray, "k s s 4"],
-    color: Float[np.ndarray, "3"],
-    mean: Float[np.ndarray, "3"],
-    contrast: float = 1.0,
-) -> UInt8[np.ndarray, "k s s 4"]:
-    """The pictures of an object of some mean colour with another one, and with more or less contrast."""
-    rgb = np.clip(color + contrast * (pictures[..., :3] - mean), 0, 255)
-    return np.where(pictures[..., 3:] > 0, np.concatenate([rgb, pictures[..., 3:]], axis=-1), 0).astype(
-        np.uint8
-    )
 
 
 def varied(picture: UInt8[np.ndarray, "s s 4"], rng: np.random.Generator) -> UInt8[np.ndarray, "s s 4"]:
@@ -215,7 +194,7 @@ def train_descriptor(files: list[Path], out: Path, config: DescriptorConfig | No
     """Trains on files of scenes' crops to `out`, which is written ever again; goes on from there."""
     config = config or DescriptorConfig()
     torch.manual_seed(config.seed)
-    net = shipped_descriptor(_some(files)).train() if config.shipped else Descriptor()
+    net = Descriptor()
     optimizer = torch.optim.AdamW(net.parameters(), config.rate, weight_decay=0.02)
     start = 0
     if out.exists():
@@ -247,9 +226,3 @@ def train_descriptor(files: list[Path], out: Path, config: DescriptorConfig | No
             state = {"step": step, "net": net.state_dict(), "optimizer": optimizer.state_dict()}
             torch.save(state, out.with_suffix(".part"))
             out.with_suffix(".part").rename(out)
-
-
-def _some(files: list[Path]) -> Tensor:
-    """Inputs by which the statistics of the shipped descriptor are measured."""
-    _, portraits = next(iter(Batches(files[:20], DescriptorConfig())))
-    return torch.from_numpy(portraits)

@@ -1,25 +1,21 @@
-"""The networks. One segments: a plain residual U-net on half the resolution of its input, whose outputs are at full
-resolution. Outputs per pixel: whether it shows an object; and for each of a list of offsets whether the pixel there
-shows the same object (affinities). The other describes what is in a crop.
+"""The network: a plain residual U-net on half the resolution of its input, whose outputs are at full resolution.
+
+Outputs per pixel: whether it shows an object; and for each of a list of offsets whether the pixel there shows the same
+object (affinities).
 """
 
 from itertools import pairwise
 from typing import Any
 
-import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from torc.perception.embedded.crops import SIDE_PX
 from torc.perception.embedded.inputs import CHANNELS
 from torc.perception.embedded.instances import OFFSETS
 
 OUTPUTS = 1 + len(OFFSETS)
 """Object, affinities."""
 WIDTHS = (32, 64, 96, 160, 192)
-LENGTH = 64
-"""Of a descriptor."""
-_PLACES = 16
 
 
 class Residual(nn.Module):
@@ -66,26 +62,3 @@ class Eyes(nn.Module):
             x = block(functional.interpolate(wide(x), scale_factor=2.0, mode="nearest") + side)
         out: Any = functional.pixel_shuffle(self.head(x), 2)
         return out
-
-
-class Descriptor(nn.Module):
-    """(n, 4, SIDE_PX, SIDE_PX) to (n, LENGTH), unit vectors."""
-
-    def __init__(self, widths: tuple[int, ...] = (32, 64, 128, 160)) -> None:
-        super().__init__()
-        layers: list[nn.Module] = []
-        inputs = 4
-        for width in widths:
-            layers += [nn.Conv2d(inputs, width, 3, 2, 1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
-            layers += [nn.Conv2d(width, width, 3, 1, 1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
-            inputs = width
-        self.layers = nn.Sequential(*layers)
-        # What is where in the picture, for shape: pooling forgets it.
-        self.places = nn.Conv2d(inputs, _PLACES, 1)
-        cells = (SIDE_PX >> len(widths)) ** 2
-        self.out = nn.Linear(2 * inputs + cells * _PLACES, LENGTH)
-
-    def forward(self, x: Tensor) -> Tensor:
-        y = self.layers(x)
-        parts = [y.mean(dim=(2, 3)), y.amax(dim=(2, 3)), functional.relu(self.places(y)).flatten(1)]
-        return functional.normalize(self.out(torch.cat(parts, dim=1)), dim=1)
