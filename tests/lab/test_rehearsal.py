@@ -88,8 +88,13 @@ def test_checking_finds_what_is_wrong_and_moves_only_if_asked(rehearsed):
 
 
 def with_fault(there, name, after_s):
-    """A listener that lets something go wrong so long after the first plan, once."""
-    pending = [threading.Timer(after_s, FAULTS[name][1], [there])]
+    """A listener that lets something go wrong so long after the first plan, once; as soon as it can."""
+
+    def happen():
+        while FAULTS[name][1](there) is False:  # the arm rests: nothing can stop halfway
+            time.sleep(0.02)
+
+    pending = [threading.Timer(after_s, happen)]
 
     def listen(event):
         if isinstance(event, Planned) and pending:

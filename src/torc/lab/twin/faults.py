@@ -29,7 +29,7 @@ def _freeze(there: Rehearsal) -> None:
     there.pictures.frozen = True
 
 
-FAULTS: Mapping[str, tuple[str, Callable[[Rehearsal], None]]] = MappingProxyType(
+FAULTS: Mapping[str, tuple[str, Callable[[Rehearsal], bool | None]]] = MappingProxyType(
     {
         "e-stop": ("somebody presses it", lambda there: there.arm.halt(e_stopped=1)),
         "protective-stop": ("the controller stops in an error", lambda there: there.arm.halt(in_error=1)),
@@ -45,7 +45,7 @@ FAULTS: Mapping[str, tuple[str, Callable[[Rehearsal], None]]] = MappingProxyType
         "freeze-camera": ("the camera gives one picture again and again", _freeze),
     }
 )
-"""Name -> what happens, and what makes it happen."""
+"""Name -> what happens, and what makes it happen; False if it could not, since the arm rests."""
 
 
 def recover(there: Rehearsal) -> None:

@@ -96,10 +96,12 @@ class MotomanTwin:
             self._points = []
             self.state = replace(self.state, **{"motion_possible": 0, **changed})
 
-    def pretend_done(self) -> None:
-        """Stops the arm where it is, and says that its queue is empty."""
+    def pretend_done(self) -> bool:
+        """Stops the arm where it is, and says that its queue is empty; whether it was on its way."""
         with self._lock:
+            moved = len(self._points) > 0
             self._points = []
+        return moved
 
     def _serve_state(self, connection: socket.socket) -> None:
         while self._running:

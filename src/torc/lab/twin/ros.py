@@ -117,10 +117,12 @@ class RosTwin:
             self.state |= {"motion_possible": 0, **changed}
             self._end(_ABORTED[self.ros], "the robot was stopped")
 
-    def pretend_done(self) -> None:
-        """Stops the arm where it is, and says that it succeeded."""
+    def pretend_done(self) -> bool:
+        """Stops the arm where it is, and says that it succeeded; whether it was on its way."""
         with self._lock:
+            moved = self._goal is not None
             self._end(SUCCEEDED[self.ros], "")
+        return moved
 
     def _serve(self, connection: Any) -> None:
         self._connections.append(connection)

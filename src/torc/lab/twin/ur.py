@@ -97,10 +97,11 @@ class UrTwin:
                 self.state |= {"remote": False}
             self._end_program()
 
-    def pretend_done(self) -> None:
-        """Stops the arm where it is, while its program goes on."""
+    def pretend_done(self) -> bool:
+        """Stops the arm where it is, while its program goes on; whether it was on its way."""
         with self._lock:
-            self._target = None
+            moved, self._target = self._target is not None, None
+        return moved
 
     def _end_program(self) -> None:
         self._program, self._target, self._told = False, None, 0
