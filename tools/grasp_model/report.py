@@ -314,6 +314,7 @@ def _opening(train: Trials, notes: str) -> str:
         "`python -m tools.grasp_model collect`, `train`, `evaluate` and `report`, in a checkout after "
         f"`scripts/setup dev`; seeds of the scenes: {seeds}.\n\n"
         "All tables here are of these trials. The best of many candidates is promised too much, and no arm floats: so "
-        "the promise is at last brought in line with whole trials (`recalibrate`), which leaves the order as it is. "
+        "the promise is at last brought in line with whole trials (`recalibrate`), which leaves the order as it is, "
+        "once with exact depth and once with a sensor's errors (`recalibrate --rough`). "
         f"The model says of itself: {notes or 'nothing'}.\n"
     )
