@@ -6,6 +6,9 @@ import numpy as np
 
 from torc.lab.robotiq.registers import Object
 
+HALFWAY_RAD = 0.05
+"""An arm with more than this before it has not arrived."""
+
 
 class ArmBehind(Protocol):
     """What moves: it is told points of a trajectory in time to be there."""

@@ -45,7 +45,7 @@ FAULTS: Mapping[str, tuple[str, Callable[[Rehearsal], bool | None]]] = MappingPr
         "freeze-camera": ("the camera gives one picture again and again", _freeze),
     }
 )
-"""Name -> what happens, and what makes it happen; False if it could not, since the arm rests."""
+"""Name -> what happens, and what makes it happen; False if it could not: nothing stops halfway while it rests."""
 
 
 def recover(there: Rehearsal) -> None:

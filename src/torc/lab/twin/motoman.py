@@ -27,7 +27,7 @@ from torc.lab.simple_message.messages import (
     RobotStatus,
     TrajectoryPoint,
 )
-from torc.lab.twin.behind import ArmBehind
+from torc.lab.twin.behind import HALFWAY_RAD, ArmBehind
 from torc.lab.twin.servers import Servers
 
 READY = RobotStatus(1, 0, 0, 0, 0, 2, 1)
@@ -58,6 +58,7 @@ class MotomanTwin:
         self.state, self.silent = replace(READY, motion_possible=0, drives_powered=0), False
         self.heard: list[Frame] = []
         self._points: list[TrajectoryPoint] = []
+        self._last: TrajectoryPoint | None = None
         self._began = 0.0
         self._lock = threading.RLock()
         self._running = True
@@ -93,15 +94,17 @@ class MotomanTwin:
     def halt(self, **changed: int) -> None:
         """Stops the arm where it is, with another state, e.g. e_stopped=1; no motion is possible then."""
         with self._lock:
-            self._points = []
+            self._points, self._last = [], None
             self.state = replace(self.state, **{"motion_possible": 0, **changed})
 
     def pretend_done(self) -> bool:
-        """Stops the arm where it is, and says that its queue is empty; whether it was on its way."""
+        """Stops the arm where it is, and says that its queue is empty; False if it is not halfway."""
         with self._lock:
-            moved = len(self._points) > 0
-            self._points = []
-        return moved
+            ahead = self._points[-1].qpos[: len(self.arm.qpos)] if self._points else self.arm.qpos
+            if np.abs(ahead - self.arm.qpos).max() < HALFWAY_RAD:
+                return False
+            self._points, self._last = [], None
+        return True
 
     def _serve_state(self, connection: socket.socket) -> None:
         while self._running:
@@ -154,6 +157,9 @@ class MotomanTwin:
                 return Result.INVALID, 3011
             self._points, self._began = [point], time.monotonic()
             return Result.SUCCESS, 0
+        if not self._points and self._last is not None and point.sequence == self._last.sequence + 1:
+            # The queue ran empty, and the arm waited.
+            self._points, self._began = [self._last], time.monotonic() - self._last.time_s
         if not self._points:
             return Result.INVALID, 3005
         if point.time_s - (time.monotonic() - self._began) > _QUEUE_S:
@@ -170,7 +176,7 @@ class MotomanTwin:
             case Command.STOP_TRAJ_MODE:
                 self.halt()
             case Command.STOP_MOTION:
-                self._points = []
+                self._points, self._last = [], None
             case Command.CHECK_QUEUE_COUNT:
                 return Result.SUCCESS, len(self._points)
             case Command.CHECK_MOTION_READY:
@@ -203,5 +209,5 @@ class MotomanTwin:
                     share = float(np.clip((elapsed - a.time_s) / span, 0, 1))
                     self.arm.goal((a.qpos + share * (b.qpos - a.qpos))[:dof])
                     if elapsed > times[-1] + 2 * _QUEUE_S or (len(times) > 1 and elapsed > times[-1] + 0.05):
-                        self._points = []
+                        self._last, self._points = self._points[-1], []
             time.sleep(0.004)

@@ -15,7 +15,7 @@ import numpy as np
 
 from torc.errors import MissingDependencyError, extra_remedy
 from torc.lab.ros.messages import SUCCEEDED, RosVersion, duration
-from torc.lab.twin.behind import ArmBehind
+from torc.lab.twin.behind import HALFWAY_RAD, ArmBehind
 from torc.lab.twin.franka import FrankaHandTwin
 from torc.records import Observation
 from torc.robots.protocols import Camera
@@ -118,11 +118,12 @@ class RosTwin:
             self._end(_ABORTED[self.ros], "the robot was stopped")
 
     def pretend_done(self) -> bool:
-        """Stops the arm where it is, and says that it succeeded; whether it was on its way."""
+        """Stops the arm where it is, and says that it succeeded; False if it is not halfway."""
         with self._lock:
-            moved = self._goal is not None
+            if self._goal is None or np.abs(self._goal[3][-1] - self.arm.qpos).max() < HALFWAY_RAD:
+                return False
             self._end(SUCCEEDED[self.ros], "")
-        return moved
+        return True
 
     def _serve(self, connection: Any) -> None:
         self._connections.append(connection)

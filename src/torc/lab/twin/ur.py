@@ -11,7 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from torc.lab.twin.behind import ArmBehind
+from torc.lab.twin.behind import HALFWAY_RAD, ArmBehind
 from torc.lab.twin.rtde import UrWires
 
 _SERVO_J, _SERVO_STOP, _STOP_J, _STOP_SCRIPT = 11, 16, 34, 255
@@ -98,10 +98,12 @@ class UrTwin:
             self._end_program()
 
     def pretend_done(self) -> bool:
-        """Stops the arm where it is, while its program goes on; whether it was on its way."""
+        """Stops the arm where it is, while its program goes on; False if it is not halfway."""
         with self._lock:
-            moved, self._target = self._target is not None, None
-        return moved
+            if self._target is None or np.abs(self._speed).max() < HALFWAY_RAD:  # per second
+                return False
+            self._target = None
+        return True
 
     def _end_program(self) -> None:
         self._program, self._target, self._told = False, None, 0
