@@ -110,6 +110,22 @@ def test_what_moved_to_where_another_stood_is_not_taken_for_it():
     assert eyes.see((moved(A, 0.02, 0.2), C))[1] == first[1]
 
 
+def test_masks_without_a_pixel_change_nothing():
+    eyes = Eyes()
+    eyes.see((A, B, C))
+    observation = synthetic_observation((A, B, C))
+    label = np.where(observation.label_image >= 0, observation.label_image - 1, -1).astype(np.int16)
+    carried = carried_over(eyes.scene, observation, CONFIG)
+    sure = np.full(5, 0.5, np.float32)
+    without = settled_masks(label, sure[:3], eyes.scene, carried, CONFIG)
+    empty = settled_masks(label, sure, eyes.scene, carried, CONFIG)
+    np.testing.assert_array_equal(empty[0], without[0])
+    np.testing.assert_array_equal(empty[1][:3], without[1])
+    found = agreement(5, label, carried, eyes.scene)
+    np.testing.assert_array_equal(found[:3], agreement(3, label, carried, eyes.scene))
+    assert not found[3:].any()
+
+
 def test_what_was_hidden_for_a_while_comes_back_under_its_id():
     small, wall = box(5, 0.74, -0.1, (0.03, 0.03, 0.03)), box(6, 0.6, -0.1, (0.06, 0.2, 0.2))
     eyes = Eyes()

@@ -161,7 +161,7 @@ class FromMasks(ABC):
         ]
         overlap = np.zeros((len(seen), 0))
         if before is not None and carried is not None:
-            overlap = agreement(int(label.max(initial=-1)) + 1, label, carried, before)[masks]
+            overlap = agreement(len(sureness), label, carried, before)[masks]
         ids, known = same_ids(seen, overlap, before, observation, config.tracking)
         return _Seen(masks, looks, [o.pixel_count for o in found.objects], ids, known)
 

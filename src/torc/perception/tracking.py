@@ -81,12 +81,12 @@ def settled_masks(
     """Masks (numbers from 0 on) and their sureness, where the surer reading of before is restored."""
     known = {k.id: k for k in before.known}
     label, sure = label.copy(), list(map(float, sureness))
-    table = _Shares(label, carried, before)
+    table = _Shares(len(sure), label, carried, before)
     for mask in range(len(sureness)):
         held = [k for k in table.held_by(mask, config.part) if k in known]
         if len(held) > 1 and np.mean([known[k].sureness for k in held]) > sure[mask]:
             _divide(label, mask, held, carried, sure, [known[k].sureness for k in held])
-    table = _Shares(label, carried, before)
+    table = _Shares(len(sure), label, carried, before)
     for k, fact in known.items():
         parts = table.parts_of(k, config.part)
         if len(parts) > 1 and fact.sureness > max(sure[m] for m in parts):
@@ -140,17 +140,16 @@ def agreement(
     masks: int, label: Int16[np.ndarray, "h w"], carried: Int16[np.ndarray, "h w"], before: SegmentedScene
 ) -> Float[np.ndarray, "n k"]:
     """How far each mask and each object of before share one surface: twice what they share, by what both have."""
-    table = _Shares(label, carried, before)
-    total = table.mask_sizes[:masks, None] + table.object_sizes
-    return np.asarray(2 * table.common[:masks] / np.maximum(total, 1))
+    table = _Shares(masks, label, carried, before)
+    total = table.mask_sizes[:, None] + table.object_sizes
+    return np.asarray(2 * table.common / np.maximum(total, 1))
 
 
 class _Shares:
-    """Pixels that masks and the objects of before have in common."""
+    """Pixels that masks and the objects of before have in common; a mask may have none at all."""
 
-    def __init__(self, label: np.ndarray, carried: np.ndarray, before: SegmentedScene) -> None:
+    def __init__(self, masks: int, label: np.ndarray, carried: np.ndarray, before: SegmentedScene) -> None:
         self.ids = [o.id for o in before.objects]
-        masks = int(label.max(initial=-1)) + 1
         both = (label >= 0) & (carried >= 0)
         table = np.bincount(
             label[both].astype(np.int64) * MAX_OBJECTS + carried[both], minlength=masks * MAX_OBJECTS
