@@ -134,10 +134,3 @@ def test_rough_depth_has_a_calibration_of_its_own(rng):
     np.testing.assert_allclose(model.for_rough_depth().score(x), 0.1 + 0.5 * model.score(x))
     plain = random_model(rng)
     assert np.array_equal(plain.for_rough_depth().score(x), plain.score(x))
-
-
-def test_a_file_without_it_is_read(rng, tmp_path):
-    save_trees(tmp_path / "new.npz", random_model(rng))
-    with np.load(tmp_path / "new.npz") as data:
-        np.savez(tmp_path / "old.npz", **{k: data[k] for k in data.files if k != "knots_rough"})
-    assert len(load_trees(tmp_path / "old.npz", NAMES).knots_rough) == 0

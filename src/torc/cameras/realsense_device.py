@@ -97,7 +97,7 @@ class PipelineFrames:
             self._ask_for(wanted, rs)
         try:
             if config.file:
-                # As fast as pictures are asked for, and none is left out.
+                # As fast as pictures are asked for. Under load librealsense may leave out the first ones.
                 profile = wanted.resolve(rs.pipeline_wrapper(self._pipeline))
                 profile.get_device().as_playback().set_real_time(False)
             self._pipeline.start(wanted)

@@ -38,10 +38,10 @@ class HeldLook:
 
     def __call__(self, observation: Observation, width_m: float) -> bool:
         """Whether the object in the hand is the target. Raises PartError if perception or depth crashed."""
-        then, pipeline = self.look.context.scene.observation, self.pipeline
+        scene, pipeline = self.look.context.scene, self.pipeline
+        then = scene.observation
         seen = replace(pipeline.measured(observation, self.rng), label_image=None)
         same_view = np.array_equal(seen.T_world_camera, then.T_world_camera)
-        scene = self.look.context.scene
         before_m = then.depth_m.copy() if same_view else np.zeros_like(then.depth_m)
         before_m[tuple(scene.object(self.object_id).pixels.T)] = 0
         rough = getattr(pipeline.depth, "rough", False) or pipeline.noise is not None

@@ -28,7 +28,7 @@ MODEL_PATH = Path(__file__).parent / "data" / "grasp_model.npz"
 
 @cache
 def default_scorer(rough_depth: bool = False) -> GraspScorer:
-    """The shipped model, read once per process; as it is calibrated for depth with a sensor's errors, if that is so."""
+    """The shipped model, as it is calibrated for exact depth or for depth with a sensor's errors; read once."""
     model = load_trees(MODEL_PATH, FEATURE_NAMES)
     return model.for_rough_depth() if rough_depth else model
 

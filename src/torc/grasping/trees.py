@@ -34,7 +34,7 @@ class TreeModel:
         roots: first node of each tree.
         baseline: log-odds to which the leaves' values are added.
         knots_p, knots_held: calibration, piecewise linear from raw to calibrated probability; both rising.
-        knots_rough: held instead of knots_held where depth has a sensor's errors; empty for no difference.
+        knots_rough: takes the place of knots_held where depth has a sensor's errors; empty if nothing does.
         feature_names: the columns.
         data_sha256: hash of the training data, as text; empty if unknown.
         notes: how it was trained, for people.
@@ -108,9 +108,7 @@ def load_trees(path: Path, feature_names: tuple[str, ...]) -> TreeModel:
             if int(data["version"]) != MODEL_VERSION:
                 raise InputError(f"{path}: model version {int(data['version'])}, this is {MODEL_VERSION}.")
             names = tuple(str(s) for s in data["feature_names"])
-            arrays = {
-                f.name: data[f.name] for f in fields(TreeModel) if f.name not in _SCALARS and f.name in data
-            }
+            arrays = {f.name: data[f.name] for f in fields(TreeModel) if f.name not in _SCALARS}
             model = TreeModel(
                 feature_names=names,
                 baseline=float(data["baseline"]),

@@ -26,7 +26,7 @@ _LEAST_PX = 40
 _CORE_PX, _RIM_PX = 7, 9
 """Colour decides between half of the first inside the outline that depth tells, and half of the second outside."""
 _LEAST_SHARE = 0.3
-"""Colour that leaves less of what depth tells has followed something else."""
+"""Where colour leaves less of what depth tells, depth alone decides."""
 
 
 def held_mask(
@@ -41,8 +41,8 @@ def held_mask(
 
     Args:
         observation: snapshot with the object lifted; its `qpos` tells where the arm is.
-        before_m: depth from the same camera before the pick, 0 for no reading, and where the object was: a box that is
-            lifted along its front shows the same depth there.
+        before_m: depth from the same camera before the pick; 0 for no reading, and where the object itself was, since
+            a box that is lifted along its front shows the same depth there.
         width_m: the gripper's opening.
         rough: depth has a sensor's errors, so that colour tells where the outline is.
     """

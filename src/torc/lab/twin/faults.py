@@ -45,7 +45,7 @@ FAULTS: Mapping[str, tuple[str, Callable[[Rehearsal], bool | None]]] = MappingPr
         "freeze-camera": ("the camera gives one picture again and again", _freeze),
     }
 )
-"""Name -> what happens, and what makes it happen; False if it could not: nothing stops halfway while it rests."""
+"""Name -> what happens, and what makes it happen, which returns False if it cannot now."""
 
 
 def recover(there: Rehearsal) -> None:

@@ -11,9 +11,11 @@ from typing import Any, Self
 
 import numpy as np
 
-from torc.lab.twin.behind import HALFWAY_RAD, ArmBehind
+from torc.lab.twin.behind import ArmBehind
 from torc.lab.twin.rtde import UrWires
 
+_SLOW_RAD_S = 0.05
+"""An arm that is slower may have arrived."""
 _SERVO_J, _SERVO_STOP, _STOP_J, _STOP_SCRIPT = 11, 16, 34, 255
 _READY, _DONE = 1, 2
 _STOPPED, _PLAYING = 1, 2
@@ -100,7 +102,7 @@ class UrTwin:
     def pretend_done(self) -> bool:
         """Stops the arm where it is, while its program goes on; False if it is not halfway."""
         with self._lock:
-            if self._target is None or np.abs(self._speed).max() < HALFWAY_RAD:  # per second
+            if self._target is None or np.abs(self._speed).max() < _SLOW_RAD_S:
                 return False
             self._target = None
         return True
