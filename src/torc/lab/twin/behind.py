@@ -6,8 +6,8 @@ import numpy as np
 
 from torc.lab.robotiq.registers import Object
 
-HALFWAY_RAD = 0.05
-"""An arm with more than this before it has not arrived."""
+HALFWAY_RAD = 0.2
+"""An arm with less than this before it may still arrive when it is told to stop: it lags behind what it was told."""
 
 
 class ArmBehind(Protocol):
