@@ -10,15 +10,14 @@ import pytest
 from tests.lab.test_lab_file import TEXT
 from torc.episode.events import Planned
 from torc.episode.recorded import read_events
+from torc.episode.simulated import pictured_target
 from torc.errors import InputError
 from torc.lab.checking import check_lab
 from torc.lab.lab_file import example_labs
 from torc.lab.retrieval import Operation, lab_spec, retrieve
 from torc.lab.twin.faults import FAULTS, recover
-from torc.objects.library import load_object
 from torc.perception.protocol import Wanted
 from torc.problems.problem import load_problem
-from torc.sim.portraits import turn_table
 from torc.specs.trial import PlannerSpec
 
 pytest.importorskip("websockets", reason="websockets is not installed")
@@ -29,8 +28,7 @@ PROBLEM = "validation-structured-02"
 
 
 def wanted():
-    problem = load_problem(PROBLEM)
-    return Wanted(problem.description, turn_table(load_object(problem.ordered()[0].model)))
+    return pictured_target(load_problem(PROBLEM))
 
 
 def played(lab, out, ask=lambda question: False, listeners=(), **options):
