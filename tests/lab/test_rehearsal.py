@@ -85,32 +85,38 @@ def test_checking_finds_what_is_wrong_and_moves_only_if_asked(rehearsed):
         assert "current is too high" in bad["gripper"]
 
 
-def with_fault(there, name, after_s):
-    """A listener that lets something go wrong so long after the first plan, once; as soon as it can."""
+class Fault:
+    """Lets something go wrong so long after the first plan, once; as soon as it can."""
 
-    def happen():
-        while FAULTS[name][1](there) is False:  # the arm rests: nothing can stop halfway
-            time.sleep(0.02)
+    def __init__(self, there, name, after_s):
+        self.there, self.name, self.after_s = there, name, after_s
+        self.happened, self.ended, self._timer = False, False, None
 
-    pending = [threading.Timer(after_s, happen)]
+    def __call__(self, event):
+        if isinstance(event, Planned) and self._timer is None:
+            self._timer = threading.Timer(self.after_s, self._happen)
+            self._timer.start()
 
-    def listen(event):
-        if isinstance(event, Planned) and pending:
-            pending.pop().start()
-
-    return listen
+    def _happen(self):
+        while not (self.happened or self.ended):
+            # False: the arm rests, and nothing can stop halfway.
+            self.happened = FAULTS[self.name][1](self.there) is not False
+            time.sleep(0 if self.happened else 0.02)
 
 
 def check_fault(rehearsed, tmp_path, wire, name, after_s):
     """A fault within a pick: the arm stops, nothing more is sent, no pick failed, and the log tells it."""
     with rehearsed(wire) as (there, lab):
-        trial = played(lab, tmp_path / "trial", listeners=[with_fault(there, name, after_s)])
+        fault = Fault(there, name, after_s)
+        trial = played(lab, tmp_path / "trial", listeners=[fault])
+        fault.ended = True
         sent, stopped_at = len(there.arm.heard), there.world.qpos
         time.sleep(0.4)
         assert len(there.arm.heard) == sent
         if name not in ("cut", "nudge"):  # a controller without a connection goes on to the end of its motion
             np.testing.assert_allclose(there.world.qpos, stopped_at, atol=0.02)
     assert trial.result["status"] in ("errored", "interrupted"), trial.result
+    assert fault.happened, "It ended so without a fault."
     assert trial.result.get("outcomes") is None
     lines = read_events(trial.directory / "events.jsonl")
     told = [line.reason for line in lines if line.event == "halted"]
@@ -148,7 +154,7 @@ def test_somebody_resumes_after_an_e_stop_and_the_episode_goes_on_unscored(rehea
                 time.sleep(0.3)
             return True
 
-        trial = played(lab, tmp_path / "trial", ask, [with_fault(there, "e-stop", 1.0)])
+        trial = played(lab, tmp_path / "trial", ask, [Fault(there, "e-stop", 1.0)])
         truth = there.world.truth()
     assert len(truth.in_bin) >= 1
     assert trial.result["status"] == "interrupted"
