@@ -64,7 +64,7 @@ def fit_target(scenes: int, held_out: bool, seed: int = 77) -> None:
     )
     print(", ".join(f"{name} {getattr(fitted, name):.1f}" for name in _SIZES))
     for name, config in (("shipped", TargetConfig()), ("fitted", fitted)):
-        for sure in (0.3, 0.5, 0.7, 0.9):
+        for sure in (0.5, 0.7, 0.8, 0.9):
             tried = replace(config, sure=sure, still=min(config.still, sure))
             chosen = [(choose(case, tried), case.right) for case in cases]
             there = [(c, r) for c, r in chosen if r is not None]
