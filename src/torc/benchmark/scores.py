@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from torc.benchmark.intervals import NOTHING, Estimate, by_problem, difference, mean, share
+from torc.benchmark.intervals import NOTHING, Estimate, Sums, by_problem, difference, mean, share
 from torc.benchmark.rows import Table, TrialRow
 from torc.pipeline.state import EndReason
 
@@ -13,7 +13,7 @@ ORACLE, INFORMED = "oracle", "informed"
 
 def within(rows: Sequence[TrialRow], picks: int) -> Estimate:
     """Share of trials that were solved in at most so many picks."""
-    return _share(rows, [r.solved and r.picks <= picks for r in rows])
+    return share(*_sums(rows, [r.solved and r.picks <= picks for r in rows]))
 
 
 def efficiency(table: Table, planner: str) -> Estimate:
@@ -25,43 +25,42 @@ def efficiency(table: Table, planner: str) -> Estimate:
     """
     pairs = [(own, best) for own, best in _pairs(table, planner, ORACLE) if best.solved]
     ratios = [max(best.picks, 1) / max(own.picks, 1) if own.solved else 0.0 for own, best in pairs]
-    sums, totals = by_problem([own.problem for own, _ in pairs], ratios, [1] * len(pairs))
-    return mean(sums, totals, max(1.0, *ratios)) if ratios else NOTHING
+    sums = _sums([own for own, _ in pairs], ratios)
+    return mean(*sums, max(1.0, *ratios)) if ratios else NOTHING
 
 
 def regret(table: Table, planner: str, reference: str) -> Estimate:
     """Mean of picks to retrieval less those of a reference, on the same problem and seed."""
     pairs = list(_pairs(table, planner, reference))
     gaps = [float(own.cost - best.cost) for own, best in pairs]
-    return difference(*by_problem([own.problem for own, _ in pairs], gaps, [1] * len(pairs)))
+    return difference(*_sums([own for own, _ in pairs], gaps))
 
 
 def with_drops(rows: Sequence[TrialRow], price: float) -> Estimate:
     """Mean of picks to retrieval + price x drops."""
-    costs = [r.cost + price * r.drops for r in rows]
-    return mean(*by_problem([r.problem for r in rows], costs, [1] * len(rows)))
+    return mean(*_sums(rows, [r.cost + price * r.drops for r in rows]))
 
 
 def lost(rows: Sequence[TrialRow]) -> Estimate:
     """Share of trials in which the target left the table otherwise than in the gripper: mostly an accident."""
-    return _share(rows, [r.end == EndReason.TARGET_LOST for r in rows])
+    return share(*_sums(rows, [r.end == EndReason.TARGET_LOST for r in rows]))
 
 
 def failed_otherwise(rows: Sequence[TrialRow]) -> Estimate:
     """Share of trials that ended without the target for any other reason."""
-    return _share(rows, [not r.solved and r.end != EndReason.TARGET_LOST for r in rows])
+    return share(*_sums(rows, [not r.solved and r.end != EndReason.TARGET_LOST for r in rows]))
 
 
 def picks_where_solved(rows: Sequence[TrialRow]) -> Estimate:
     """Mean picks of the solved trials alone: no accident is in it, but neither are the hardest problems."""
     good = [r for r in rows if r.solved]
     most = max((r.max_picks for r in good), default=0)
-    return mean(*by_problem([r.problem for r in good], [r.picks for r in good], [1] * len(good)), most)
+    return mean(*_sums(good, [r.picks for r in good]), most)
 
 
-def _share(rows: Sequence[TrialRow], hits: Sequence[bool]) -> Estimate:
-    sums, totals = by_problem([r.problem for r in rows], hits, [1] * len(rows))
-    return share(sums, totals)
+def _sums(rows: Sequence[TrialRow], values: Sequence[float]) -> tuple[Sums, Sums]:
+    sums, totals = by_problem([r.problem for r in rows], values, [1] * len(rows))
+    return sums, totals
 
 
 def _pairs(table: Table, planner: str, reference: str) -> Iterator[tuple[TrialRow, TrialRow]]:

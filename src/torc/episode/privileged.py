@@ -49,10 +49,17 @@ class Truth:
 class Sandbox:
     """A world of its own in which an episode can be carried on from any state, as the trial would carry it on."""
 
-    def __init__(self, robot: SimulatedRobot, steps: Steps) -> None:
-        """robot: the one that the steps use, in a world as it was built; nobody else should use it."""
+    def __init__(self, robot: SimulatedRobot, steps: Steps, built: RobotState | None = None) -> None:
+        """robot: the one that the steps use, in a world as it was built, unless that state is given; nobody else should
+        use it.
+        """
         self._robot, self._steps = robot, steps
-        self._built = robot.save()
+        self._built = robot.save() if built is None else built
+
+    def with_draws(self, seed: int) -> "Sandbox":
+        """The same world, where all that is drawn in looking and planning is drawn by another seed. They take turns."""
+        config = replace(self._steps.config, seed=seed)
+        return Sandbox(self._robot, Steps(self._steps.parts, self._steps.wanted, config), self._built)
 
     def begin(self) -> SimulatedState:
         """Before the first pick, as a trial begins. Raises InputError if the target does not stay on the table, and
