@@ -6,14 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torc.benchmark.report.scores import score_summary, scores_table, within_table
+from torc.benchmark.report.scores import give_ups_table, score_summary, scores_table, within_table
 from torc.benchmark.rows import Table
 from torc.benchmark.scores import (
     efficiency,
     failed_otherwise,
+    false_give_ups,
     lost,
     picks_where_solved,
     regret,
+    right_give_ups,
     with_drops,
     within,
 )
@@ -74,6 +76,19 @@ def test_where_there_is_no_target_giving_up_is_right_and_searching_on_is_not(mad
     at_once = replace(quick, picks=0)
     rows = (at_once, replace(at_once, planner="oracle"))
     assert efficiency(Table(Path("x"), rows), "mine").value == 1.0
+
+
+def test_giving_up_is_counted_where_it_is_right_and_where_it_is_wrong(made_up):
+    rows = [replace(r, end="gave up", retrieved=False) for r in made_up(mine=MINE).completed("mine")]
+    rows = [replace(r, absent=i < 4) for i, r in enumerate(rows)]
+    rows[0] = replace(rows[0], end="budget spent")
+    assert right_give_ups(rows).value == pytest.approx(3 / 4)
+    assert false_give_ups(rows).value == 1.0
+    assert failed_otherwise(rows).value == pytest.approx(3 / 6)
+    table = give_ups_table(Table(Path("x"), tuple(rows)), ["mine"])
+    assert table.rows[0][:2] == ("mine", "4")
+    assert len(table.rows[0]) == len(table.header)
+    assert give_ups_table(made_up(mine=MINE), ["mine"]).rows == []
 
 
 def test_the_tables_have_what_can_be_told(made_up):

@@ -8,6 +8,7 @@ from torc.pipeline.state import EndReason
 
 DROP_PRICES = (1, 5)
 """Picks that a dropped object is counted as: as bad as one more pick, and much worse."""
+_OWN_COLUMN = (EndReason.TARGET_LOST, EndReason.WRONG_OBJECT)
 ORACLE, INFORMED = "oracle", "informed"
 
 
@@ -48,7 +49,24 @@ def lost(rows: Sequence[TrialRow]) -> Estimate:
 
 def failed_otherwise(rows: Sequence[TrialRow]) -> Estimate:
     """Share of trials that ended without the target for any other reason."""
-    return share(*_sums(rows, [not r.solved and r.end != EndReason.TARGET_LOST for r in rows]))
+    return share(*_sums(rows, [not r.solved and r.end not in _OWN_COLUMN for r in rows]))
+
+
+def false_give_ups(rows: Sequence[TrialRow]) -> Estimate:
+    """Share of the trials whose target is there in which the planner gave up."""
+    there = [r for r in rows if not r.absent]
+    return share(*_sums(there, [r.end == EndReason.GAVE_UP for r in there]))
+
+
+def right_give_ups(rows: Sequence[TrialRow]) -> Estimate:
+    """Share of the trials whose target is not there in which the planner gave up, or cleared the table."""
+    absent = [r for r in rows if r.absent]
+    return share(*_sums(absent, [r.solved for r in absent]))
+
+
+def wrong_objects(rows: Sequence[TrialRow]) -> Estimate:
+    """Share of trials that ended with another object, which perception took for the target."""
+    return share(*_sums(rows, [r.end == EndReason.WRONG_OBJECT for r in rows]))
 
 
 def picks_where_solved(rows: Sequence[TrialRow]) -> Estimate:

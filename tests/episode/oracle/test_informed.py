@@ -25,6 +25,9 @@ class Game:
     def with_draws(self, seed):
         return Game(seed, self.slips)
 
+    def nowhere(self, state, context):
+        return False
+
     def look(self, state):
         free = 1 in state.gone or {2, 3} <= state.gone
         left = tuple(k for k in (1, 2, 3) if k not in state.gone)

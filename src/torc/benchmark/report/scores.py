@@ -11,11 +11,14 @@ from torc.benchmark.scores import (
     ORACLE,
     efficiency,
     failed_otherwise,
+    false_give_ups,
     lost,
     picks_where_solved,
     regret,
+    right_give_ups,
     with_drops,
     within,
+    wrong_objects,
 )
 
 WITHIN = (1, 2, 3, 4, 5, 6, 8, 10, 15)
@@ -56,7 +59,7 @@ def scores_table(table: Table, planners: Sequence[str]) -> TextTable:
         against = (signed_text(regret(table, p, b), 2) if b != p else "" for b in bounds)
         efficient = (efficiency(table, p).text(),) if ORACLE in bounds else ()
         priced = (with_drops(done, price).text() for price in DROP_PRICES)
-        failures = lost(done).text(), failed_otherwise(done).text()
+        failures = (e.text() for e in (lost(done), wrong_objects(done), failed_otherwise(done)))
         rows.append(
             (p, str(len(done)), *efficient, *against, *priced, picks_where_solved(done).text(), *failures)
         )
@@ -64,7 +67,7 @@ def scores_table(table: Table, planners: Sequence[str]) -> TextTable:
         *("planner", "trials", *(("pick efficiency",) if ORACLE in bounds else ())),
         *(f"more picks than {b}" for b in bounds),
         *(f"picks + {price} x drops" for price in DROP_PRICES),
-        *("picks where retrieved", "target lost", "failed otherwise"),
+        *("picks where retrieved", "target lost", "wrong object", "failed otherwise"),
     )
     note = (
         "Pick efficiency: ORACLE's picks / one's own on the same problem and seed, 0 where not retrieved; above 1 only "
@@ -73,6 +76,29 @@ def scores_table(table: Table, planners: Sequence[str]) -> TextTable:
         "it is told apart. Brackets: 95 % intervals over problems."
     )
     return TextTable("Scores", header, rows, note)
+
+
+def give_ups_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """Where the target is not there in some problems: who said so, after how many picks, and who said so wrongly."""
+    rows = []
+    for p in planners if any(r.absent for r in table.rows) else ():
+        if done := table.completed(p):
+            absent = [r for r in done if r.absent]
+            told = right_give_ups(done).text(), picks_where_solved(absent).text(), false_give_ups(done).text()
+            rows.append((p, str(len(absent)), *told, str(len(done) - len(absent))))
+    note = (
+        "Rightly: the target is not there, and the planner gave up or cleared the table; picks: until then, of those "
+        "trials. Wrongly: it is there, and the planner gave up. Brackets: 95 % intervals over problems."
+    )
+    header = (
+        "planner",
+        "trials without",
+        "rightly given up",
+        "picks until then",
+        "wrongly given up",
+        "trials with",
+    )
+    return TextTable("Where the target is not there", header, rows, note)
 
 
 def score_summary(table: Table, planner: str) -> dict[str, Estimate]:
@@ -85,4 +111,6 @@ def score_summary(table: Table, planner: str) -> dict[str, Estimate]:
     scores |= {f"more picks than {b}": regret(table, planner, b) for b in (ORACLE, INFORMED)}
     scores |= {f"picks + {price} x drops": with_drops(done, price) for price in DROP_PRICES}
     failures = {"target lost": lost(done), "failed otherwise": failed_otherwise(done)}
+    failures |= {"wrong object": wrong_objects(done), "wrongly given up": false_give_ups(done)}
+    failures |= {"rightly given up": right_give_ups(done)}
     return scores | {"picks where retrieved": picks_where_solved(done), **failures}

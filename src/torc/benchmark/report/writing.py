@@ -17,7 +17,7 @@ from torc.benchmark.report.figures import Picture, draw_all
 from torc.benchmark.report.pages import Section, html_page, markdown_page
 from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
 from torc.benchmark.report.real import real_sections
-from torc.benchmark.report.scores import BOUNDS, score_summary, scores_table, within_table
+from torc.benchmark.report.scores import BOUNDS, give_ups_table, score_summary, scores_table, within_table
 from torc.benchmark.report.trials import KEY, failures, trial_board
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import write_tables
@@ -86,6 +86,7 @@ def _sections(
     open_tables = [
         within_table(table, planners),
         scores_table(table, planners),
+        give_ups_table(table, planners),
         tables.comparison_table(table, planners),
         tables.measures_table(table, planners),
         *tables.causes_tables(table, planners),

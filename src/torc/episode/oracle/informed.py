@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from torc.episode.oracle.solve import Say, best_order
-from torc.episode.oracle.tree import check_budget
+from torc.episode.oracle.tree import GIVE_UP, check_budget
 from torc.episode.privileged import Sandbox, SimulatedState, Simulation
 from torc.errors import InputError
 from torc.pipeline.state import EndReason
@@ -65,6 +65,9 @@ class InformedPlanner:
                 "The planner 'informed' tries picks out in the simulation, so it decides in simulated trials only: "
                 "torc run --planner informed."
             )
+        simulation = self._simulation
+        if simulation.sandbox.nowhere(simulation.now(), context):
+            return Decision(None, "The target is not there: no unseen place is left for it.", give_up=True)
         graspable = graspable_ids(context)
         if not graspable:
             return Decision(None, "No visible object has a valid grasp.")
@@ -74,7 +77,7 @@ class InformedPlanner:
             return Decision(
                 chosen, f"Pick {context.called(chosen)}: next in the order, which goes as it should."
             )
-        orders = self._weighed(self._simulation, graspable, context, rng)
+        orders = self._weighed(simulation, graspable, context, rng)
         best = min(orders, key=lambda order: order.expected)
         chosen, self._rest = best.object_ids[0], best.object_ids[1:]
         evidence: dict[str, Any] = {
@@ -112,12 +115,15 @@ class InformedPlanner:
 
 
 def picks_of(order: Sequence[int], sandbox: Sandbox, start: SimulatedState, left: int) -> int:
-    """Picks until the target is retrieved, if somebody begins with the order's first object and goes on by the order,
-    taking the target as soon as it can be picked, and DG-SELECT's choice where the order has nothing; `left` if never.
+    """Picks until the target is retrieved, or is certain not to be there, if somebody begins with the order's first
+    object and goes on by the order, taking the target as soon as it can be picked, and DG-SELECT's choice where the
+    order has nothing; `left` if never.
     """
     state, rest = start, list(order)
     for pick in range(left):
         look = sandbox.look(state)
+        if sandbox.nowhere(state, look.context):
+            return pick
         graspable = graspable_ids(look.context)
         begun = pick > 0
         wanted = ([TARGET_ID] if begun else []) + rest
@@ -139,7 +145,7 @@ def _order_in(sandbox: Sandbox, now: SimulatedState, left: int, budget: float, s
     """The objects of the best order that a search finds, each once."""
     found = best_order(sandbox, now, left, budget, say, likely_suffices=True)
     path = found.best or found.outlook
-    return tuple(dict.fromkeys(k for k in path.choices if k is not None))
+    return tuple(dict.fromkeys(k for k in path.choices if k not in (None, GIVE_UP)))
 
 
 def _other_seeds(rng: np.random.Generator, count: int, own: int) -> list[int]:
