@@ -200,7 +200,7 @@ class ListCommand:
     """List the shipped problems, or those of one set or directory."""
 
     set: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[SET]")] = ""
-    """A shipped set (torc40, validation, validation-ur5e, validation-panda), a directory of problem files, or several
+    """A shipped set (torc40, validation, torc-hard/absent ...), a directory of problem files, or several
     with commas between; all shipped ones if not given."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
@@ -243,6 +243,9 @@ class ShowCommand:
             return 0
         print(f"{problem.name} ({problem.category}), target: {problem.description} [{problem.target}]\n")
         for k, placement in enumerate(problem.ordered()):
+            if problem.absent and placement.name == problem.target:
+                print(f"  {k:>2}  {placement.name:<28} {placement.model:<28} is not there")
+                continue
             x, y, z = placement.position
             print(f"  {k:>2}  {placement.name:<28} {placement.model:<28} at {x:.3f} {y:.3f} {z:.3f}")
         option = robot_option(problem)

@@ -19,16 +19,17 @@ from torc.generation.clutter import (
 )
 from torc.generation.config import (
     RULES,
+    Family,
     FamilyRules,
     GenerationConfig,
-    Hiddenness,
     Reason,
     RejectedError,
     generator_version,
 )
-from torc.generation.families import COVERS, before, copy_in_sight, finished, hiders, is_marked, with_copies
-from torc.generation.inspection import Difficulty, Inspector, SceneView, robot_facts
+from torc.generation.families import finished, with_copies
+from torc.generation.inspection import Difficulty, Inspector, robot_facts
 from torc.generation.sampling import allowed_models, sample_models
+from torc.generation.targets import choose_target
 from torc.objects.library import object_description
 from torc.pipeline.building import build_system
 from torc.pipeline.state import stage_rng
@@ -118,7 +119,9 @@ def is_made_from(problem: Problem, config: GenerationConfig, seed: int, robot: R
     return stated == asked and problem.name == problem_name(config, seed)
 
 
-def _for_gripper(clutter: ClutterConfig, gripper: GripperDescription, rules: FamilyRules) -> ClutterConfig:
+def _for_gripper(
+    clutter: ClutterConfig, gripper: GripperDescription, rules: FamilyRules = RULES[Family.USUAL]
+) -> ClutterConfig:
     """Settings in which no box lies so that it is too wide for the gripper, unless that is wanted."""
     if rules.lying is not None:
         return replace(
@@ -153,7 +156,7 @@ def _attempt(
     reason = Reason.MOVED_LATER
     for _ in range(_CHANCES):
         view = inspector.view(scene)
-        target, reason, gone = _choose_target(view, config, inspector, rng)
+        target, reason, gone = choose_target(view, config, inspector, rng)
         if target:
             model = next(o.model for o in scene.objects if o.name == target)
             problem = replace(scene, target=target, description=object_description(model))
@@ -161,84 +164,13 @@ def _attempt(
             report = watch_stillness(world, STILL)
             if report.still:
                 whole = finished(problem, config.family, inspector, STILL)
-                return whole, inspector.difficulty(view, target)
+                return whole, replace(inspector.difficulty(view, target), objects=len(whole.objects))
             reason, scene = Reason.MOVED_LATER, with_poses_of(world)
             gone = (worst_mover(world, report, STILL),) if len(scene.objects) > wanted.fewest else ()
         elif not gone or len(scene.objects) - len(gone) < wanted.fewest:
             break
         scene = again_at_rest(scene, gone, wanted, workspace, clutter)
     raise RejectedError(reason)
-
-
-def _choose_target(
-    view: SceneView, config: GenerationConfig, inspector: Inspector, rng: np.random.Generator
-) -> tuple[str, Reason, tuple[str, ...]]:
-    """An object that is hidden as wanted, not graspable at once, and retrievable as far as the paper's rule tells; ""
-    if there is none, why, and the objects that no target can have around it."""
-    scene, reason, rules = view.problem, Reason.NONE_SO_HIDDEN, RULES[config.family]
-    ungraspable: dict[str, bool] = {}
-    for name in _candidates(view, config, inspector, rng):
-        if len(hiders(view, name, COVERS)) < rules.covered:
-            reason = _further(reason, Reason.NOT_COVERED)
-            continue
-        if rules.copies and not copy_in_sight(view, name):
-            reason = _further(reason, Reason.NO_COPY_IN_SIGHT)
-            continue
-        if rules.stuck is not None:
-            found = _among_stuck(view, name, rules.stuck, config, inspector)
-            if found is None:
-                return name, reason, ()
-            reason = _further(reason, found)
-            continue
-        # What stands around the next candidate is mostly known from the last one: that question is the cheaper one.
-        for other in (name, *inspector.around(scene, name).all):
-            if other not in ungraspable:
-                ungraspable[other] = not inspector.graspable_at_all(scene, other)
-            if ungraspable[other]:
-                reason = _further(reason, Reason.CANNOT_BE_GRASPED)
-                break
-        else:
-            if not inspector.graspable_at_first(view, name, config.first_looks):
-                return name, reason, ()
-            reason = _further(reason, Reason.TRIVIAL)
-    return "", reason, tuple(name for name, bad in ungraspable.items() if bad)
-
-
-def _among_stuck(
-    view: SceneView, name: str, wanted: int, config: GenerationConfig, inspector: Inspector
-) -> Reason | None:
-    """Why an object is no target behind things that cannot be grasped; None if it is one."""
-    scene = view.problem
-    stuck = (o for o in before(view, name, inspector) if not inspector.graspable_at_all(scene, o))
-    if sum(1 for _ in stuck) < wanted:
-        return Reason.NOTHING_STUCK
-    if not inspector.graspable_at_all(scene, name):
-        return Reason.CANNOT_BE_GRASPED
-    return Reason.TRIVIAL if inspector.graspable_at_first(view, name, config.first_looks) else None
-
-
-def _further(one: Reason, other: Reason) -> Reason:
-    return max(one, other, key=list(Reason).index)
-
-
-def _candidates(
-    view: SceneView, config: GenerationConfig, inspector: Inspector, rng: np.random.Generator
-) -> list[str]:
-    """Objects that are hidden as wanted, in random order; where any will do, visible ones come last."""
-    rules = RULES[config.family]
-    models = Counter(o.model for o in view.problem.objects)
-    # The target's description must be unique in the scene.
-    unique = [o.name for o in view.problem.objects if models[o.model] == 1]
-    groups = {name: inspector.hiddenness(view, name) for name in unique}
-    shuffled = [unique[i] for i in rng.permutation(len(unique))]
-    if rules.copies:
-        shuffled = [name for name in shuffled if is_marked(view, name)]
-    if rules.unseen:
-        shuffled = [name for name in shuffled if view.pixels(name) == 0]
-    wanted = rules.hidden or config.hidden
-    if wanted == "any":
-        return sorted(shuffled, key=lambda name: groups[name] is Hiddenness.VISIBLE)
-    return [name for name in shuffled if groups[name].value == wanted]
 
 
 def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict[str, Scalar]:
