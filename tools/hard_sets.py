@@ -2,7 +2,7 @@
 
 torc problems generate --family absent --structured --objects 8-14 --seed 7100000 --count 14 --out candidates
 torc problems generate --family absent-twin --structured --objects 8-14 --seed 7100000 --count 14 --out candidates
-python -m benchmarks.oracle --problems candidates --seeds 1 --budget 24 --likely --out answers
+python -m benchmarks.oracle --problems candidates --seeds 1 --budget 16 --likely --out answers
 python -m tools.hard_sets --family absent --candidates candidates --answers answers --out chosen
 """
 

@@ -7,7 +7,7 @@ import numpy as np
 from torc.generation.config import Family, Reason, RejectedError
 from torc.generation.inspection import Inspector, SceneView
 from torc.objects.library import load_object
-from torc.objects.names import SUFFIX, base_name
+from torc.objects.names import SUFFIX, marked_description
 from torc.problems.problem import Problem
 from torc.sim.settling import UNSEEN
 from torc.sim.stillness import StillnessConfig, watch_stillness
@@ -37,41 +37,34 @@ def before(view: SceneView, target: str, inspector: Inspector) -> tuple[str, ...
 
 
 def with_copies(models: list[str], copies: int) -> list[str]:
-    """The models of a scene, where one is the target with a mark, and as many others as wanted are copies without it.
-    The first that is large enough for its mark to be seen is taken; none is changed where there are too few models.
+    """The models of a scene, where as many others as wanted are copies of one, any of which may become the target. The
+    first that is large enough for a mark to be seen is taken; none is changed where there are too few models.
     """
-    fitting = [name for name in models if min(object_size(name)) >= LARGE_ENOUGH_M]
+    fitting = [name for name in models if min(load_object(name).size_m[1:]) >= LARGE_ENOUGH_M]
     if not copies or not fitting or len(models) < copies + 2:
         return models
     others = [name for name in models if name != fitting[0]]
-    return [fitting[0] + SUFFIX, *[fitting[0]] * copies, *others[copies:]]
-
-
-def object_size(model: str) -> tuple[float, float]:
-    """Width and height of a model's front, metres."""
-    _, width_m, height_m = load_object(model).size_m
-    return width_m, height_m
-
-
-def is_marked(view: SceneView, name: str) -> bool:
-    """Whether an object has the mark."""
-    return base_name(_model(view, name)) is not None
+    return [fitting[0]] * (copies + 1) + others[copies:]
 
 
 def copy_in_sight(view: SceneView, target: str) -> bool:
-    """Whether at least half of some copy of a marked target is in sight: it could be taken for the target."""
-    base = base_name(_model(view, target))
-    return any(o.model == base and view.fraction(o.name) >= 0.5 for o in view.problem.objects)
-
-
-def _model(view: SceneView, name: str) -> str:
-    return next(o.model for o in view.problem.objects if o.name == name)
+    """Whether at least half of some copy of a target is in sight: it could be taken for the target."""
+    model = next(o.model for o in view.problem.objects if o.name == target)
+    return any(
+        o.model == model and o.name != target and view.fraction(o.name) >= 0.5 for o in view.problem.objects
+    )
 
 
 def finished(problem: Problem, family: Family, inspector: Inspector, stillness: StillnessConfig) -> Problem:
     """The problem of a family, from one with its target in place. Raises RejectedError if the scene without the target
     does not stay as it is: then the look would tell that it is gone.
     """
+    if family is Family.LOOK_ALIKES:
+        # The mark changes nothing but what is seen.
+        marked = tuple(
+            replace(o, model=o.model + SUFFIX) if o.name == problem.target else o for o in problem.objects
+        )
+        return replace(problem, objects=marked, description=marked_description(problem.description))
     if family not in (Family.ABSENT, Family.ABSENT_TWIN):
         return problem
     rest = tuple(o for o in problem.objects if o.name != problem.target)

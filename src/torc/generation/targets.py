@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from torc.generation.config import RULES, GenerationConfig, Hiddenness, Reason
-from torc.generation.families import COVERS, before, copy_in_sight, hiders, is_marked
+from torc.generation.families import COVERS, before, copy_in_sight, hiders
 from torc.generation.inspection import Inspector, SceneView
 
 
@@ -66,12 +66,10 @@ def _candidates(
     """Objects that are hidden as wanted, in random order; where any will do, visible ones come last."""
     rules = RULES[config.family]
     models = Counter(o.model for o in view.problem.objects)
-    # The target's description must be unique in the scene.
-    unique = [o.name for o in view.problem.objects if models[o.model] == 1]
+    # The target's description must be unique in the scene; one of several copies gets a mark.
+    unique = [o.name for o in view.problem.objects if (models[o.model] > 1) == bool(rules.copies)]
     groups = {name: inspector.hiddenness(view, name) for name in unique}
     shuffled = [unique[i] for i in rng.permutation(len(unique))]
-    if rules.copies:
-        shuffled = [name for name in shuffled if is_marked(view, name)]
     if rules.unseen:
         shuffled = [name for name in shuffled if view.pixels(name) == 0]
     wanted = rules.hidden or config.hidden
