@@ -200,7 +200,7 @@ class ListCommand:
     """List the shipped problems, or those of one set or directory."""
 
     set: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[SET]")] = ""
-    """A shipped set (torc40, validation, torc-hard/absent ...), a directory of problem files, or several
+    """A shipped set (torc40, validation, validation-ur5e, validation-panda), a directory of problem files, or several
     with commas between; all shipped ones if not given."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 

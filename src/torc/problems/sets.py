@@ -1,5 +1,5 @@
 """The problem sets that come with torc: `torc40` to compare task planners on, `validation` to tune them on, and
-`validation-ur5e` and `validation-panda`, which are made for other robots; `torc-hard/...`: families of harder ones."""
+`validation-ur5e` and `validation-panda`, which are made for other robots. A set may lie in a directory of sets."""
 
 import os
 from functools import cache
