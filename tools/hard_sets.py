@@ -66,7 +66,7 @@ def choose(family: Family, candidates: Iterable[Answered], rule: Rule) -> list[t
         (c.problem.category, c.seed): c for c in found if c.problem.origin["family"] == Family.ABSENT_TWIN
     }
     taken: Counter[str] = Counter()
-    chosen = []
+    chosen: list[tuple[Answered, ...]] = []
     for c in found:
         category = c.problem.category
         if c.problem.origin["family"] != family or taken[category] == rule.each.get(category, 0):
