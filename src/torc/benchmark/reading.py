@@ -152,6 +152,7 @@ def _row(directory: Path, spec: TrialSpec, result: Mapping[str, Any] | None, **m
         facts |= {name: bool(said[name]) for name in ("retrieved", "held_target")}
         facts |= {name: int(said[name]) for name in ("picks", "drops")}
         facts |= {"end": str(said["end"]), "bound": str(said.get("bound", ""))}
+        facts["absent"] = bool(said.get("target_absent", False))
         facts["picked"] = tuple(_picks(directory / "events.jsonl", _problem(spec.problem)))
     elif result is not None:
         facts |= {"cause": str(said.get("cause", "raised")), "error": str(said.get("error", ""))}

@@ -8,7 +8,7 @@ from typing import Any
 
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint, fingerprint
-from torc.objects.library import builtin_object_names, find_stored
+from torc.objects.library import find_stored, object_facts
 from torc.problems.problem import Problem
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
@@ -212,13 +212,14 @@ def problem_fingerprint(problem: Problem) -> str:
 
     Models that come with torc are settled by its version; the user's own count with their files.
     """
-    builtin = set(builtin_object_names())
-    own = {o.model for o in problem.objects} - builtin
+    own = {o.model for o in problem.ordered() if not object_facts(o.model).builtin}
     objects = [
         [o.name, o.model, *([float(v) for v in vector] for vector in (o.position, o.wxyz))]
         for o in problem.objects
     ]
-    facts = {"description": problem.description, "target": problem.target, "objects": objects}
+    facts: dict[str, Any] = {"description": problem.description, "target": problem.target, "objects": objects}
+    if problem.absent:
+        facts["target_model"] = problem.target_model
     return fingerprint(facts | {"models": {name: _own_object(name) for name in sorted(own)}})
 
 

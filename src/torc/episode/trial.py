@@ -191,6 +191,8 @@ def _play(
     # A planner may know how sure it is that its costs are the least.
     bound = getattr(planner, "bound", None)
     facts = {"status": "completed", **result_facts(result)}
+    if problem.absent:
+        facts["target_absent"] = True
     return facts | {"bound": bound.value} if isinstance(bound, Bound) else facts
 
 
