@@ -111,8 +111,8 @@ class Answer:
         }
 
     def save_pictures(self, directory: Path) -> None:
-        """Write seen.png (the marked image) and, if the planner has one, graph.png; the numbers in them are labels. Also
-        sent_1.png and so on, the pictures that a model was sent; the numbers in them are torc's own.
+        """Write seen.png (the marked image) and, if the planner has one, graph.png; the numbers in them are labels.
+        Also sent_1.png and so on, the pictures that a model was sent; the numbers in those are torc's own.
         """
         chosen, labels = self.decision.object_id, self.labels
         seen = mark_image(self.look.context.scene, highlight=chosen, labels=labels)

@@ -37,8 +37,8 @@ def _cells(rows: Sequence[TrialRow]) -> tuple[str, ...]:
         f"{sum(calls) / len(rows):.1f}",
         f"{of_completed / picks:.2f}" if picks else "",
         *(_mean(_known([getattr(r, name) for r in rows])) for name in ("tokens_sent", "tokens_written")),
-        "" if costs is None else f"{sum(costs) / len(costs):.4f} {unit}",
-        "" if costs is None else f"{sum(costs):.2f} {unit}",
+        "" if costs is None else f"{sum(costs) / len(costs):.4g} {unit}",
+        "" if costs is None else f"{sum(costs):.4g} {unit}",
     )
 
 
