@@ -44,9 +44,10 @@ class Shown:
 def shown(scene: SegmentedScene, way: PictureConfig) -> list[Shown]:
     """Every visible object in a picture of the scene."""
     rgb, label = shown_part(scene, way)
-    marked = cv2.imdecode(np.frombuffer(pictures_of(scene, way)[0].png, np.uint8), cv2.IMREAD_COLOR)[
-        ..., ::-1
-    ]
+    marked = np.asarray(
+        cv2.imdecode(np.frombuffer(pictures_of(scene, way)[0].png, np.uint8), cv2.IMREAD_COLOR)
+    )
+    marked = marked[..., ::-1]
     before, after = (
         cv2.cvtColor(np.ascontiguousarray(image, dtype=np.float32) / 255, cv2.COLOR_RGB2LAB)
         for image in (rgb, marked)

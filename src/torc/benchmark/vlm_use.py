@@ -17,6 +17,6 @@ def vlm_facts(told: Any) -> dict[str, Any]:
         count = told.get(entry)
         facts[name] = count if type(count) is int and count >= 0 else None
     cost, currency = told.get("cost"), told.get("currency")
-    known = isinstance(cost, int | float) and not isinstance(cost, bool) and isfinite(cost) and cost >= 0
-    facts["vlm_cost"] = float(cost) if known else None
+    number = float(cost) if isinstance(cost, int | float) and not isinstance(cost, bool) else -1.0
+    facts["vlm_cost"] = number if isfinite(number) and number >= 0 else None
     return facts | {"currency": currency[:_MAX_CURRENCY] if isinstance(currency, str) else ""}
