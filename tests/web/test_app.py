@@ -32,6 +32,16 @@ def test_the_viewer_serves_a_whole_trial(client):
     assert client.get("/").body.startswith(b"<!doctype html>")
 
 
+def test_the_viewer_shows_what_a_model_was_sent(client, recorded):
+    picks = recorded / "boxes" / "picks"
+    for name in ("00_sent_1.png", "00_sent_2.png"):
+        (picks / name).write_bytes((picks / "00_seen.png").read_bytes() + name.encode())
+    base = f"/api/trials/{client.get('/api/trials').json['trials'][0]['key']}/picks"
+    assert [client.get(f"{base}/{pick}").json["sent"] for pick in (0, 1)] == [2, 0]
+    assert client.get(f"{base}/0/sent/1.png").body == (picks / "00_sent_2.png").read_bytes()
+    assert client.get(f"{base}/0/sent/2.png").status == 404
+
+
 def test_what_is_not_there_is_not_found(client):
     key = client.get("/api/trials").json["trials"][0]["key"]
     trial = ("nothing", "..%2f..%2fetc", f"{key}/picks/99", f"{key}/picks/-1", f"{key}/video.mp4")

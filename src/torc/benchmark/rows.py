@@ -75,6 +75,8 @@ class TrialRow:
         participant: its planner saw what planners see. Else it is a reference.
         bound: how sure ORACLE is that no planner can do with less, see `Bound`; "" where that is not known.
         absent: the target is not on the table, so that giving up is right.
+        vlm_calls: replies of the model that the planner asked; None where it asks none, or that is not recorded.
+        tokens_sent, tokens_written, vlm_cost: of all those; None where a reply did not tell, or nobody told prices.
     """
 
     id: str
@@ -99,6 +101,11 @@ class TrialRow:
     participant: bool = True
     bound: str = ""
     absent: bool = False
+    vlm_calls: int | None = None
+    tokens_sent: int | None = None
+    tokens_written: int | None = None
+    vlm_cost: float | None = None
+    currency: str = ""
 
     @property
     def completed(self) -> bool:

@@ -15,6 +15,7 @@ from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec, TrialSpec, settings_text
 from torc.specs.variants import varied
 from torc.vlm.config import VlmConfig
+from torc.vlm.picture_config import PictureConfig
 from torc.vlm.simulated.profiles import find_profile
 
 ID_FORMAT = "torc-bench-trial/2"
@@ -230,6 +231,11 @@ def vlm_facts(vlm: VlmConfig | None) -> dict[str, Any] | None:
     names = ("provider", "url", "model", "thinking", "max_output_tokens", "seeded", "structured")
     facts = {name: getattr(vlm, name) for name in names}
     facts["temperature"] = None if vlm.temperature is None else float(vlm.temperature)
+    # Only where they are given: trials that were played before there were such settings keep their ids.
+    if vlm.picture != PictureConfig():
+        facts["picture"] = asdict(vlm.picture)
+    if vlm.prompt is not None:
+        facts["prompt"] = vlm.prompt.digest
     return facts | ({"simulated": asdict(find_profile(vlm.model))} if vlm.simulated else {})
 
 

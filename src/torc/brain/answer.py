@@ -111,10 +111,14 @@ class Answer:
         }
 
     def save_pictures(self, directory: Path) -> None:
-        """Write seen.png (the marked image) and, if the planner has one, graph.png; the numbers in them are labels."""
+        """Write seen.png (the marked image) and, if the planner has one, graph.png; the numbers in them are labels.
+        Also sent_1.png and so on, the pictures that a model was sent; the numbers in those are torc's own.
+        """
         chosen, labels = self.decision.object_id, self.labels
         seen = mark_image(self.look.context.scene, highlight=chosen, labels=labels)
         write_png(directory / "seen.png", seen)
+        for number, picture in enumerate(self.decision.pictures, start=1):
+            (directory / f"sent_{number}.png").write_bytes(picture)
         graph = draw_decision(self.decision, labels)
         if graph is not None:
             write_png(directory / "graph.png", graph)

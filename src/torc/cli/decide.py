@@ -76,6 +76,7 @@ class DecideCommand:
         """Print the decision; the exit code is 3 if there is nothing to pick."""
         from torc.brain import answer_text, decide_frame, load_frame, rehearse
         from torc.episode.planners import refuse_simulated
+        from torc.errors import InputError
         from torc.pipeline.warm_up import announced_compilation
         from torc.records.files import write_json
         from torc.stages import ASKING
@@ -91,6 +92,12 @@ class DecideCommand:
         looks_for_target = model is not None and not masked and not (wanted.mark or wanted.pictures)
         finder = open_client(model, self.vlm.cache()) if model is not None and looks_for_target else None
         asks = self.planner in ASKING or not looks_for_target
+        if model is not None and model.words and not asks:
+            raise InputError(
+                "The model only looks for the target here, which it does by pictures and a prompt of torc's own: leave "
+                "out --vlm-marks, --vlm-plain, --vlm-crop, --vlm-longest-side and --vlm-prompt, or name a planner that "
+                f"asks a model ({', '.join(ASKING)})."
+            )
         options = planner_options(self.planner, maker, model if asks else None, self.vlm.cache())
         planner = make_planner(self.planner, **options)
         robot = None if self.robot == "none" else self.robot

@@ -19,6 +19,7 @@ from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
 from torc.benchmark.report.real import real_sections
 from torc.benchmark.report.scores import BOUNDS, give_ups_table, score_summary, scores_table, within_table
 from torc.benchmark.report.trials import KEY, failures, trial_board
+from torc.benchmark.report.vlm import vlm_table
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import write_tables
 from torc.errors import InputError
@@ -91,6 +92,7 @@ def _sections(
         tables.measures_table(table, planners),
         *tables.causes_tables(table, planners),
         tables.promises_table(table, planners),
+        vlm_table(table, planners),
         beaten_table(table),
         tables.errors_table(table),
     ]
