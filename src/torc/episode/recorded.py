@@ -29,6 +29,8 @@ from torc.specs.files import RecordedSpec, from_plain
 from torc.specs.trial import TrialSpec
 
 LOG, VIDEO = "events.jsonl", "video.mp4"
+BELIEF = "belief.png"
+"""End of the name of a pick's file, where its planner has left a belief of where the target is."""
 MAX_TRIALS, MAX_DEPTH = 20_000, 6
 _MAX_PICTURE_BYTES = 32 * 2**20
 _PNG = b"\x89PNG\r\n\x1a\n"
@@ -67,11 +69,11 @@ class RecordedTrial:
 
     def picture(self, number: int) -> bytes:
         """The marked image of a pick, PNG. Raises InputError if it is missing or no PNG."""
-        path = self._pick_path(number, "seen.png")
-        picture = read_bytes(path, _MAX_PICTURE_BYTES, "the picture of a pick")
-        if not picture.startswith(_PNG):
-            raise InputError(f"{path} is no PNG picture.")
-        return picture
+        return _read_png(self._pick_path(number, "seen.png"), "the picture of a pick")
+
+    def belief(self, number: int) -> bytes:
+        """The belief of a pick over the image, PNG, where the planner left one. Raises InputError as `picture`."""
+        return _read_png(self._pick_path(number, BELIEF), "the picture of a belief")
 
     def view(self, number: int) -> PickView | None:
         """What the planner saw, in full; None where it was not recorded. Raises InputError if it is damaged."""
@@ -87,6 +89,13 @@ class RecordedTrial:
     def _pick_path(self, number: int, name: str) -> Path:
         self.pick(number)
         return self.directory / "picks" / f"{number:02d}_{name}"
+
+
+def _read_png(path: Path, what: str) -> bytes:
+    picture = read_bytes(path, _MAX_PICTURE_BYTES, what)
+    if not picture.startswith(_PNG):
+        raise InputError(f"{path} is no PNG picture.")
+    return picture
 
 
 def read_trial(directory: Path) -> RecordedTrial:

@@ -64,9 +64,7 @@ def complete(
     center = body.center
     turned, outward = turned_half(points, center), turned_half(normals, np.zeros(3))
     keep = ~_contradicted(turned, object_id, volume) & ~_seen_already(turned, points, 1.5 * config.voxel_m)
-    return Completion(
-        turned[keep], outward[keep], center, body.view, body.size_m, body.seen_depth_m
-    )
+    return Completion(turned[keep], outward[keep], center, body.view, body.size_m, body.seen_depth_m)
 
 
 def assumed_body(

@@ -75,6 +75,7 @@ def make_app(site: Site, token: str | None, port: int) -> Starlette:
         Route("/api/trials/{key}/video.mp4", app.video),
         Route(pick, app.pick),
         Route(f"{pick}/seen.png", app.picture),
+        Route(f"{pick}/belief.png", app.belief),
         Route(f"{pick}/small.jpg", app.small_picture),
         Route(f"{pick}/arrays", app.arrays),
     ]
@@ -130,6 +131,9 @@ class _App:
 
     def picture(self, request: Request) -> Response:
         return Response(self._read(request).picture(request.path_params["pick"]), media_type="image/png")
+
+    def belief(self, request: Request) -> Response:
+        return Response(self._read(request).belief(request.path_params["pick"]), media_type="image/png")
 
     def small_picture(self, request: Request) -> Response:
         small = thumbnail(self._read(request), request.path_params["pick"])

@@ -42,7 +42,9 @@ def _holds(box: Float[np.ndarray, "8"], x: float, y: float, z: float, scale: flo
 
 
 @njit(cache=True)
-def _enters(box: Float[np.ndarray, "8"], eye: Float[np.ndarray, "3"], x: float, y: float, z: float, scale: float) -> bool:
+def _enters(
+    box: Float[np.ndarray, "8"], eye: Float[np.ndarray, "3"], x: float, y: float, z: float, scale: float
+) -> bool:
     """Whether the way from the eye to a point meets a box that is scaled about its centre (slab test)."""
     ex, ey, ez = eye[0] - box[0], eye[1] - box[1], eye[2] - box[2]
     dx, dy, dz = x - eye[0], y - eye[1], z - eye[2]
@@ -67,8 +69,42 @@ def _enters(box: Float[np.ndarray, "8"], eye: Float[np.ndarray, "3"], x: float, 
 
 
 @njit(cache=True)
+def extended_down(boxes: Boxes, seen: Bool[np.ndarray, "nx ny nz"], frame: Float[np.ndarray, "4"]) -> Boxes:
+    """The boxes, each longer downwards: as long as the voxels below its centre were never seen and its lower side meets
+    no other box, as these were.
+    """
+    nx, ny, _ = seen.shape
+    out = boxes.copy()
+    for n in range(boxes.shape[0]):
+        x, y, bottom = boxes[n, 0], boxes[n, 1], boxes[n, 2] - boxes[n, 5]
+        i, j, k = (
+            _voxel(x, frame[0], frame[3]),
+            _voxel(y, frame[1], frame[3]),
+            _voxel(bottom, frame[2], frame[3]) - 1,
+        )
+        if i < 0 or j < 0 or i >= nx or j >= ny:
+            continue
+        low = bottom
+        while 0 <= k < seen.shape[2] and not seen[i, j, k]:
+            z, meets = frame[2] + frame[3] * k, False
+            for m in range(boxes.shape[0]):
+                meets = meets or (m != n and _holds(boxes[m], x, y, z + 0.5 * frame[3], 1.0))
+            if meets:
+                break
+            low = z
+            k -= 1
+        top = boxes[n, 2] + boxes[n, 5]
+        out[n, 2], out[n, 5] = 0.5 * (top + low), 0.5 * (top - low)
+    return out
+
+
+@njit(cache=True)
 def fit_shares(
-    poses: Boxes, bodies: Boxes, scale: float, seen: Bool[np.ndarray, "nx ny nz"], frame: Float[np.ndarray, "4"]
+    poses: Boxes,
+    bodies: Boxes,
+    scale: float,
+    seen: Bool[np.ndarray, "nx ny nz"],
+    frame: Float[np.ndarray, "4"],
 ) -> Float[np.ndarray, "n 2"]:
     """Per pose the share of its points in voxels that were never seen, and the share inside the scaled bodies."""
     nx, ny, nz = seen.shape
@@ -76,7 +112,11 @@ def fit_shares(
     for n in range(poses.shape[0]):
         for number in range(POINTS):
             x, y, z = _point(poses[n], number)
-            i, j, k = _voxel(x, frame[0], frame[3]), _voxel(y, frame[1], frame[3]), _voxel(z, frame[2], frame[3])
+            i, j, k = (
+                _voxel(x, frame[0], frame[3]),
+                _voxel(y, frame[1], frame[3]),
+                _voxel(z, frame[2], frame[3]),
+            )
             if 0 <= i < nx and 0 <= j < ny and 0 <= k < nz and not seen[i, j, k]:
                 out[n, 0] += 1.0 / POINTS
             for m in range(bodies.shape[0]):
@@ -87,7 +127,9 @@ def fit_shares(
 
 
 @njit(cache=True)
-def settle(poses: Boxes, bodies: Boxes, bits: UInt64[np.ndarray, "m"], slack: float) -> UInt64[np.ndarray, "n"]:
+def settle(
+    poses: Boxes, bodies: Boxes, bits: UInt64[np.ndarray, "m"], slack: float
+) -> UInt64[np.ndarray, "n"]:
     """Let each pose fall, in place, onto the highest body below its centre; the bit of that body, 0 where none is.
 
     A body counts as below if its top is at most `slack` above the pose's lower side.
@@ -97,7 +139,9 @@ def settle(poses: Boxes, bodies: Boxes, bits: UInt64[np.ndarray, "m"], slack: fl
         bottom, best = poses[n, 2] - poses[n, 5], -np.inf
         for m in range(bodies.shape[0]):
             top = bodies[m, 2] + bodies[m, 5]
-            if best < top <= bottom + slack and _holds(bodies[m], poses[n, 0], poses[n, 1], bodies[m, 2], 1.0):
+            if best < top <= bottom + slack and _holds(
+                bodies[m], poses[n, 0], poses[n, 1], bodies[m, 2], 1.0
+            ):
                 best, on[n] = top, bits[m]
         if best > -np.inf:
             poses[n, 2] = best + poses[n, 5]
@@ -126,7 +170,11 @@ def hider_masks(
     for n in range(poses.shape[0]):
         for number in range(POINTS):
             x, y, z = _point(poses[n], number)
-            i, j, k = _voxel(x, frame[0], frame[3]), _voxel(y, frame[1], frame[3]), _voxel(z, frame[2], frame[3])
+            i, j, k = (
+                _voxel(x, frame[0], frame[3]),
+                _voxel(y, frame[1], frame[3]),
+                _voxel(z, frame[2], frame[3]),
+            )
             if i < 0 or j < 0 or k < 0 or i >= nx or j >= ny or k >= nz or seen[i, j, k]:
                 continue
             hidden[n, number] = True

@@ -46,7 +46,7 @@ def ways_of(context: PlanningContext, relations: Sequence[DependencyEdge]) -> di
     """The ways to grasp each object in sight; `relations` tell what lies on it."""
     grasps, report = context.grasps, context.report
     seen_bits = sum(1 << k for k in context.scene.ids)
-    on_it = {k: 0 for k in context.scene.ids}
+    on_it = dict.fromkeys(context.scene.ids, 0)
     for r in relations:
         if r.kind == EdgeKind.BELOW:
             on_it[r.source] |= 1 << r.target
@@ -99,7 +99,7 @@ def target_costs(
             left = max(picks_left - members.bit_count(), 0)
             missing = 0.0 if members == 0 else (1 - config.grasp_survives) ** count * config.fewest_grasps
             on_it = (way.on_it & ~gone).bit_count()
-            out[row] = expected_picks(p, config.lost_share, left) + missing + config.dropped * on_it
+            out[row] = expected_picks(p, config.lost_share, left) + missing + config.loaded * on_it
     return out
 
 

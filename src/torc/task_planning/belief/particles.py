@@ -13,7 +13,7 @@ from jaxtyping import Float, Int64, UInt64
 
 from torc.geometry.transforms import kernel_array
 from torc.records import OcclusionVolume, VoxelGrid
-from torc.task_planning.belief.bodies import Bodies
+from torc.task_planning.belief.bodies import Bodies, grid_frame
 from torc.task_planning.belief.box_kernels import Boxes, fit_shares, settle
 from torc.task_planning.belief.settings import ParticleConfig
 
@@ -30,7 +30,8 @@ class Particles:
         poses: boxes as `box_kernels` take them, world frame.
         weights: sum to 1, unless there is no particle.
         rests_on: bit of the object in sight that each lies on, 0 for none.
-        room: share of all places on the support at which the target would not have been seen.
+        room: share of all places on the support at which the target would not have been seen; 1 where none of the
+            proposals were there.
     """
 
     poses: Boxes
@@ -40,11 +41,6 @@ class Particles:
 
     def __len__(self) -> int:
         return len(self.weights)
-
-
-def grid_frame(grid: VoxelGrid) -> Float[np.ndarray, "4"]:
-    """A grid's frame as the kernels take it."""
-    return np.array([*grid.origin, grid.voxel_size_m], dtype=float)
 
 
 def hidden_voxels(volume: OcclusionVolume) -> Int64[np.ndarray, "n 3"]:
@@ -69,7 +65,7 @@ def propose(
     shares = fit_shares(poses, bodies.boxes, config.body_scale, seen, grid_frame(volume.grid))
     weights = fit_weights(shares, config)
     nx, ny, _ = volume.grid.shape
-    room = float(weights[:standing].mean()) * columns / (nx * ny) if standing else float("nan")
+    room = float(weights[:standing].mean()) * columns / (nx * ny) if standing else 1.0
     # Every stratum keeps its share: the first ones of each that fit.
     kept = np.flatnonzero(weights > 0)
     if len(kept) > config.most:

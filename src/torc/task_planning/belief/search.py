@@ -2,11 +2,11 @@
 
 What a set of removals shows does not depend on their order, so a state is the set S of objects that are gone:
 
-    V(S) = min over k of  c(k, S) W(S) + sum over places that S + k reveals and S does not of w_i togo_i(S + k) + V(S + k)
+    V(S) = min over k of  c(k, S) W(S) + sum over i of w_i togo_i(S + k) + V(S + k)
 
-c(k, S) is the cost of removing k then, W(S) the weight of the places that S does not reveal, togo_i what it takes to
-fetch the target from place i once it is in sight. After `depth` removals, every place that is still hidden costs a
-fixed price.
+c(k, S) is the cost of removing k then, W(S) the weight of the places that S does not reveal; i are the places that
+S + k reveals and S does not, w_i their weights, togo_i what it takes to fetch the target from there. After `depth`
+removals, every place that is still hidden costs a fixed price.
 """
 
 from collections.abc import Sequence
@@ -18,10 +18,9 @@ from jaxtyping import Bool, Float, Int64, UInt32
 
 from torc.task_planning.belief.hiding import Belief
 from torc.task_planning.belief.search_kernels import best_order, picks_after, revealed_by, step_prices
+from torc.task_planning.belief.settings import HidingConfig
 
 _NEVER = np.uint32(0xFFFFFFFF)
-_BITS = 31
-"""Candidates that a mask has room for: its last bit stands for what cannot be removed."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +82,7 @@ class Places:
 def places_of(
     belief: Belief,
     candidates: Sequence[int],
-    reveal_share: float,
-    front_share: float,
+    config: HidingConfig,
     suspects: dict[int, float] | None = None,
 ) -> Places:
     """The belief in terms of the candidates; `suspects` are the chances that a candidate is itself the target."""
@@ -93,11 +91,13 @@ def places_of(
     count = belief.hidden.sum(axis=1)
     points = np.where(belief.hidden, compress(belief.masks, candidates, others=True), _NEVER)
     points[belief.masks == 0] = _NEVER
-    needed = np.maximum(np.ceil(reveal_share * count - 1e-9), 1).astype(np.int64)
+    needed = np.maximum(np.ceil(config.reveal_share * count - 1e-9), 1).astype(np.int64)
     front = np.zeros(len(belief), np.uint32)
     for i, k in enumerate(candidates):
         hidden_points = ((belief.masks >> np.uint64(k)) & np.uint64(1)).sum(axis=1)
-        front |= np.where(hidden_points >= front_share * np.maximum(count, 1), 1 << i, 0).astype(np.uint32)
+        front |= np.where(hidden_points >= config.front_share * np.maximum(count, 1), 1 << i, 0).astype(
+            np.uint32
+        )
     columns = [
         np.sort(points, axis=1),
         needed.astype(np.uint32)[:, None],
@@ -112,11 +112,9 @@ def places_of(
         rows = np.concatenate([rows, np.array([[bit] * 27 + [27, 0, 0, 0, 1]], dtype=np.uint32)])
         weights = np.append(weights, p)
     everything = np.array([(1 << len(candidates)) - 1], dtype=np.uint32)
-    possible = revealed_by(
-        np.ascontiguousarray(rows[:, :27]), rows[:, 27].astype(np.int64), everything
-    )[:, 0]
+    possible = revealed_by(np.ascontiguousarray(rows[:, :27]), rows[:, 27].astype(np.int64), everything)[:, 0]
     kept, inverse = np.unique(rows[possible], axis=0, return_inverse=True)
-    summed = np.bincount(inverse.ravel(), weights[possible], minlength=len(kept))
+    summed = np.bincount(inverse.ravel(), weights[possible], minlength=len(kept)).astype(float)
     return Places(
         summed,
         np.ascontiguousarray(kept[:, :27]),
@@ -184,9 +182,7 @@ def plan_search(places: Places, costs: Float[np.ndarray, "s n"], sets: Sets, pri
     base_still = np.array([prices.base, prices.still_blocking])
     togo = picks_after(places.above, places.front, sets.masks, prices.fees, base_still)
     togo[places.found] = 0.0
-    steps = step_prices(
-        places.weights, revealed, togo, places.rests_on, costs, sets.following, prices.fallen
-    )
+    steps = step_prices(places.weights, revealed, togo, places.rests_on, costs, sets.following, prices.fallen)
     left = (places.weights[:, None] * ~revealed).sum(axis=0)
     at_end = ~np.isfinite(steps).any(axis=1)
     return order_removals(steps, np.where(at_end, left * prices.unfound, np.inf), sets)

@@ -35,6 +35,7 @@ class ParticleConfig:
         inside_share: a proposal may lie with this share inside bodies in sight at no loss.
         most_inside_share: with this share inside it does not fit; 1 leaves bodies out of the test.
         body_scale: scale of the bodies in sight for that test, about their centres: they are boxes around them.
+        reach_down: bodies whose lower ends are out of sight go on down to the support or the next body.
     """
 
     proposals: int = 12_000
@@ -48,6 +49,7 @@ class ParticleConfig:
     inside_share: float = 0.1
     most_inside_share: float = 0.3
     body_scale: float = 0.85
+    reach_down: bool = True
 
     def __post_init__(self) -> None:
         if self.proposals < 1 or self.most < 1 or self.fewest < 1:
@@ -110,7 +112,8 @@ class PriceConfig:
 
     Attributes:
         hold: a removal costs 1 / p(hold) picks. Off: 1 pick, whatever its grasp.
-        dropped: removing an object, or taking the target, while another one lies on it, for each that does.
+        dropped: removing an object while another one lies on it, for each that does.
+        loaded: taking the target while an object lies on it, for each that does.
         fallen: removing an object on which the hidden target lies; 0 to leave that out.
         lost_share: share of the failed tries with the target that lose it, and with it all picks that are left.
         still_blocking: chance that an object which hides much of a particle still blocks the target's grasps once it
@@ -123,6 +126,7 @@ class PriceConfig:
 
     hold: bool = True
     dropped: float = 1.5
+    loaded: float = 4.0
     fallen: float = 0.5
     lost_share: float = 0.15
     still_blocking: float = 0.5
@@ -132,7 +136,7 @@ class PriceConfig:
     worth_waiting: float = 0.25
 
     def __post_init__(self) -> None:
-        prices = self.dropped, self.fallen, self.fewest_grasps, self.unfound, self.worth_waiting
+        prices = self.dropped, self.loaded, self.fallen, self.fewest_grasps, self.unfound, self.worth_waiting
         if min(prices) < 0:
             raise InputError("prices must not be negative.")
         if not all(0 <= p <= 1 for p in (self.lost_share, self.still_blocking, self.grasp_survives)):
