@@ -5,7 +5,14 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from torc.task_planning.belief.costs import Ways, removal_costs, target_costs
+from torc.task_planning.belief.costs import (
+    LEAST_P,
+    UNREMOVABLE,
+    Ways,
+    clearing_costs,
+    removal_costs,
+    target_costs,
+)
 from torc.task_planning.belief.hiding import Belief
 from torc.task_planning.belief.search import (
     Places,
@@ -33,7 +40,7 @@ def random_places(rng: np.random.Generator, n: int, places: int) -> Places:
     )  # fmt: skip
 
 
-def price_of(order, places: Places, cost_of, prices: SearchPrices, depth: int) -> float:
+def price_of(order, places: Places, cost_of, clearing_of, prices: SearchPrices) -> float:
     """What an order of removals costs, step by step, by the words of the module alone."""
     gone, total = 0, 0.0
     shown = np.zeros(len(places.weights), bool)
@@ -46,17 +53,29 @@ def price_of(order, places: Places, cost_of, prices: SearchPrices, depth: int) -
             clear = sum(int(mask) & ~after == 0 for mask in places.points[i])
             if clear >= places.needed[i]:
                 shown[i] = True
-                own += 0.0 if places.found[i] else fetching(places, i, after, prices)
+                own += 0.0 if places.found[i] else fetching(places, i, after, clearing_of, prices)
             total += weight * own
         gone = after
-    return total + prices.unfound * places.weights[~shown].sum()
+    for i in np.flatnonzero(~shown):
+        total += places.weights[i] * (
+            prices.detour * straight_for(places, i, gone, clearing_of) + prices.base
+        )
+    return total
 
 
-def fetching(places: Places, i: int, gone: int, prices: SearchPrices) -> float:
+def straight_for(places: Places, i: int, gone: int, clearing_of) -> float:
+    """The price of clearing the cheapest points, as many as are needed."""
+    points = [int(mask) for mask in places.points[i] if mask != NEVER]
+    each = [sum(clearing_of(gone, k) for k in range(8) if mask & ~gone & 1 << k) for mask in points]
+    return sorted(each)[: places.needed[i]][-1] if each else 0.0
+
+
+def fetching(places: Places, i: int, gone: int, clearing_of, prices: SearchPrices) -> float:
     picks = prices.base
-    for k, fee in enumerate(prices.fees):
+    for k in range(5):
         if gone >> k & 1:
             continue
+        fee = clearing_of(gone, k)
         if int(places.above[i]) >> k & 1:
             picks += fee
         elif int(places.front[i]) >> k & 1:
@@ -72,14 +91,18 @@ def test_the_order_is_the_cheapest_of_all(seed):
     costs = rng.uniform(1, 3, (len(sets.masks), n))
     costs[rng.random(costs.shape) < 0.15] = np.inf
     costs[1:][~np.isfinite(costs[1:]).any(axis=1)] = 2.0
-    prices = SearchPrices(rng.uniform(1, 2, n), 1.1, 0.5, 0.7, 3.0)
+    clearing = rng.uniform(1, 4, costs.shape)
+    prices = SearchPrices(1.1, 0.5, 0.7, 1.5)
     number = {int(m): s for s, m in enumerate(sets.masks)}
 
     def cost_of(gone, k):
         return costs[number[gone], k]
 
-    plan = plan_search(places, costs, sets, prices)
-    orders = {o: price_of(o, places, cost_of, prices, depth) for o in permutations(range(n), depth)}
+    def clearing_of(gone, k):
+        return clearing[number[gone], k]
+
+    plan = plan_search(places, costs, clearing, sets, prices)
+    orders = {o: price_of(o, places, cost_of, clearing_of, prices) for o in permutations(range(n), depth)}
     assert plan.price == pytest.approx(min(orders.values()), abs=1e-9)
     assert orders[plan.order] == pytest.approx(plan.price, abs=1e-9)
     for k in range(n):
@@ -96,9 +119,9 @@ def test_a_dead_end_is_charged_for_what_is_still_hidden():
     sets = sets_up_to(2, 2)
     costs = np.full((4, 2), np.inf)
     costs[0, 0] = 1.0
-    plan = plan_search(places, costs, sets, SearchPrices(np.ones(2), 1.0, 0.0, 0.0, 5.0))
+    plan = plan_search(places, costs, np.full((4, 2), 4.0), sets, SearchPrices(1.0, 0.0, 0.0, 1.5))
     assert plan.order == (0,)
-    assert plan.price == pytest.approx(1.0 + 0.4 * 1.0 + 0.6 * 5.0, abs=1e-12)
+    assert plan.price == pytest.approx(1.0 + 0.4 * 1.0 + 0.6 * (1.5 * 4.0 + 1.0), abs=1e-12)
 
 
 def random_belief(rng: np.random.Generator, n: int) -> Belief:
@@ -137,14 +160,13 @@ def test_a_suspect_is_found_by_its_own_removal():
 
 
 def ways(now: float, *grasps: tuple[float, int], on_it: int = 0) -> Ways:
-    return Ways(now, tuple(p for p, _ in grasps), tuple(b for _, b in grasps), on_it)
+    return Ways.of(now, grasps, on_it)
 
 
 def cheapest(target: Ways, others: dict[int, Ways], candidates, config=CERTAIN, picks_left: int = 10):
     sets = sets_up_to(len(candidates), 3)
-    masks = sets.masks.tolist()
-    steps = removal_costs(others, candidates, masks, config)
-    plan = order_removals(steps, target_costs(target, candidates, masks, picks_left, config), sets)
+    steps = removal_costs(others, candidates, sets.masks, config)
+    plan = order_removals(steps, target_costs(target, candidates, sets.masks, picks_left, config), sets)
     return tuple(candidates[i] for i in plan.order), plan.price
 
 
@@ -176,3 +198,31 @@ def test_a_doubtful_target_waits_for_a_better_grasp(p, waits):
     assert order == ((1,) if later < now else ())
     assert bool(order) == waits
     assert price == pytest.approx(min(now, later), abs=1e-12)
+
+
+def test_clearing_an_object_counts_what_blocks_its_cheapest_grasp():
+    others = {1: ways(0.0, (0.5, 0b100), (0.8, 0b1100)), 2: ways(0.5, (0.5, 0)), 3: ways(0.0)}
+    masks = sets_up_to(2, 2).masks
+    costs = clearing_costs(others, (1, 2), masks, PriceConfig())
+    by_one, by_both = 1 / 0.5 + 1 / 0.5, 1 / 0.8 + 1 / 0.5 + 1 / LEAST_P
+    assert costs[0, 0] == pytest.approx(min(by_one, by_both))
+    assert costs[list(masks).index(0b10), 0] == pytest.approx(1 / 0.5)
+    assert clearing_costs(others, (3,), sets_up_to(1, 1).masks, PriceConfig())[0, 0] == UNREMOVABLE
+
+
+def test_what_shows_nothing_is_not_removed_before_the_way_to_what_does():
+    """2 hides all of it, but is blocked by 1; 3 and 4 are easily removed, to no effect."""
+    others = {
+        1: ways(0.6, (0.6, 0)),
+        2: ways(0.0, (0.6, 0b10)),
+        3: ways(1.0, (1.0, 0)),
+        4: ways(1.0, (1.0, 0)),
+    }
+    masks = np.full((10, 27), 1 << 2, dtype=np.uint64)
+    none, zeros = np.zeros(10, np.uint64), np.zeros((10, 64))
+    belief = Belief(np.zeros((10, 8)), np.full(10, 0.1), masks, masks > 0, zeros, none, none, 1.0, 10)
+    candidates, sets = (2, 1, 3, 4), sets_up_to(4, 1)
+    places = places_of(belief, candidates, HidingConfig())
+    costs = [f(others, candidates, sets.masks, PriceConfig()) for f in (removal_costs, clearing_costs)]
+    plan = plan_search(places, *costs, sets, SearchPrices(1.1, 0.5, 0.5, 1.5))
+    assert candidates[plan.order[0]] == 1

@@ -48,6 +48,7 @@ def _obstacles(way: Ways, ways: dict[int, Ways]) -> list[int]:
     found = [k for k in ways if way.on_it >> k & 1]
     if way.now:
         return found
-    for _, _, bits in sorted({(b.bit_count(), -p, b) for p, b in zip(way.scores, way.blockers) if b}):
+    sets = zip(way.best.tolist(), way.blockers.tolist())
+    for _, _, bits in sorted((b.bit_count(), -p, b) for p, b in sets if b):
         found += [k for k in ways if bits >> k & 1 and k not in found]
     return found

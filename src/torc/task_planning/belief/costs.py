@@ -1,10 +1,10 @@
 """What it costs to remove an object, or to take the target, once other objects are gone."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int64, UInt32, UInt64
 
 from torc.records import GraspStatus, PlanningContext
 from torc.task_planning.belief.settings import PriceConfig
@@ -13,39 +13,54 @@ from torc.task_planning.graph import DependencyEdge, EdgeKind
 
 LEAST_P = 0.05
 """No grasp is taken to be worse than this."""
-_USABLE = GraspStatus.VALID, GraspStatus.BLOCKED, GraspStatus.UNLIKELY
+UNREMOVABLE = 10.0
+"""What it costs at most to clear an object away that no known grasp removes."""
+_FREE = GraspStatus.VALID, GraspStatus.UNLIKELY
 
 
 @dataclass(frozen=True)
 class Ways:
-    """How an object can be grasped: probabilities, and per grasp the objects that must be gone first, as bits.
+    """How an object can be grasped.
 
     Attributes:
         now: probability of the best grasp that is valid now; 0 where none is.
-        scores, blockers: of its grasps that are valid, held back, or only blocked by objects in sight.
+        blockers: the different sets of objects that block its grasps, as bits; 0 for grasps that nothing blocks. Grasps
+            that are not valid for other reasons are left out.
+        best: the best probability among the grasps that each set blocks.
+        counts: how many grasps each set blocks.
         on_it: bits of the objects that lie on it.
     """
 
     now: float
-    scores: tuple[float, ...]
-    blockers: tuple[int, ...]
+    blockers: UInt64[np.ndarray, "g"]
+    best: Float[np.ndarray, "g"]
+    counts: Int64[np.ndarray, "g"]
     on_it: int = 0
 
-    def after(self, gone: int) -> tuple[float, int]:
-        """The best probability once these objects are gone, and the number of grasps that there are then."""
-        open_now = [p for p, b in zip(self.scores, self.blockers) if b & ~gone == 0]
-        return max(open_now, default=0.0), len(open_now)
+    @classmethod
+    def of(cls, now: float, grasps: Iterable[tuple[float, int]], on_it: int = 0) -> "Ways":
+        """From (probability, blockers as bits) of each grasp."""
+        grasps = list(grasps)
+        p = np.array([max(row[0], LEAST_P) for row in grasps], dtype=float)
+        sets, inverse = np.unique(np.array([row[1] for row in grasps], dtype=np.uint64), return_inverse=True)
+        best = np.zeros(len(sets))
+        np.maximum.at(best, inverse.ravel(), p)
+        counts = np.bincount(inverse.ravel(), minlength=len(sets)).astype(np.int64)
+        return cls(max(now, LEAST_P) if now else 0.0, sets, best, counts, on_it)
 
-    @property
-    def best(self) -> float:
-        """The best probability if everything in the way were gone."""
-        return max(self.scores, default=0.0)
+    def open_after(self, gone: UInt64[np.ndarray, "s"]) -> Bool[np.ndarray, "s g"]:
+        """Which sets of blockers are gone with each set of objects."""
+        return (self.blockers[None] & ~gone[:, None]) == 0
+
+    def after(self, gone: UInt64[np.ndarray, "s"]) -> Float[np.ndarray, "s"]:
+        """The best probability once these objects are gone; 0 where there is no grasp then."""
+        return (self.open_after(gone) * self.best[None]).max(axis=1, initial=0.0)
 
 
 def ways_of(context: PlanningContext, relations: Sequence[DependencyEdge]) -> dict[int, Ways]:
     """The ways to grasp each object in sight; `relations` tell what lies on it."""
     grasps, report = context.grasps, context.report
-    seen_bits = sum(1 << k for k in context.scene.ids)
+    in_sight = sum(1 << k for k in context.scene.ids)
     on_it = dict.fromkeys(context.scene.ids, 0)
     for r in relations:
         if r.kind == EdgeKind.BELOW:
@@ -54,55 +69,81 @@ def ways_of(context: PlanningContext, relations: Sequence[DependencyEdge]) -> di
     for k in context.scene.ids:
         of = np.flatnonzero(grasps.object_ids == k)
         status, score, by = report.status[of], grasps.scores[of], report.blockers[of]
-        rows = [
-            (max(float(p), LEAST_P), int(b) if s == GraspStatus.BLOCKED else 0)
-            for s, p, b in zip(status.tolist(), score.tolist(), by.tolist())
-            if s in _USABLE and not (s == GraspStatus.BLOCKED and (b == 0 or b & ~seen_bits))
-        ]
         valid = score[status == GraspStatus.VALID]
-        now = max(float(valid.max()), LEAST_P) if len(valid) else 0.0
-        out[k] = Ways(now, tuple(p for p, _ in rows), tuple(b for _, b in rows), on_it[k])
+        blocked = status == GraspStatus.BLOCKED
+        usable = np.isin(status, _FREE) | (blocked & (by != 0) & ((by & ~np.uint64(in_sight)) == 0))
+        rows = zip(score[usable].tolist(), np.where(blocked, by, np.uint64(0))[usable].tolist())
+        out[k] = Ways.of(float(valid.max(initial=0.0)), rows, on_it[k])
     return out
 
 
 def removal_costs(
-    ways: dict[int, Ways],
+    ways: Mapping[int, Ways],
     candidates: Sequence[int],
-    sets: Sequence[int],
+    masks: UInt32[np.ndarray, "s"],
     config: PriceConfig,
 ) -> Float[np.ndarray, "s n"]:
     """Picks to remove each candidate after each set of candidates is gone (bit i for candidates[i]); infinite where
-    it has no grasp then. In the first set, which must be empty, only grasps that are valid now count.
+    it has no grasp then, or is gone. In the empty set only grasps that are valid now count.
     """
-    out = np.full((len(sets), len(candidates)), np.inf)
-    for row, members in enumerate(sets):
-        gone = as_bits(members, candidates)
-        for column, k in enumerate(candidates):
-            if members >> column & 1:
-                continue
-            p = ways[k].now if members == 0 else ways[k].after(gone)[0]
-            if p > 0:
-                on_it = (ways[k].on_it & ~gone).bit_count()
-                out[row, column] = (1 / p if config.hold else 1.0) + config.dropped * on_it
+    gone = as_bits(masks, candidates)
+    out = np.full((len(masks), len(candidates)), np.inf)
+    for column, k in enumerate(candidates):
+        p = np.where(masks == 0, ways[k].now, ways[k].after(gone))
+        possible = (p > 0) & (masks >> np.uint32(column) & np.uint32(1) == 0)
+        price = 1 / np.maximum(p, LEAST_P) if config.hold else np.ones(len(p))
+        out[:, column] = np.where(possible, price + config.dropped * _count(ways[k].on_it, gone), np.inf)
+    return out
+
+
+def clearing_costs(
+    ways: Mapping[int, Ways],
+    candidates: Sequence[int],
+    masks: UInt32[np.ndarray, "s"],
+    config: PriceConfig,
+) -> Float[np.ndarray, "s n"]:
+    """Picks to remove each candidate, and what blocks it, after each set of candidates is gone: by its cheapest grasp,
+    each of whose blockers costs as much as by its own best one. A guess for what is not planned yet.
+    """
+    gone = as_bits(masks, candidates)
+    out = np.full((len(masks), len(candidates)), UNREMOVABLE)
+    fees = {k: 1 / max(way.best.max(initial=0.0), LEAST_P) if config.hold else 1.0 for k, way in ways.items()}
+    for column, k in enumerate(candidates):
+        way = ways[k]
+        if not len(way.best):
+            continue
+        left = way.blockers[None] & ~gone[:, None]
+        price = np.tile(1 / way.best if config.hold else np.ones(len(way.best)), (len(masks), 1))
+        for j, fee in fees.items():
+            price += fee * ((left >> np.uint64(j)) & np.uint64(1))
+        out[:, column] = np.minimum(price.min(axis=1), UNREMOVABLE)
     return out
 
 
 def target_costs(
-    way: Ways, candidates: Sequence[int], sets: Sequence[int], picks_left: int, config: PriceConfig
+    way: Ways, candidates: Sequence[int], masks: UInt32[np.ndarray, "s"], picks_left: int, config: PriceConfig
 ) -> Float[np.ndarray, "s"]:
     """Picks to take a target in sight after each set of candidates is gone; infinite where it has no grasp then."""
-    out = np.full(len(sets), np.inf)
-    for row, members in enumerate(sets):
-        gone = as_bits(members, candidates)
-        p, count = (way.now, 0) if members == 0 else way.after(gone)
+    gone = as_bits(masks, candidates)
+    probability, count = way.after(gone), way.open_after(gone) @ way.counts
+    out = np.full(len(masks), np.inf)
+    for row, mask in enumerate(masks.tolist()):
+        p = float(probability[row]) if mask else way.now
         if p > 0:
-            left = max(picks_left - members.bit_count(), 0)
-            missing = 0.0 if members == 0 else (1 - config.grasp_survives) ** count * config.fewest_grasps
-            on_it = (way.on_it & ~gone).bit_count()
-            out[row] = expected_picks(p, config.lost_share, left) + missing + config.loaded * on_it
+            missing = (1 - config.grasp_survives) ** int(count[row]) * config.fewest_grasps if mask else 0.0
+            left = max(picks_left - mask.bit_count(), 0)
+            out[row] = expected_picks(p, config.lost_share, left) + missing
+    return out + config.loaded * _count(way.on_it, gone)
+
+
+def as_bits(masks: UInt32[np.ndarray, "s"], candidates: Sequence[int]) -> UInt64[np.ndarray, "s"]:
+    """Sets of candidates (bit i for candidates[i]) with a bit k for object id k."""
+    out = np.zeros(len(masks), np.uint64)
+    for i, k in enumerate(candidates):
+        out |= (masks.astype(np.uint64) >> np.uint64(i) & np.uint64(1)) << np.uint64(k)
     return out
 
 
-def as_bits(members: int, candidates: Sequence[int]) -> int:
-    """A set of candidates (bit i for candidates[i]) with a bit k for object id k."""
-    return sum(1 << k for i, k in enumerate(candidates) if members >> i & 1)
+def _count(bits: int, gone: UInt64[np.ndarray, "s"]) -> Int64[np.ndarray, "s"]:
+    """How many of these objects are not gone."""
+    return np.bitwise_count(np.uint64(bits) & ~gone).astype(np.int64)

@@ -7,7 +7,7 @@ import numpy as np
 from torc.records import PlanningContext
 from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.candidates import candidates_of, suspects_of
-from torc.task_planning.belief.costs import Ways, removal_costs
+from torc.task_planning.belief.costs import Ways, clearing_costs, removal_costs
 from torc.task_planning.belief.hiding import Belief, believe
 from torc.task_planning.belief.particles import propose
 from torc.task_planning.belief.search import Places, Plan, SearchPrices, places_of, plan_search, sets_up_to
@@ -15,8 +15,6 @@ from torc.task_planning.belief.settings import BeliefConfig, GiveUpConfig
 
 _TARGET_PICKS = 1.1
 """Picks to take the target once it can be grasped."""
-_LEAST_FEE_P = 0.25
-"""What an object's best grasp is taken for at least, where it is only in the way."""
 
 
 @dataclass(frozen=True)
@@ -65,12 +63,11 @@ def search_target(
     candidates = candidates_of(belief, suspects, ways, config.search)
     places = places_of(belief, candidates, config.hiding, suspects)
     sets = sets_up_to(len(candidates), min(config.search.depth, max(context.picks_left - 1, 1)))
-    costs = removal_costs(ways, candidates, sets.masks.tolist(), config.prices)
-    fees = np.array([1 / max(ways[k].best, _LEAST_FEE_P) for k in candidates])
     p = config.prices
-    plan = plan_search(
-        places, costs, sets, SearchPrices(fees, _TARGET_PICKS, p.still_blocking, p.fallen, p.unfound)
-    )
+    costs = removal_costs(ways, candidates, sets.masks, p)
+    clearing = clearing_costs(ways, candidates, sets.masks, p)
+    prices = SearchPrices(_TARGET_PICKS, p.still_blocking, p.fallen, p.detour)
+    plan = plan_search(places, costs, clearing, sets, prices)
     return Search(belief, candidates, places, plan, presence(belief.room, config.give_up), suspects)
 
 

@@ -6,7 +6,7 @@ What a set of removals shows does not depend on their order, so a state is the s
 
 c(k, S) is the cost of removing k then, W(S) the weight of the places that S does not reveal; i are the places that
 S + k reveals and S does not, w_i their weights, togo_i what it takes to fetch the target from there. After `depth`
-removals, every place that is still hidden costs a fixed price.
+removals, a place that is still hidden costs what it takes to clear it, by a guess, times a detour.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int64, UInt32
 
 from torc.task_planning.belief.hiding import Belief
-from torc.task_planning.belief.search_kernels import best_order, picks_after, revealed_by, step_prices
+from torc.task_planning.belief.search_kernels import (
+    best_order,
+    picks_after,
+    prices_to_reveal,
+    revealed_by,
+    step_prices,
+)
 from torc.task_planning.belief.settings import HidingConfig
 
 _NEVER = np.uint32(0xFFFFFFFF)
@@ -165,24 +171,33 @@ def order_removals(steps: Float[np.ndarray, "s n"], stop: Float[np.ndarray, "s"]
 
 @dataclass(frozen=True)
 class SearchPrices:
-    """Prices of a search for a hidden target, in picks: `fees` to remove each candidate, whenever; `base` to take the
-    target once it can be grasped; the others as in `PriceConfig`.
+    """Prices of a search for a hidden target, in picks: `base` to take the target once it can be grasped; the others as
+    in `PriceConfig`.
     """
 
-    fees: Float[np.ndarray, "n"]
     base: float
     still_blocking: float
     fallen: float
-    unfound: float
+    detour: float
 
 
-def plan_search(places: Places, costs: Float[np.ndarray, "s n"], sets: Sets, prices: SearchPrices) -> Plan:
-    """The order of removals for a hidden target; `costs` by set and candidate, infinite where it cannot be done."""
+def plan_search(
+    places: Places,
+    costs: Float[np.ndarray, "s n"],
+    clearing: Float[np.ndarray, "s n"],
+    sets: Sets,
+    prices: SearchPrices,
+) -> Plan:
+    """The order of removals for a hidden target. `costs` by set and candidate, infinite where it cannot be done then;
+    `clearing` what it would cost in the end, with all that is in the way.
+    """
     revealed = places.revealed(sets.masks)
     base_still = np.array([prices.base, prices.still_blocking])
-    togo = picks_after(places.above, places.front, sets.masks, prices.fees, base_still)
+    togo = picks_after(places.above, places.front, sets.masks, clearing, base_still)
     togo[places.found] = 0.0
     steps = step_prices(places.weights, revealed, togo, places.rests_on, costs, sets.following, prices.fallen)
-    left = (places.weights[:, None] * ~revealed).sum(axis=0)
     at_end = ~np.isfinite(steps).any(axis=1)
-    return order_removals(steps, np.where(at_end, left * prices.unfound, np.inf), sets)
+    hidden_at_end = ~revealed & at_end[None]
+    direct = prices_to_reveal(places.points, places.needed, sets.masks, clearing, hidden_at_end)
+    outlook = places.weights @ (hidden_at_end * (prices.detour * direct + prices.base))
+    return order_removals(steps, np.where(at_end, outlook, np.inf), sets)

@@ -33,7 +33,7 @@ def picks_after(
     above: UInt32[np.ndarray, "c"],
     front: UInt32[np.ndarray, "c"],
     sets: UInt32[np.ndarray, "s"],
-    fees: Float[np.ndarray, "n"],
+    fees: Float[np.ndarray, "s n"],
     base_still: Float[np.ndarray, "2"],
 ) -> Float[np.ndarray, "c s"]:
     """Picks to fetch the target from each place once it is in sight and a set is gone.
@@ -44,14 +44,61 @@ def picks_after(
     out = np.full((above.shape[0], sets.shape[0]), base_still[0])
     for c in range(above.shape[0]):
         for s in range(sets.shape[0]):
-            for k in range(fees.shape[0]):
+            for k in range(fees.shape[1]):
                 bit = _ONE << np.uint32(k)
                 if sets[s] & bit != _ZERO:
                     continue
                 if above[c] & bit != _ZERO:
-                    out[c, s] += fees[k]
+                    out[c, s] += fees[s, k]
                 elif front[c] & bit != _ZERO:
-                    out[c, s] += base_still[1] * fees[k]
+                    out[c, s] += base_still[1] * fees[s, k]
+    return out
+
+
+@njit(cache=True)
+def prices_to_reveal(
+    points: UInt32[np.ndarray, "c p"],
+    needed: Int64[np.ndarray, "c"],
+    sets: UInt32[np.ndarray, "s"],
+    clearing: Float[np.ndarray, "s n"],
+    wanted: Bool[np.ndarray, "c s"],
+) -> Float[np.ndarray, "c s"]:
+    """What it takes to bring a place into sight once a set is gone, where that is wanted: the price of clearing away
+    all that hides a point of it, for the cheapest points; 0 elsewhere.
+
+    Only points that candidates alone hide can be cleared; there must be `needed` of them. Points with the same mask
+    stand beside each other, so each price is worked out once.
+    """
+    out = np.zeros(wanted.shape)
+    price, count = np.empty(points.shape[1]), np.empty(points.shape[1], np.int64)
+    beyond = _ONE << np.uint32(clearing.shape[1])
+    for c in range(points.shape[0]):
+        for s in range(sets.shape[0]):
+            if not wanted[c, s]:
+                continue
+            kinds = 0
+            for p in range(points.shape[1]):
+                if points[c, p] >= beyond:
+                    continue
+                if p > 0 and points[c, p] == points[c, p - 1]:
+                    count[kinds - 1] += 1
+                    continue
+                price[kinds], count[kinds] = 0.0, 1
+                for k in range(clearing.shape[1]):
+                    if points[c, p] & ~sets[s] & (_ONE << np.uint32(k)) != _ZERO:
+                        price[kinds] += clearing[s, k]
+                kinds += 1
+            left, most = needed[c], 0.0
+            while left > 0 and kinds > 0:
+                least = 0
+                for i in range(1, kinds):
+                    if price[i] < price[least]:
+                        least = i
+                most = price[least]
+                left -= count[least]
+                kinds -= 1
+                price[least], count[least] = price[kinds], count[kinds]
+            out[c, s] = most
     return out
 
 

@@ -120,7 +120,8 @@ class PriceConfig:
             is in sight.
         fewest_grasps: the price of a grasp that is not there after all, where a plan counts on one that is blocked
             now; each such grasp turns out to be there with a chance of `grasp_survives`.
-        unfound: for every pick that the search does not look at any more: what it takes to find what is still hidden.
+        detour: what is still hidden where the search ends takes this many times what it would take to go straight for
+            it: there are other places to look at first.
         worth_waiting: a target that can be grasped waits only if clearing something first saves more than this.
     """
 
@@ -132,11 +133,11 @@ class PriceConfig:
     still_blocking: float = 0.5
     fewest_grasps: float = 1.0
     grasp_survives: float = 0.2
-    unfound: float = 3.0
+    detour: float = 1.5
     worth_waiting: float = 0.25
 
     def __post_init__(self) -> None:
-        prices = self.dropped, self.loaded, self.fallen, self.fewest_grasps, self.unfound, self.worth_waiting
+        prices = self.dropped, self.loaded, self.fallen, self.fewest_grasps, self.detour, self.worth_waiting
         if min(prices) < 0:
             raise InputError("prices must not be negative.")
         if not all(0 <= p <= 1 for p in (self.lost_share, self.still_blocking, self.grasp_survives)):

@@ -34,9 +34,8 @@ def free_target(context: PlanningContext, ways: dict[int, Ways], config: BeliefC
     """
     candidates = with_obstacles([TARGET_ID], ways, config.search.candidates + 1)[1:]
     sets = sets_up_to(len(candidates), min(config.search.depth, max(context.picks_left - 1, 0)))
-    masks = sets.masks.tolist()
-    steps = removal_costs(ways, candidates, masks, config.prices)
-    stop = target_costs(ways[TARGET_ID], candidates, masks, context.picks_left, config.prices)
+    steps = removal_costs(ways, candidates, sets.masks, config.prices)
+    stop = target_costs(ways[TARGET_ID], candidates, sets.masks, context.picks_left, config.prices)
     plan, now = order_removals(steps, stop, sets), float(stop[0])
     if np.isfinite(now) and now <= plan.price + config.prices.worth_waiting:
         return Access((), now, now)
