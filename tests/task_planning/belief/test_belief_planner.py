@@ -47,6 +47,7 @@ def test_it_conforms(case):
     check_case(BeliefPlanner, case)
 
 
+GREEDY = BeliefConfig(search=SearchConfig(depth=1))
 ABLATIONS = {
     "particles.proposals": 2000,
     "particles.target_size_m": [0.05, 0.05, 0.1],
@@ -164,6 +165,19 @@ def test_a_target_that_can_be_grasped_is_taken_and_what_lies_on_it_goes_first():
     decision = decide(contexts.behind_context())
     assert decision.object_id == 1
     assert decision.evidence["belief"]["order"] == [1]
+
+
+def test_a_target_that_is_deep_down_is_made_way_for():
+    """0 waits for 1, 1 for 2, and 2 for 3: more than a greedy search can see."""
+    shapes = [box(k, 0.55 + 0.08 * (k % 2), -0.3 + 0.15 * k, (0.04, 0.04, 0.06)) for k in range(5)]
+    blocked = {0: [(1,)], 1: [(2,)], 2: [(3,)]}
+    context = make_context(shapes, valid={3: 2, 4: 5}, blocked=blocked)
+    decision = decide(context)
+    assert decision.evidence["belief"]["order"] == [3, 2, 1]
+    assert "once 3, 2 and 1 are gone the target 0 can be taken" in decision.reason
+    greedy = decide(make_context(shapes, valid={1: 1, 4: 5}, blocked={0: [(1, 2)], 2: [(4,)]}), GREEDY)
+    assert greedy.object_id == 1
+    assert "still blocked" in greedy.reason
 
 
 def test_where_it_does_not_know_it_chooses_as_dg_select():

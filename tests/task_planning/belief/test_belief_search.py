@@ -9,6 +9,7 @@ from torc.task_planning.belief.costs import (
     LEAST_P,
     UNREMOVABLE,
     Ways,
+    as_bits,
     clearing_costs,
     removal_costs,
     target_costs,
@@ -203,11 +204,11 @@ def test_a_doubtful_target_waits_for_a_better_grasp(p, waits):
 def test_clearing_an_object_counts_what_blocks_its_cheapest_grasp():
     others = {1: ways(0.0, (0.5, 0b100), (0.8, 0b1100)), 2: ways(0.5, (0.5, 0)), 3: ways(0.0)}
     masks = sets_up_to(2, 2).masks
-    costs = clearing_costs(others, (1, 2), masks, PriceConfig())
+    costs = clearing_costs(others, (1, 2), as_bits(masks, (1, 2)), PriceConfig())
     by_one, by_both = 1 / 0.5 + 1 / 0.5, 1 / 0.8 + 1 / 0.5 + 1 / LEAST_P
     assert costs[0, 0] == pytest.approx(min(by_one, by_both))
     assert costs[list(masks).index(0b10), 0] == pytest.approx(1 / 0.5)
-    assert clearing_costs(others, (3,), sets_up_to(1, 1).masks, PriceConfig())[0, 0] == UNREMOVABLE
+    assert clearing_costs(others, (3,), np.zeros(1, np.uint64), PriceConfig())[0, 0] == UNREMOVABLE
 
 
 def test_what_shows_nothing_is_not_removed_before_the_way_to_what_does():
@@ -223,6 +224,7 @@ def test_what_shows_nothing_is_not_removed_before_the_way_to_what_does():
     belief = Belief(np.zeros((10, 8)), np.full(10, 0.1), masks, masks > 0, zeros, none, none, 1.0, 10)
     candidates, sets = (2, 1, 3, 4), sets_up_to(4, 1)
     places = places_of(belief, candidates, HidingConfig())
-    costs = [f(others, candidates, sets.masks, PriceConfig()) for f in (removal_costs, clearing_costs)]
-    plan = plan_search(places, *costs, sets, SearchPrices(1.1, 0.5, 0.5, 1.5))
+    costs = removal_costs(others, candidates, sets.masks, PriceConfig())
+    clearing = clearing_costs(others, candidates, as_bits(sets.masks, candidates), PriceConfig())
+    plan = plan_search(places, costs, clearing, sets, SearchPrices(1.1, 0.5, 0.5, 1.5))
     assert candidates[plan.order[0]] == 1

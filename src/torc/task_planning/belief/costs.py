@@ -97,23 +97,19 @@ def removal_costs(
 
 
 def clearing_costs(
-    ways: Mapping[int, Ways],
-    candidates: Sequence[int],
-    masks: UInt32[np.ndarray, "s"],
-    config: PriceConfig,
+    ways: Mapping[int, Ways], wanted: Sequence[int], gone: UInt64[np.ndarray, "s"], config: PriceConfig
 ) -> Float[np.ndarray, "s n"]:
-    """Picks to remove each candidate, and what blocks it, after each set of candidates is gone: by its cheapest grasp,
-    each of whose blockers costs as much as by its own best one. A guess for what is not planned yet.
+    """Picks to remove each wanted object, and what blocks it, after each set of objects is gone (bit k for id k): by
+    its cheapest grasp, each of whose blockers costs as much as by its own best one. A guess for what is not planned.
     """
-    gone = as_bits(masks, candidates)
-    out = np.full((len(masks), len(candidates)), UNREMOVABLE)
+    out = np.full((len(gone), len(wanted)), UNREMOVABLE)
     fees = {k: 1 / max(way.best.max(initial=0.0), LEAST_P) if config.hold else 1.0 for k, way in ways.items()}
-    for column, k in enumerate(candidates):
+    for column, k in enumerate(wanted):
         way = ways[k]
         if not len(way.best):
             continue
         left = way.blockers[None] & ~gone[:, None]
-        price = np.tile(1 / way.best if config.hold else np.ones(len(way.best)), (len(masks), 1))
+        price = np.tile(1 / way.best if config.hold else np.ones(len(way.best)), (len(gone), 1))
         for j, fee in fees.items():
             price += fee * ((left >> np.uint64(j)) & np.uint64(1))
         out[:, column] = np.minimum(price.min(axis=1), UNREMOVABLE)

@@ -7,7 +7,7 @@ import numpy as np
 from torc.records import PlanningContext
 from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.candidates import candidates_of, suspects_of
-from torc.task_planning.belief.costs import Ways, clearing_costs, removal_costs
+from torc.task_planning.belief.costs import Ways, as_bits, clearing_costs, removal_costs
 from torc.task_planning.belief.hiding import Belief, believe
 from torc.task_planning.belief.particles import propose
 from torc.task_planning.belief.search import Places, Plan, SearchPrices, places_of, plan_search, sets_up_to
@@ -65,7 +65,7 @@ def search_target(
     sets = sets_up_to(len(candidates), min(config.search.depth, max(context.picks_left - 1, 1)))
     p = config.prices
     costs = removal_costs(ways, candidates, sets.masks, p)
-    clearing = clearing_costs(ways, candidates, sets.masks, p)
+    clearing = clearing_costs(ways, candidates, as_bits(sets.masks, candidates), p)
     prices = SearchPrices(_TARGET_PICKS, p.still_blocking, p.fallen, p.detour)
     plan = plan_search(places, costs, clearing, sets, prices)
     return Search(belief, candidates, places, plan, presence(belief.room, config.give_up), suspects)

@@ -6,7 +6,14 @@ import numpy as np
 
 from torc.records import TARGET_ID, PlanningContext
 from torc.task_planning.belief.candidates import with_obstacles
-from torc.task_planning.belief.costs import Ways, removal_costs, target_costs
+from torc.task_planning.belief.costs import (
+    UNREMOVABLE,
+    Ways,
+    as_bits,
+    clearing_costs,
+    removal_costs,
+    target_costs,
+)
 from torc.task_planning.belief.search import order_removals, sets_up_to
 from torc.task_planning.belief.settings import BeliefConfig
 
@@ -17,13 +24,15 @@ class Access:
 
     Attributes:
         order: ids of the objects to remove before it is taken, in this order.
-        picks: expected picks, the target's own included; infinite where no removal frees it.
+        picks: expected picks, the target's own included; infinite where no removal is known to help.
         now: expected picks if it is taken at once; infinite where it cannot be.
+        frees: whether it can be grasped after these removals, as far as is known; else they only make way.
     """
 
     order: tuple[int, ...]
     picks: float
     now: float
+    frees: bool = True
 
 
 def free_target(context: PlanningContext, ways: dict[int, Ways], config: BeliefConfig) -> Access:
@@ -36,7 +45,16 @@ def free_target(context: PlanningContext, ways: dict[int, Ways], config: BeliefC
     sets = sets_up_to(len(candidates), min(config.search.depth, max(context.picks_left - 1, 0)))
     steps = removal_costs(ways, candidates, sets.masks, config.prices)
     stop = target_costs(ways[TARGET_ID], candidates, sets.masks, context.picks_left, config.prices)
-    plan, now = order_removals(steps, stop, sets), float(stop[0])
+    now = float(stop[0])
+    frees = np.isfinite(stop)
+    at_end = ~frees & ~np.isfinite(steps + np.where(sets.following < 0, np.inf, 0.0)).any(axis=1)
+    gone = as_bits(sets.masks[at_end], candidates)
+    guess = clearing_costs(ways, [TARGET_ID], gone, config.prices)[:, 0]
+    stop[at_end] = np.where(guess < UNREMOVABLE, config.prices.detour * guess, np.inf)
+    plan = order_removals(steps, stop, sets)
     if np.isfinite(now) and now <= plan.price + config.prices.worth_waiting:
         return Access((), now, now)
-    return Access(tuple(candidates[i] for i in plan.order), plan.price, now)
+    if not plan.order:
+        return Access((), np.inf, now)
+    end = int(np.flatnonzero(sets.masks == sum(1 << i for i in plan.order))[0])
+    return Access(tuple(candidates[i] for i in plan.order), plan.price, now, bool(frees[end]))

@@ -89,6 +89,9 @@ def access_reason(access: Access, target: int, called: Called) -> str:
         )
     first = access.order[0]
     gone = f"{_named(access.order, called)} {'is' if len(access.order) == 1 else 'are'} gone"
+    if not access.frees:
+        later = f", then {_named(access.order[1:], called)}" if len(access.order) > 1 else ""
+        return f"Pick {called(first)}{later}: that makes way for the target {called(target)}, which is still blocked."
     better = "can be taken" if np.isinf(access.now) else f"is better taken than now ({access.now:.1f} picks)"
     return f"Pick {called(first)}: once {gone} the target {called(target)} {better}. About {access.picks:.1f} picks."
 
