@@ -15,7 +15,6 @@ LEAST_P = 0.05
 """No grasp is taken to be worse than this."""
 UNREMOVABLE = 10.0
 """What it costs at most to clear an object away that no known grasp removes."""
-_FREE = GraspStatus.VALID, GraspStatus.UNLIKELY
 
 
 @dataclass(frozen=True)
@@ -24,8 +23,8 @@ class Ways:
 
     Attributes:
         now: probability of the best grasp that is valid now; 0 where none is.
-        blockers: the different sets of objects that block its grasps, as bits; 0 for grasps that nothing blocks. Grasps
-            that are not valid for other reasons are left out.
+        blockers: the different sets of objects that block its grasps, as bits; 0 for valid ones. Grasps that are not
+            valid for other reasons are left out: those held back as UNLIKELY are so after the next removal, too.
         best: the best probability among the grasps that each set blocks.
         counts: how many grasps each set blocks.
         on_it: bits of the objects that lie on it.
@@ -71,7 +70,7 @@ def ways_of(context: PlanningContext, relations: Sequence[DependencyEdge]) -> di
         status, score, by = report.status[of], grasps.scores[of], report.blockers[of]
         valid = score[status == GraspStatus.VALID]
         blocked = status == GraspStatus.BLOCKED
-        usable = np.isin(status, _FREE) | (blocked & (by != 0) & ((by & ~np.uint64(in_sight)) == 0))
+        usable = (status == GraspStatus.VALID) | (blocked & (by != 0) & ((by & ~np.uint64(in_sight)) == 0))
         rows = zip(score[usable].tolist(), np.where(blocked, by, np.uint64(0))[usable].tolist())
         out[k] = Ways.of(float(valid.max(initial=0.0)), rows, on_it[k])
     return out
@@ -92,6 +91,8 @@ def removal_costs(
         p = np.where(masks == 0, ways[k].now, ways[k].after(gone))
         possible = (p > 0) & (masks >> np.uint32(column) & np.uint32(1) == 0)
         price = 1 / np.maximum(p, LEAST_P) if config.hold else np.ones(len(p))
+        if not ways[k].now:
+            price = price + _missing(ways[k], gone, config)
         out[:, column] = np.where(possible, price + config.dropped * _count(ways[k].on_it, gone), np.inf)
     return out
 
@@ -121,15 +122,17 @@ def target_costs(
 ) -> Float[np.ndarray, "s"]:
     """Picks to take a target in sight after each set of candidates is gone; infinite where it has no grasp then."""
     gone = as_bits(masks, candidates)
-    probability, count = way.after(gone), way.open_after(gone) @ way.counts
-    out = np.full(len(masks), np.inf)
-    for row, mask in enumerate(masks.tolist()):
-        p = float(probability[row]) if mask else way.now
-        if p > 0:
-            missing = (1 - config.grasp_survives) ** int(count[row]) * config.fewest_grasps if mask else 0.0
-            left = max(picks_left - mask.bit_count(), 0)
-            out[row] = expected_picks(p, config.lost_share, left) + missing
-    return out + config.loaded * _count(way.on_it, gone)
+    p = np.where(masks == 0, way.now, way.after(gone))
+    missing = np.where(masks == 0, 0.0, _missing(way, gone, config))
+    left = np.maximum(picks_left - np.bitwise_count(masks).astype(int), 0)
+    tries = [expected_picks(float(row), config.lost_share, int(picks)) for row, picks in zip(p, left)]
+    return np.array(tries) + missing + config.loaded * _count(way.on_it, gone)
+
+
+def _missing(way: Ways, gone: UInt64[np.ndarray, "s"], config: PriceConfig) -> Float[np.ndarray, "s"]:
+    """The price of having counted on grasps that are blocked now: of few, none may be there in the end."""
+    count = way.open_after(gone) @ way.counts
+    return (1 - config.grasp_survives) ** count * config.fewest_grasps
 
 
 def as_bits(masks: UInt32[np.ndarray, "s"], candidates: Sequence[int]) -> UInt64[np.ndarray, "s"]:

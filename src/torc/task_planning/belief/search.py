@@ -121,13 +121,16 @@ def places_of(
     possible = revealed_by(np.ascontiguousarray(rows[:, :27]), rows[:, 27].astype(np.int64), everything)[:, 0]
     kept, inverse = np.unique(rows[possible], axis=0, return_inverse=True)
     summed = np.bincount(inverse.ravel(), weights[possible], minlength=len(kept)).astype(float)
+    above, front, rests_on, found = (np.ascontiguousarray(kept[:, 28 + c]) for c in range(4))
     return Places(
-        summed,
-        np.ascontiguousarray(kept[:, :27]),
-        kept[:, 27].astype(np.int64),
-        *(np.ascontiguousarray(kept[:, 28 + c]) for c in range(3)),
-        kept[:, 31] > 0,
-        float(weights[~possible].sum()),
+        weights=summed,
+        points=np.ascontiguousarray(kept[:, :27]),
+        needed=kept[:, 27].astype(np.int64),
+        above=above,
+        front=front,
+        rests_on=rests_on,
+        found=found > 0,
+        beyond=float(weights[~possible].sum()),
     )
 
 
