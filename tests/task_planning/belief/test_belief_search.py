@@ -133,7 +133,7 @@ def random_belief(rng: np.random.Generator, n: int) -> Belief:
     weights = rng.random(n)
     none = np.zeros(n, np.uint64)
     zeros = np.zeros((n, 64))
-    return Belief(np.zeros((n, 8)), weights / weights.sum(), masks, hidden, zeros, none, none, 1.0, n)
+    return Belief(np.zeros((n, 8)), weights / weights.sum(), masks, hidden, zeros, none, none, n)
 
 
 def test_places_that_are_merged_reveal_as_much_as_before():
@@ -221,7 +221,7 @@ def test_what_shows_nothing_is_not_removed_before_the_way_to_what_does():
     }
     masks = np.full((10, 27), 1 << 2, dtype=np.uint64)
     none, zeros = np.zeros(10, np.uint64), np.zeros((10, 64))
-    belief = Belief(np.zeros((10, 8)), np.full(10, 0.1), masks, masks > 0, zeros, none, none, 1.0, 10)
+    belief = Belief(np.zeros((10, 8)), np.full(10, 0.1), masks, masks > 0, zeros, none, none, 10)
     candidates, sets = (2, 1, 3, 4), sets_up_to(4, 1)
     places = places_of(belief, candidates, HidingConfig())
     costs = removal_costs(others, candidates, sets.masks, PriceConfig())

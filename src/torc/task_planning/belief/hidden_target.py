@@ -9,7 +9,7 @@ from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.candidates import candidates_of, suspects_of
 from torc.task_planning.belief.costs import Ways, as_bits, clearing_costs, removal_costs
 from torc.task_planning.belief.hiding import Belief, believe
-from torc.task_planning.belief.particles import propose
+from torc.task_planning.belief.particles import propose, unseen_room
 from torc.task_planning.belief.search import Places, Plan, SearchPrices, places_of, plan_search, sets_up_to
 from torc.task_planning.belief.settings import BeliefConfig, GiveUpConfig
 
@@ -23,6 +23,7 @@ class Search:
 
     Attributes:
         candidates: ids of the objects whose removal is considered; the numbers in `plan` and `places` count these.
+        room: share of the space over the support in which a target may be unseen (`unseen_room`).
         presence: chance that the target is there at all, after what was seen.
         suspects: chance of each object in sight to be the target.
     """
@@ -31,6 +32,7 @@ class Search:
     candidates: tuple[int, ...]
     places: Places
     plan: Plan
+    room: float
     presence: float
     suspects: dict[int, float]
 
@@ -68,13 +70,14 @@ def search_target(
     clearing = clearing_costs(ways, candidates, as_bits(sets.masks, candidates), p)
     prices = SearchPrices(_TARGET_PICKS, p.still_blocking, p.fallen, p.detour)
     plan = plan_search(places, costs, clearing, sets, prices)
-    return Search(belief, candidates, places, plan, presence(belief.room, config.give_up), suspects)
+    room = unseen_room(volume, bodies, config.give_up.size_m, config.give_up.proposals, rng)
+    return Search(belief, candidates, places, plan, room, presence(room, config.give_up), suspects)
 
 
 def presence(room: float, config: GiveUpConfig) -> float:
     """Chance that the target is there though no look has shown it (Bayes' rule).
 
-    Had it been anywhere on the support, all places alike, it would have been seen in all but the share `room` of them.
+    Had it been anywhere over the support, all columns of space alike, all but the share `room` would have shown it.
     """
     missed = config.presence * room
     return missed / max(missed + 1 - config.presence, 1e-12)

@@ -29,7 +29,6 @@ class Belief:
         front: per place and object id the share of its hidden points that the object hides in the picture.
         above: bits of the objects in sight that lie above a place.
         rests_on: bit of the object that a place rests on, 0 for none.
-        room: as in `Particles`.
         fitting: how many of the places are particles; the others are single points.
     """
 
@@ -40,7 +39,6 @@ class Belief:
     front: Float[np.ndarray, "n 64"]
     above: UInt64[np.ndarray, "n"]
     rests_on: UInt64[np.ndarray, "n"]
-    room: float
     fitting: int
 
     def __len__(self) -> int:
@@ -86,7 +84,7 @@ def believe(
     rests = np.concatenate([particles.rests_on, np.zeros(len(points), np.uint64)])[kept]
     front = _front_shares(poses, hidden, volume)
     above = _above(poses, bodies)
-    return Belief(poses, weights, masks, hidden, front, above, rests, particles.room, fitting)
+    return Belief(poses, weights, masks, hidden, front, above, rests, fitting)
 
 
 def _plain_points(volume: OcclusionVolume, config: HidingConfig, rng: np.random.Generator) -> Boxes:

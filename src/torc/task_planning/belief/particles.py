@@ -18,6 +18,8 @@ from torc.task_planning.belief.box_kernels import Boxes, fit_shares, settle
 from torc.task_planning.belief.settings import ParticleConfig
 
 _FALL_SLACK_M = 0.01
+_UNSEEN = 0.6
+"""A small cube fits if more than this share of it was never seen, and as much lies outside of all bodies in sight."""
 _UPRIGHT = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])
 """Which edges lie along the heading, across it and upwards."""
 
@@ -30,14 +32,11 @@ class Particles:
         poses: boxes as `box_kernels` take them, world frame.
         weights: sum to 1, unless there is no particle.
         rests_on: bit of the object in sight that each lies on, 0 for none.
-        room: share of all places on the support at which the target would not have been seen; 1 where none of the
-            proposals were there.
     """
 
     poses: Boxes
     weights: Float[np.ndarray, "n"]
     rests_on: UInt64[np.ndarray, "n"]
-    room: float
 
     def __len__(self) -> int:
         return len(self.weights)
@@ -54,9 +53,9 @@ def propose(
     """Poses that a hidden target may have; none where nothing is hidden."""
     voxels = hidden_voxels(volume)
     if len(voxels) == 0:
-        return Particles(np.zeros((0, 8)), np.zeros(0), np.zeros(0, np.uint64), 0.0)
+        return Particles(np.zeros((0, 8)), np.zeros(0), np.zeros(0, np.uint64))
     standing = round(config.on_support * config.proposals)
-    poses, columns = _draw(voxels, volume.grid, standing, config, rng)
+    poses = _draw(voxels, volume.grid, standing, config, rng)
     on = np.zeros(len(poses), np.uint64)
     lying = poses[standing:]
     on[standing:] = settle(lying, bodies.boxes, bodies.bits, _FALL_SLACK_M)
@@ -64,14 +63,32 @@ def propose(
     seen = kernel_array(volume.seen, np.bool_)
     shares = fit_shares(poses, bodies.boxes, config.body_scale, seen, grid_frame(volume.grid))
     weights = fit_weights(shares, config)
-    nx, ny, _ = volume.grid.shape
-    room = float(weights[:standing].mean()) * columns / (nx * ny) if standing else 1.0
     # Every stratum keeps its share: the first ones of each that fit.
     kept = np.flatnonzero(weights > 0)
     if len(kept) > config.most:
         kept = kept[np.linspace(0, len(kept) - 1, config.most).astype(int)]
     total = weights[kept].sum()
-    return Particles(poses[kept], weights[kept] / total if len(kept) else weights[kept], on[kept], room)
+    return Particles(poses[kept], weights[kept] / total if len(kept) else weights[kept], on[kept])
+
+
+def unseen_room(
+    volume: OcclusionVolume, bodies: Bodies, size_m: float, proposals: int, rng: np.random.Generator
+) -> float:
+    """Share of the columns of space over the support in which a small cube would not have been seen, by cubes drawn in
+    hidden space: most of it unseen, and its middle not inside a body in sight.
+    """
+    voxels = hidden_voxels(volume)
+    if len(voxels) == 0:
+        return 0.0
+    nx, ny, _ = volume.grid.shape
+    cubes = np.zeros((proposals, 8))
+    chosen = voxels[rng.integers(len(voxels), size=proposals)]
+    cubes[:, :3] = volume.grid.origin + volume.grid.voxel_size_m * (chosen + rng.random(chosen.shape))
+    cubes[:, 3:6], cubes[:, 6] = size_m / 2, 1.0
+    seen = kernel_array(volume.seen, np.bool_)
+    shares = fit_shares(cubes, bodies.boxes, 1.0, seen, grid_frame(volume.grid))
+    fits = (shares[:, 0] > _UNSEEN) & (shares[:, 1] < 1 - _UNSEEN)
+    return len(np.unique(chosen[fits, :2], axis=0)) / (nx * ny)
 
 
 def fit_weights(shares: Float[np.ndarray, "n 2"], config: ParticleConfig) -> Float[np.ndarray, "n"]:
@@ -85,13 +102,13 @@ def fit_weights(shares: Float[np.ndarray, "n 2"], config: ParticleConfig) -> Flo
 
 
 def _draw(
-    voxels: Int64[np.ndarray, "n 3"],
+    voxels: Int64[np.ndarray, "v 3"],
     grid: VoxelGrid,
     standing: int,
     config: ParticleConfig,
     rng: np.random.Generator,
-) -> tuple[Boxes, int]:
-    """Poses, those on the support first, and how many columns of voxels have hidden ones.
+) -> Boxes:
+    """Poses, those on the support first.
 
     A pose on the support stands in any such column, all alike; another one has its lower side in any hidden voxel.
     """
@@ -112,4 +129,4 @@ def _draw(
     yaw = rng.uniform(0.0, np.pi, len(at))
     places[:, 2] += edges[:, 2] / 2
     poses = np.concatenate([places, edges / 2, np.cos(yaw)[:, None], np.sin(yaw)[:, None]], axis=1)
-    return kernel_array(poses), len(columns)
+    return kernel_array(poses)

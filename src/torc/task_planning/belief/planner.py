@@ -80,6 +80,6 @@ class BeliefPlanner:
 
 def _gives_up(search: Search) -> str:
     return (
-        f"Give up: the target is not in sight, and only {search.belief.room:.2%} of the places where it could stand or "
-        f"lie have not been seen; that it is there has p = {search.presence:.3f}."
+        f"Give up: the target is not in sight, and only over {search.room:.2%} of the support is there space that "
+        f"could still hide it; that it is there has p = {search.presence:.3f}."
     )

@@ -14,8 +14,12 @@ GENERIC_SIZES_M: tuple[Size, ...] = (
     (0.065, 0.065, 0.19),
     (0.08, 0.08, 0.08),
     (0.05, 0.14, 0.20),
+    (0.06, 0.06, 0.06),
+    (0.02, 0.05, 0.14),
 )
-"""Edges of boxes around usual household goods: a small and a flat carton, a can, a bottle, a mug, a cereal box."""
+"""Edges of boxes around usual household goods: a small and a flat carton, a can, a bottle, a mug, a cereal box, a
+fruit, a tool.
+"""
 
 
 @dataclass(frozen=True)
@@ -171,16 +175,22 @@ class GiveUpConfig:
     """When the planner says that the target is not there.
 
     Attributes:
+        size_m: edge of a cube that any target has room for; where one was never seen the target may be.
+        proposals: cubes drawn at every look.
         presence: how surely the target is on the table, before the first look.
         below: gives up when the chance that it is there, after all that was seen, falls below this; 0: never.
     """
 
+    size_m: float = 0.015
+    proposals: int = 3000
     presence: float = 0.99
     below: float = 0.05
 
     def __post_init__(self) -> None:
         if not 0 < self.presence <= 1 or not 0 <= self.below < 1:
             raise InputError("give_up: presence must be above 0 and at most 1, below from 0 to less than 1.")
+        if self.size_m <= 0 or not 1 <= self.proposals <= 1_000_000:
+            raise InputError("give_up: size_m must be positive, and proposals from 1 to a million.")
 
 
 @dataclass(frozen=True)
