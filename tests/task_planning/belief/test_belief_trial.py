@@ -27,7 +27,7 @@ def test_it_finds_the_hidden_target_and_leaves_its_belief_beside_the_log(tmp_pat
 
 @pytest.mark.parametrize("height_m", [0.012, 0.20])
 def test_a_target_that_is_not_there_is_given_up_once_all_has_been_seen(tmp_path, height_m):
-    """Flat things hide hardly anything: it gives up at once. Behind a tall one there may be something, and behind 2 then."""
+    """Flat things hide hardly anything: it gives up at once. Behind a tall one there may be something."""
     shapes = (
         SyntheticBox(1, (0.58, -0.12, 1.05 + height_m / 2), (0.05, 0.14, height_m)),
         SyntheticBox(2, (0.62, -0.40, 1.056), (0.04, 0.04, 0.012)),

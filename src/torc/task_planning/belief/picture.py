@@ -7,34 +7,46 @@ import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from torc.perception.marking import mark_image, write_numbers
+from torc.perception.marking import rim, write_numbers
 from torc.records import Decision, SegmentedScene
 
 _COLDEST, _HOTTEST = np.array([120.0, 40.0, 200.0]), np.array([255.0, 225.0, 70.0])
 _MOST = 0.85
 """Share of the heat's colour where the belief is densest."""
 _BLUR_TILES = 1.2
+_DIM, _OUTLINE = 0.6, 165.0
+"""Brightness of the image, as a share, and of the outlines, of 255."""
 
 
 def draw_belief(
     decision: Decision, scene: SegmentedScene, labels: Mapping[int, int] | None = None
 ) -> UInt8[np.ndarray, "h w 3"] | None:
-    """The marked image, its choice brought out, with the belief that a decision rests on: violet where little of it is,
-    yellow where most.
+    """The image in grey, its objects outlined and numbered, the chosen one in white, with the belief that a decision
+    rests on: violet where little of it is, yellow where most.
 
     It is looked for in `evidence["belief"]` as the planner `belief` leaves it; None where there is none that can be
-    drawn. `labels` are numbers to write in place of the ids, as in `mark_image`.
+    drawn. `labels` are numbers to write in place of the ids.
     """
     heat = _heat(decision.evidence.get("belief"), scene.label_image.shape)
     if heat is None:
         return None
-    chosen = decision.object_id if decision.object_id in scene.ids else None
-    image = mark_image(scene, highlight=chosen, labels=labels).astype(float)
+    image = _grey(scene, decision.object_id)
     heat = np.sqrt(heat)[..., None]  # else a single peak leaves the rest dark
     share, color = _MOST * heat, _COLDEST + heat * (_HOTTEST - _COLDEST)
     mixed = np.rint(image + share * (color - image)).astype(np.uint8)
     write_numbers(mixed, scene.label_image, {k: (labels or {}).get(k, k) for k in scene.ids})
     return mixed
+
+
+def _grey(scene: SegmentedScene, chosen: int | None) -> Float[np.ndarray, "h w 3"]:
+    """The image, dark and without color, the objects' outlines lighter."""
+    label = np.where(np.isin(scene.label_image, scene.ids), scene.label_image, -1).astype(np.int16)
+    grey = _DIM * scene.observation.rgb.astype(float).mean(axis=2)
+    px = max(1, label.shape[0] // 480)
+    grey[rim(label, px) & (label >= 0)] = _OUTLINE
+    if chosen is not None:
+        grey[rim(label, 2 * px) & (label == chosen)] = 255.0
+    return np.repeat(grey[..., None], 3, axis=2)
 
 
 def _heat(belief: Any, shape: tuple[int, ...]) -> Float[np.ndarray, "h w"] | None:
