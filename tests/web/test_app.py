@@ -6,6 +6,7 @@ import pytest
 from page_server import Game
 
 from tests.helpers.fake_trial import play_fake_trial
+from torc.episode.recorded import BELIEF
 from torc.episode.viewer_links import REPORT, trial_key, trial_link
 from torc.errors import InputError
 from torc.pipeline.building import sources
@@ -211,3 +212,13 @@ def test_a_pick_may_pass_where_nothing_can_be_grasped():
     session.publish(trial="t", phase=Phase.CHOOSING, pick=2)
     session.choose(Choice("t", 2))
     assert session.state.phase is Phase.PLANNING
+
+
+def test_a_belief_is_shown_where_a_planner_has_left_one(client, recorded):
+    base = f"/api/trials/{client.get('/api/trials').json['trials'][0]['key']}/picks/0"
+    assert client.get(f"{base}/belief.png").status == 404
+    picture = (recorded / "boxes" / "picks" / "00_seen.png").read_bytes()
+    (recorded / "boxes" / "picks" / f"00_{BELIEF}").write_bytes(picture)
+    assert client.get(f"{base}/belief.png").body == picture
+    (recorded / "boxes" / "picks" / f"00_{BELIEF}").write_bytes(b"<svg>")
+    assert client.get(f"{base}/belief.png").status == 404

@@ -52,7 +52,7 @@ class DecideCommand:
     frame: tyro.conf.Positional[Path]
     """The frame: .npz file or directory."""
     planner: str = "dg-select"
-    """Task planner: dg-select, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your
+    """Task planner: dg-select, belief, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm), or your
     own as module:Class or path/to/file.py:Class."""
     robot: str = "none"
     """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, ur5e_2f85, panda_hand, or a robot
@@ -67,7 +67,7 @@ class DecideCommand:
     seed: int = 0
     """Decides all random draws."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
-    """Directory for decision.json, seen.png and graph.png."""
+    """Directory for decision.json, seen.png and, if the planner has them, graph.png and belief.png."""
     json: Annotated[bool, tyro.conf.arg(help="Print decision.json instead of text.")] = False
     stages: PipelineSpec = field(default_factory=PipelineSpec)
     vlm: VlmOptions = field(default_factory=VlmOptions)

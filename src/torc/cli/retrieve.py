@@ -42,7 +42,7 @@ class RetrieveCommand:
     reference: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PICTURE...")] = ()
     """Pictures of the target from some sides, one to five will do, by which torc knows it."""
     planner: str = "dg-select"
-    """Task planner: dg-select, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your
+    """Task planner: dg-select, belief, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm), or your
     own as module:Class or path/to/file.py:Class."""
     planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)
     """Settings of the task planner by dotted path: --planner.SETTING VALUE."""

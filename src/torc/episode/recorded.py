@@ -29,6 +29,9 @@ from torc.specs.files import RecordedSpec, from_plain
 from torc.specs.trial import TrialSpec
 
 LOG, VIDEO = "events.jsonl", "video.mp4"
+LOG, VIDEO = "events.jsonl", "video.mp4"
+BELIEF = "belief.png"
+"""End of the name of a pick's file, where its planner has left a belief of where the target is."""
 MAX_TRIALS, MAX_DEPTH, MAX_SENT = 20_000, 6, 8
 _MAX_PICTURE_BYTES = 32 * 2**20
 _PNG = b"\x89PNG\r\n\x1a\n"
@@ -82,6 +85,10 @@ class RecordedTrial:
         """How many pictures the chooser was sent, as far as they are there."""
         here = range(MAX_SENT)
         return next((k for k in here if not self._pick_path(number, sent_name(k)).is_file()), MAX_SENT)
+
+    def belief(self, number: int) -> bytes:
+        """The belief of a pick over the image, PNG, where the planner left one. Raises InputError as `picture`."""
+        return self._picture(number, BELIEF)
 
     def view(self, number: int) -> PickView | None:
         """What the planner saw, in full; None where it was not recorded. Raises InputError if it is damaged."""

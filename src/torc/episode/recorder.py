@@ -12,7 +12,7 @@ from torc.episode.events import Decided, Event, Executed, Looked
 from torc.episode.log_writing import log_line
 from torc.episode.pick_view import view_of
 from torc.episode.pictures import Crop, Frame, crop_around_objects, picture_strip
-from torc.episode.recorded import LOG, sent_name
+from torc.episode.recorded import BELIEF, LOG, sent_name
 from torc.episode.viewer_links import PARTIAL
 from torc.episode.vlm_use import VlmUse
 from torc.errors import InputError
@@ -20,6 +20,7 @@ from torc.perception.marking import mark_image
 from torc.records.directories import check_place, claim
 from torc.records.files import write_json, write_png
 from torc.records.serialization import save_record
+from torc.task_planning.belief.picture import draw_belief
 from torc.task_planning.drawing import draw_decision
 from torc.vlm.config import VlmConfig
 
@@ -83,6 +84,8 @@ class TrialRecorder:
                     self._pick_path(event.pick, sent_name(number)).write_bytes(picture)
                 if (graph := draw_decision(decision)) is not None:
                     write_png(self._pick_path(event.pick, "graph.png"), graph)
+                if (belief := draw_belief(decision, scene)) is not None:
+                    write_png(self._pick_path(event.pick, BELIEF), belief)
             case Executed():
                 if self.frames and self.frames[-1].pick == event.pick:
                     self.frames[-1] = replace(self.frames[-1], outcome=event.outcome)

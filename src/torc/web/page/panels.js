@@ -62,6 +62,7 @@ export function decisionPanel(page, trial, path) {
     el("p", {}, `${trial.expert || trial.planner} ${choice} `, decision.object_id === null ? null : chip(decision.object_id, color), ` ${name}`),
     el("p", {}, decision.reason),
     el("p", { class: "faint" }, `${seconds(decision.seconds)} to decide${decision.attempts > 1 ? `, asked ${decision.attempts} times` : ""}`),
+    believed(decision, path),
     planned(page.plan), outcome(page, trial),
     sentPictures(page, path),
     decision.exchanges.map((e, i) => el("details", { open: decision.exchanges.length === 1 },
@@ -76,6 +77,12 @@ function sentPictures(page, path) {
   const pictures = Array.from({ length: page.sent }, (_, i) =>
     el("img", { src: `${path}/sent/${i}.png`, class: "sent", alt: `Picture ${i + 1} that the model was sent` }));
   return el("details", {}, el("summary", {}, page.sent > 1 ? `${page.sent} pictures that were sent` : "The picture that was sent"), pictures);
+}
+
+function believed(decision, path) {
+  if (!decision.evidence.belief?.tiles?.length) return null;
+  const says = "Where the planner believes the target to be: violet where it is unlikely, yellow where it is likeliest";
+  return el("figure", { class: "belief" }, el("img", { src: `${path}/belief.png`, alt: says }), el("figcaption", { class: "faint" }, `${says}.`));
 }
 
 function planned(plan) {
