@@ -19,17 +19,14 @@ from typing import Any
 import tyro
 
 from torc.benchmark.intervals import by_problem, mean, share
+from torc.episode.simulated import pictured_target
 from torc.episode.trial import run_trial
 from torc.lab.devices import connect_arm, connect_gripper
 from torc.lab.lab_file import Lab, example_labs, load_lab
 from torc.lab.retrieval import Operation, lab_spec, retrieve
-from torc.objects.library import load_object
-from torc.perception.protocol import Wanted
 from torc.problems.problem import load_problem
 from torc.problems.sets import problem_names
-from torc.records import TARGET_ID
 from torc.robots.names import DEFAULT_ROBOT
-from torc.sim.portraits import turn_table
 from torc.specs.trial import PlannerSpec, TrialSpec
 
 
@@ -94,7 +91,7 @@ def twins(name: str, problem: str, speed: float, out: Path) -> Iterator[tuple[La
 def over_wires(name: str, problem_name: str, speed: float, out: Path) -> tuple[dict[str, Any], str]:
     """One trial on the twins of a lab, and what really came of it."""
     problem = load_problem(problem_name)
-    wanted = Wanted(problem.description, turn_table(load_object(problem.ordered()[TARGET_ID].model)))
+    wanted = pictured_target(problem)
     with twins(name, problem_name, speed, out) as (lab, truth):
         spec = lab_spec(lab, PlannerSpec("dg-select"))
         quiet = Operation("never", lambda question: False)

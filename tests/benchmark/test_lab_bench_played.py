@@ -11,12 +11,10 @@ from torc.benchmark.lab.playing import LabBench
 from torc.benchmark.preflight import find_planner
 from torc.benchmark.reading import read_table
 from torc.benchmark.store import Store
+from torc.episode.simulated import pictured_target
 from torc.lab.scenes.laying_out import open_eyes
 from torc.lab.scenes.scene import record_scene
-from torc.objects.library import load_object
-from torc.perception.protocol import Wanted
 from torc.problems.problem import load_problem
-from torc.sim.portraits import turn_table
 from torc.specs.trial import PlannerSpec
 from torc.testing.operator import ScriptedOperator
 
@@ -26,8 +24,7 @@ PROBLEM = "validation-structured-02"
 
 
 def scene_of(lab):
-    problem = load_problem(PROBLEM)
-    wanted = Wanted(problem.description, turn_table(load_object(problem.ordered()[0].model)))
+    wanted = pictured_target(load_problem(PROBLEM))
     with open_eyes(lab) as eyes:
         return record_scene("cups", lab, wanted, eyes, say=lambda text: None)[0]
 

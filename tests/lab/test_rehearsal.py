@@ -10,15 +10,14 @@ import pytest
 from tests.lab.test_lab_file import TEXT
 from torc.episode.events import Planned
 from torc.episode.recorded import read_events
+from torc.episode.simulated import pictured_target
 from torc.errors import InputError
 from torc.lab.checking import check_lab
 from torc.lab.lab_file import example_labs
 from torc.lab.retrieval import Operation, lab_spec, retrieve
 from torc.lab.twin.faults import FAULTS, recover
-from torc.objects.library import load_object
 from torc.perception.protocol import Wanted
 from torc.problems.problem import load_problem
-from torc.sim.portraits import turn_table
 from torc.specs.trial import PlannerSpec
 
 pytest.importorskip("websockets", reason="websockets is not installed")
@@ -29,8 +28,7 @@ PROBLEM = "validation-structured-02"
 
 
 def wanted():
-    problem = load_problem(PROBLEM)
-    return Wanted(problem.description, turn_table(load_object(problem.ordered()[0].model)))
+    return pictured_target(load_problem(PROBLEM))
 
 
 def played(lab, out, ask=lambda question: False, listeners=(), **options):
@@ -87,32 +85,38 @@ def test_checking_finds_what_is_wrong_and_moves_only_if_asked(rehearsed):
         assert "current is too high" in bad["gripper"]
 
 
-def with_fault(there, name, after_s):
-    """A listener that lets something go wrong so long after the first plan, once; as soon as it can."""
+class Fault:
+    """Lets something go wrong so long after the first plan, once; as soon as it can."""
 
-    def happen():
-        while FAULTS[name][1](there) is False:  # the arm rests: nothing can stop halfway
-            time.sleep(0.02)
+    def __init__(self, there, name, after_s):
+        self.there, self.name, self.after_s = there, name, after_s
+        self.happened, self.ended, self._timer = False, False, None
 
-    pending = [threading.Timer(after_s, happen)]
+    def __call__(self, event):
+        if isinstance(event, Planned) and self._timer is None:
+            self._timer = threading.Timer(self.after_s, self._happen)
+            self._timer.start()
 
-    def listen(event):
-        if isinstance(event, Planned) and pending:
-            pending.pop().start()
-
-    return listen
+    def _happen(self):
+        while not (self.happened or self.ended):
+            # False: the arm rests, and nothing can stop halfway.
+            self.happened = FAULTS[self.name][1](self.there) is not False
+            time.sleep(0 if self.happened else 0.02)
 
 
 def check_fault(rehearsed, tmp_path, wire, name, after_s):
     """A fault within a pick: the arm stops, nothing more is sent, no pick failed, and the log tells it."""
     with rehearsed(wire) as (there, lab):
-        trial = played(lab, tmp_path / "trial", listeners=[with_fault(there, name, after_s)])
+        fault = Fault(there, name, after_s)
+        trial = played(lab, tmp_path / "trial", listeners=[fault])
+        fault.ended = True
         sent, stopped_at = len(there.arm.heard), there.world.qpos
         time.sleep(0.4)
         assert len(there.arm.heard) == sent
         if name not in ("cut", "nudge"):  # a controller without a connection goes on to the end of its motion
             np.testing.assert_allclose(there.world.qpos, stopped_at, atol=0.02)
     assert trial.result["status"] in ("errored", "interrupted"), trial.result
+    assert fault.happened, "It ended so without a fault."
     assert trial.result.get("outcomes") is None
     lines = read_events(trial.directory / "events.jsonl")
     told = [line.reason for line in lines if line.event == "halted"]
@@ -150,7 +154,7 @@ def test_somebody_resumes_after_an_e_stop_and_the_episode_goes_on_unscored(rehea
                 time.sleep(0.3)
             return True
 
-        trial = played(lab, tmp_path / "trial", ask, [with_fault(there, "e-stop", 1.0)])
+        trial = played(lab, tmp_path / "trial", ask, [Fault(there, "e-stop", 1.0)])
         truth = there.world.truth()
     assert len(truth.in_bin) >= 1
     assert trial.result["status"] == "interrupted"

@@ -1,9 +1,13 @@
 """Which mask is the target: the likeliest, if it is likely enough, and none else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from torc.errors import InputError
+from torc.perception.extent import stretch
+from torc.perception.protocol import Wanted
 from torc.perception.target import (
     TargetConfig,
     choose_target,
@@ -98,3 +102,22 @@ def test_in_the_hand_looks_count_and_so_does_what_was_believed():
         assert 0 < p[0] < 0.5 < p[-1] < 1
     # A belief of nothing can be overcome, and one of certainty lost.
     assert held_probability(0.95, 0.0, config) > 0.5 > held_probability(0.45, 1.0, config)
+
+
+def test_too_long_cannot_be_it_and_too_short_may_be_hidden():
+    config = replace(CONFIG, too_long=5.0, too_short=1.0)
+    look, reference = unit(1, 0)[None], unit(1, 0)[None]
+
+    def p(seen_m, told_m=0.1):
+        return float(
+            target_probabilities(look, [1000], reference, config, stretch(np.array([seen_m]), told_m))[0]
+        )
+
+    assert p(0.2) < p(0.05) < p(0.1) == p(0.2, None) == p(0.05, None)
+    assert np.isfinite(stretch(np.zeros(1), 0.1)).all()
+
+
+def test_a_length_that_is_none_is_refused():
+    for length_m in (0.0, -1.0, 18.0, float("nan")):
+        with pytest.raises(InputError, match="in metres"):
+            Wanted("", length_m=length_m)

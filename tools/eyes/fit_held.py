@@ -16,14 +16,17 @@ from torc.episode.held import SURE
 from torc.episode.loop import Episode
 from torc.episode.simulated import pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, Steps
+from torc.objects.library import load_object
 from torc.perception.embedded.crops import crop
 from torc.perception.embedded.model import describe
 from torc.perception.embedded.perception import EmbeddedPerception
+from torc.perception.extent import length_in_sight_m, stretch
 from torc.perception.protocol import Wanted
 from torc.perception.target import TargetConfig, held_probability, target_probabilities
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import Problem
 from torc.records import Decision, Observation, SegmentedScene
+from torc.sim.portraits import ruler_m
 from torc.specs.conditions import Conditions
 
 _PICKS = 8
@@ -117,12 +120,14 @@ def _cases(
     looks = {k.id: k.look for k in scene.known}
     of_masks = np.stack([looks[k] for k in scene.ids])
     pixels = [o.pixel_count for o in scene.objects]
+    lengths_m = np.array([length_in_sight_m(o.points) for o in scene.objects])
     cases = []
     for model in dict.fromkeys(models):
         pictures = references(model)
-        p = target_probabilities(of_masks, pixels, pictures, TargetConfig())
-        cosine = float((pictures @ seen).max())
-        cases.append(HeldCase(cosine, float(p[scene.ids.index(object_id)]), model == held))
+        stretched = stretch(lengths_m, ruler_m(load_object(model)))
+        p = target_probabilities(of_masks, pixels, pictures, TargetConfig(), stretched)
+        before = float(p[scene.ids.index(object_id)])
+        cases.append(HeldCase(float((pictures @ seen).max()), before, model == held))
     return cases
 
 

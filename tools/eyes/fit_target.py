@@ -17,11 +17,12 @@ from torc.objects.library import load_object
 from torc.perception.embedded.crops import crop
 from torc.perception.embedded.model import describe
 from torc.perception.embedded.perception import EmbeddedConfig, EmbeddedPerception
+from torc.perception.extent import length_in_sight_m, stretch
 from torc.perception.protocol import Wanted
 from torc.perception.stereo import SgbmDepth
 from torc.perception.target import TargetConfig, choose_target, reference_mask, target_probabilities
 from torc.problems.problem import Problem
-from torc.sim.portraits import turn_table
+from torc.sim.portraits import ruler_m, turn_table
 from torc.sim.robot import SimulatedCamera
 from torc.sim.stereo_camera import StereoRig
 from torc.sim.world import build_world
@@ -34,14 +35,17 @@ class Case:
     """One object of one scene as the target.
 
     Attributes:
-        looks, pixels: of each mask.
+        looks, pixels, lengths_m: of each mask.
         references: what the target looks like from its sides.
+        length_m: of the target, by a ruler.
         right: index of the mask that shows the target, or None: it is not in sight, or has no mask.
     """
 
     looks: Float32[np.ndarray, "n d"]
     pixels: tuple[int, ...]
+    lengths_m: tuple[float, ...]
     references: Float32[np.ndarray, "m d"]
+    length_m: float
     right: int | None
 
 
@@ -52,7 +56,11 @@ def fit_target(scenes: int, held_out: bool, seed: int = 77) -> None:
         cases += scene_cases(np.random.default_rng([seed, number, held_out]), load_workspace(), held_out)
     fitted = fitted_config(cases, TargetConfig())
     print(f"{len(cases)} targets in {scenes} scenes")
-    print(f"likeness {fitted.likeness:.3f}, steepness {fitted.steepness:.1f}, pixels {fitted.pixels:.2f}")
+    print(
+        f"likeness {fitted.likeness:.3f}, steepness {fitted.steepness:.1f}, pixels {fitted.pixels:.2f}, ",
+        end="",
+    )
+    print(f"too_long {fitted.too_long:.1f}, too_short {fitted.too_short:.1f}")
     for name, config in (("shipped", TargetConfig()), ("fitted", fitted)):
         for sure in (0.3, 0.5, 0.7, 0.9):
             tried = replace(config, sure=sure, still=min(config.still, sure))
@@ -65,7 +73,13 @@ def fit_target(scenes: int, held_out: bool, seed: int = 77) -> None:
 
 def choose(case: Case, config: TargetConfig) -> int | None:
     """The mask that is taken for the target."""
-    return choose_target(target_probabilities(case.looks, case.pixels, case.references, config), None, config)
+    return choose_target(probabilities(case, config), None, config)
+
+
+def probabilities(case: Case, config: TargetConfig) -> Float[np.ndarray, "n"]:
+    """How surely each mask is the target."""
+    stretched = stretch(np.array(case.lengths_m), case.length_m)
+    return target_probabilities(case.looks, case.pixels, case.references, config, stretched)
 
 
 def scene_cases(rng: np.random.Generator, workspace: Workspace, held_out: bool) -> list[Case]:
@@ -74,19 +88,20 @@ def scene_cases(rng: np.random.Generator, workspace: Workspace, held_out: bool) 
     problem = make_scene(rng, workspace, held_out, config)
     if problem is None:
         return []
-    looks, pixels, true_ids = _seen(problem, workspace)
+    looks, pixels, lengths_m, true_ids = _seen(problem, workspace)
     cases = []
     for object_id, placement in enumerate(problem.ordered()):
         shown = [i for i, k in enumerate(true_ids) if k == object_id]
         right = max(shown, key=lambda i: pixels[i]) if shown else None
-        cases.append(Case(looks, pixels, references(placement.model), right))
+        length_m = ruler_m(load_object(placement.model))
+        cases.append(Case(looks, pixels, lengths_m, references(placement.model), length_m, right))
     return cases
 
 
 def _seen(
     problem: Problem, workspace: Workspace
-) -> tuple[Float32[np.ndarray, "n d"], tuple[int, ...], tuple[int, ...]]:
-    """What each mask looks like, its size, and what it shows."""
+) -> tuple[Float32[np.ndarray, "n d"], tuple[int, ...], tuple[float, ...], tuple[int, ...]]:
+    """What each mask looks like, its pixels, its length, and what it shows."""
     with SimulatedCamera(build_world(problem, None, workspace), rig=StereoRig()) as camera:
         observation = camera.capture()
     truth = observation.label_image
@@ -98,6 +113,7 @@ def _seen(
     return (
         np.stack([looks[k] for k in scene.ids]),
         tuple(o.pixel_count for o in scene.objects),
+        tuple(length_in_sight_m(o.points) for o in scene.objects),
         tuple(shows[k] for k in scene.ids),
     )
 
@@ -112,16 +128,23 @@ def references(model: str) -> Float32[np.ndarray, "m d"]:
 def fitted_config(cases: list[Case], start: TargetConfig) -> TargetConfig:
     """The likeliest numbers of `target_probabilities`: of which mask it is, or of none."""
 
-    def config(numbers: Float[np.ndarray, "3"]) -> TargetConfig:
-        likeness, steepness, pixels = (float(v) for v in numbers)
-        return replace(start, likeness=likeness, steepness=float(np.exp(steepness)), pixels=pixels)
+    def config(numbers: Float[np.ndarray, "5"]) -> TargetConfig:
+        likeness, steepness, pixels, long, short = (float(v) for v in numbers)
+        return replace(
+            start,
+            likeness=likeness,
+            steepness=float(np.exp(steepness)),
+            pixels=pixels,
+            too_long=max(long, 0.0),
+            too_short=max(short, 0.0),
+        )
 
-    def loss(numbers: Float[np.ndarray, "3"]) -> float:
+    def loss(numbers: Float[np.ndarray, "5"]) -> float:
         total = 0.0
         for case in cases:
-            p = target_probabilities(case.looks, case.pixels, case.references, config(numbers))
+            p = probabilities(case, config(numbers))
             total -= np.log(max(1 - p.sum() if case.right is None else p[case.right], 1e-9))
         return total
 
-    begin = [start.likeness, np.log(start.steepness), start.pixels]
-    return config(minimize(loss, begin, method="Nelder-Mead").x)
+    begin = [start.likeness, np.log(start.steepness), start.pixels, start.too_long, start.too_short]
+    return config(minimize(loss, begin, method="Nelder-Mead", options={"maxiter": 2000}).x)

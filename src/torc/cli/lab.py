@@ -21,6 +21,7 @@ from torc.cli.printing import printable
 
 if TYPE_CHECKING:
     from torc.lab.twin.rehearsal import Rehearsal
+    from torc.problems.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,7 @@ class TwinCommand:
             write_lab(there.text, self.out)
             print(f"The twins run; {self.out} leads to them. The target is {problem.description}.")
             if self.references is not None:
-                print(f"Pictures of it: {_write_references(problem, self.references)}")
+                print(_write_references(problem, self.references))
             width = max(map(len, FAULTS))
             print("Type one of these, `recover`, or `truth`; Ctrl-C ends the twins.")
             words = {**FAULTS, **SCENE}.items()
@@ -149,17 +150,16 @@ def _obey(there: Rehearsal, lines: Iterable[str]) -> None:
             print(f"'{printable(word)}' is none of {', '.join([*words, 'recover', 'truth'])}.", flush=True)
 
 
-def _write_references(problem: object, directory: Path) -> str:
-    from torc.objects.library import load_object
-    from torc.records import TARGET_ID
+def _write_references(problem: Problem, directory: Path) -> str:
+    from torc.episode.simulated import pictured_target
     from torc.records.files import write_png
-    from torc.sim.portraits import turn_table
 
     directory.mkdir(parents=True, exist_ok=True)
-    pictures = turn_table(load_object(problem.ordered()[TARGET_ID].model))  # type: ignore[attr-defined]
-    for number, picture in enumerate(pictures, start=1):
+    wanted = pictured_target(problem)
+    for number, picture in enumerate(wanted.pictures, start=1):
         write_png(directory / f"target_{number}.png", picture)
-    return f"{directory}/target_1.png to target_{len(pictures)}.png"
+    pictures = f"{directory}/target_1.png to target_{len(wanted.pictures)}.png"
+    return f"Pictures of it: {pictures}. It is {wanted.length_m:.3f} m long (--target-length)."
 
 
 LAB = Group(

@@ -12,8 +12,10 @@ if TYPE_CHECKING:
     from torc.perception.protocol import Wanted
 
 
-def wanted_of(description: str, pictures: Sequence[Path], mark: str = "") -> Wanted:
-    """What --target, --reference and --mark tell. Raises InputError, also if they tell nothing."""
+def wanted_of(
+    description: str, pictures: Sequence[Path], mark: str = "", length_m: float | None = None
+) -> Wanted:
+    """What --target, --reference, --mark and --target-length tell. Raises InputError, also if they tell nothing."""
     from torc.perception.protocol import Wanted
     from torc.perception.target import load_pictures
 
@@ -21,7 +23,7 @@ def wanted_of(description: str, pictures: Sequence[Path], mark: str = "") -> Wan
         raise InputError(
             "Which object is the target? Give --reference pictures of it, --target its description, or both."
         )
-    return Wanted(description, load_pictures(pictures), mark_of(mark))
+    return Wanted(description, load_pictures(pictures), mark_of(mark), length_m)
 
 
 def mark_of(text: str) -> tuple[int, ...]:

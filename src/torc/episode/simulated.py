@@ -9,7 +9,7 @@ from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, configured, make_stage
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
-from torc.sim.portraits import turn_table
+from torc.sim.portraits import ruler_m, turn_table
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
 from torc.sim.stepping import Observer
 from torc.sim.world import build_world
@@ -44,10 +44,18 @@ def pick_parts(system: System, simulated: SimulatedRobot) -> PickParts:
 
 
 def wanted_in(system: System, problem: Problem) -> Wanted:
-    """The problem's target as its perception knows it: with pictures of it from all sides if it asks for them."""
+    """The problem's target as its perception knows it: with pictures of it from all sides, and its length, if it asks
+    for pictures.
+    """
     if not getattr(system.pipeline.perception, "needs_pictures", False):
         return Wanted(problem.description)
-    return Wanted(problem.description, turn_table(load_object(problem.ordered()[TARGET_ID].model)))
+    return pictured_target(problem)
+
+
+def pictured_target(problem: Problem) -> Wanted:
+    """The problem's target by pictures from all sides, as of a turn-table, and by its length."""
+    model = load_object(problem.ordered()[TARGET_ID].model)
+    return Wanted(problem.description, turn_table(model), length_m=ruler_m(model))
 
 
 def needs_color(system: System) -> bool:

@@ -36,19 +36,25 @@ class Certainty:
 class TargetConfig(Certainty):
     """When a mask is taken for the target by reference pictures.
 
+    The numbers were chosen by `python -m tools.eyes target` and `held`: a wrong object costs the trial, a target that
+    is not known yet a pick or two.
+
     Attributes:
         likeness, steepness, pixels: a mask alone with this cosine to the nearest reference picture is the target with
             probability 1/2; how fast that changes with the cosine; how much it changes with the logarithm of the number
-            of pixels. Chosen by `python -m tools.eyes target`: a wrong object costs the trial, a target that is not
-            known yet a pick or two.
+            of pixels.
+        too_long, too_short: how much faster the odds fall where a mask is longer, or shorter, than the target is: per
+            unit of the logarithm, if its length was told. Others hide a part of many.
         held_likeness, held_steepness, held_trust: the same for what is in the hand, and how much the log-odds of before
-            the pick count there. Chosen by `python -m tools.eyes held`.
+            the pick count there.
     """
 
     sure: float = 0.7
-    likeness: float = 0.57
-    steepness: float = 12.5
-    pixels: float = 0.0
+    likeness: float = 0.52
+    steepness: float = 12.1
+    pixels: float = -0.1
+    too_long: float = 5.4
+    too_short: float = 1.0
     held_likeness: float = 0.72
     held_steepness: float = 9.3
     held_trust: float = 0.79
@@ -68,15 +74,19 @@ def target_probabilities(
     pixels: Sequence[int],
     references: Float32[np.ndarray, "m d"],
     config: TargetConfig,
+    stretched: Float[np.ndarray, "n"] | None = None,
 ) -> Float[np.ndarray, "n"]:
     """Per object the probability that it is the one on the reference pictures: at most one of them is (a softmax over
-    all of them and none).
+    all of them and none). `stretched`: see `torc.perception.extent.stretch`.
     """
     if len(looks) == 0:
         return np.zeros(0)
     cosine = (looks @ references.T).max(axis=1)
     size = np.log(np.maximum(np.asarray(pixels, float), 1) / _TYPICAL_PIXELS)
-    odds = np.exp(config.steepness * (cosine - config.likeness) + config.pixels * size)
+    score = config.steepness * (cosine - config.likeness) + config.pixels * size
+    if stretched is not None:
+        score -= np.where(stretched > 0, config.too_long, -config.too_short) * stretched
+    odds = np.exp(score)
     return np.asarray(odds / (1 + odds.sum()))
 
 

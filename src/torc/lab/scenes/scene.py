@@ -83,7 +83,8 @@ class Scene:
         """Of all that decides what is laid out and retrieved."""
         o, wanted = self.reference, self.wanted
         arrays = [o.rgb, o.depth_m, *([] if o.label_image is None else [o.label_image]), *wanted.pictures]
-        return fingerprint({"told": wanted.description, "mark": list(wanted.mark), "seen": digest(*arrays)})
+        told = {"told": wanted.description, "mark": list(wanted.mark), "seen": digest(*arrays)}
+        return fingerprint(told if wanted.length_m is None else {**told, "length_m": wanted.length_m})
 
 
 class _SceneFile(BaseModel):
@@ -94,6 +95,7 @@ class _SceneFile(BaseModel):
     description: Annotated[str, Field(max_length=10_000)]
     mark: Annotated[tuple[int, ...], Field(max_length=4)]
     pictures: Annotated[int, Field(ge=0, le=MAX_PICTURES)]
+    length_m: float | None = None
 
 
 class Eyes:
@@ -183,6 +185,7 @@ def save_scene(
         "description": scene.wanted.description,
         "mark": list(scene.wanted.mark),
         "pictures": len(scene.wanted.pictures),
+        "length_m": scene.wanted.length_m,
         "objects": list(scene.ids),
     }
     try:
@@ -230,7 +233,8 @@ def load_scene(directory: Path) -> Scene:
     if label is None or label.dtype != np.int16 or label.shape != shape or reference.rgb.shape != (*shape, 3):
         raise InputError(f"'{directory / REFERENCE}' holds no reference of a scene. {_AGAIN}")
     pictures: tuple[Picture, ...] = load_pictures([directory / _picture(k) for k in range(facts.pictures)])
-    return Scene(facts.name, facts.lab, Wanted(facts.description, pictures, facts.mark), reference)
+    wanted = Wanted(facts.description, pictures, facts.mark, facts.length_m)
+    return Scene(facts.name, facts.lab, wanted, reference)
 
 
 def _picture(number: int) -> str:
