@@ -66,19 +66,19 @@ def test_what_is_in_the_hand_is_judged_by_pictures_and_else_by_what_was_believed
     assert recognised(mask) is None
 
 
-def test_of_two_alike_the_length_tells_which_it_is():
+def test_of_two_alike_the_size_tells_which_it_is():
     boxes = box(1, 0.55, -0.20, (0.1, 0.1, 0.25)), box(2, 0.55, 0.0, (0.05, 0.05, 0.08))
     observation = replace(synthetic_observation(boxes), label_image=None)
     picture = np.full((30, 30, 3), 128, np.uint8)
 
-    def odds_of_the_short_one(length_m):
-        scene = Halves().perceive(observation, Wanted("", (picture,), length_m=length_m), None)
+    def odds_of_the_short_one(size_m):
+        scene = Halves().perceive(observation, Wanted("", (picture,), size_m=size_m), None)
         by_place = sorted(scene.known, key=lambda k: k.points[:, 1].mean())
         return by_place[1].target_p / by_place[0].target_p
 
     # The halves are .54 and .64 m long, with the table in them.
-    assert odds_of_the_short_one(0.54) > 2 * odds_of_the_short_one(None)
-    assert odds_of_the_short_one(1.5) < 0.95 * odds_of_the_short_one(None)
+    assert odds_of_the_short_one((0.54, 0.5)) > 1.4 * odds_of_the_short_one(None)
+    assert odds_of_the_short_one((1.5, 1.5)) == pytest.approx(odds_of_the_short_one(None))
 
 
 def test_a_recognition_that_is_no_probability_is_refused():

@@ -104,20 +104,19 @@ def test_in_the_hand_looks_count_and_so_does_what_was_believed():
     assert held_probability(0.95, 0.0, config) > 0.5 > held_probability(0.45, 1.0, config)
 
 
-def test_too_long_cannot_be_it_and_too_short_may_be_hidden():
-    config = replace(CONFIG, too_long=5.0, too_short=1.0)
+def test_what_is_too_large_cannot_be_it_and_of_what_is_too_small_a_part_may_be_hidden():
+    config = replace(CONFIG, too_long=5.0, too_thick=9.0)
     look, reference = unit(1, 0)[None], unit(1, 0)[None]
 
-    def p(seen_m, told_m=0.1):
-        return float(
-            target_probabilities(look, [1000], reference, config, stretch(np.array([seen_m]), told_m))[0]
-        )
+    def p(*seen_m, told_m=(0.1, 0.05)):
+        stretched = stretch(np.array([seen_m]), told_m)
+        return float(target_probabilities(look, [1000], reference, config, stretched)[0])
 
-    assert p(0.2) < p(0.05) < p(0.1) == p(0.2, None) == p(0.05, None)
-    assert np.isfinite(stretch(np.zeros(1), 0.1)).all()
+    assert p(0.1, 0.1) < p(0.2, 0.05) < p(0.1, 0.05)
+    assert p(0.1, 0.05) == p(0.06, 0.01) == p(0.2, 0.2, told_m=None) == pytest.approx(p(0.0, 0.0))
 
 
-def test_a_length_that_is_none_is_refused():
-    for length_m in (0.0, -1.0, 18.0, float("nan")):
+def test_a_size_that_is_none_is_refused():
+    for size_m in ((0.0, 0.0), (0.1, -1.0), (18.0, 5.0), (0.1, 0.2), (float("nan"), 0.1)):
         with pytest.raises(InputError, match="in metres"):
-            Wanted("", length_m=length_m)
+            Wanted("", size_m=size_m)

@@ -20,13 +20,13 @@ from torc.objects.library import load_object
 from torc.perception.embedded.crops import crop
 from torc.perception.embedded.model import describe
 from torc.perception.embedded.perception import EmbeddedPerception
-from torc.perception.extent import length_in_sight_m, stretch
+from torc.perception.extent import size_in_sight, stretch
 from torc.perception.protocol import Wanted
 from torc.perception.target import TargetConfig, held_probability, target_probabilities
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import Problem
 from torc.records import Decision, Observation, SegmentedScene
-from torc.sim.portraits import ruler_m
+from torc.sim.portraits import size_by_ruler
 from torc.specs.conditions import Conditions
 
 _PICKS = 8
@@ -120,11 +120,11 @@ def _cases(
     looks = {k.id: k.look for k in scene.known}
     of_masks = np.stack([looks[k] for k in scene.ids])
     pixels = [o.pixel_count for o in scene.objects]
-    lengths_m = np.array([length_in_sight_m(o.points) for o in scene.objects])
+    sizes_m = np.array([size_in_sight(o.points) for o in scene.objects])
     cases = []
     for model in dict.fromkeys(models):
         pictures = references(model)
-        stretched = stretch(lengths_m, ruler_m(load_object(model)))
+        stretched = stretch(sizes_m, size_by_ruler(load_object(model)))
         p = target_probabilities(of_masks, pixels, pictures, TargetConfig(), stretched)
         before = float(p[scene.ids.index(object_id)])
         cases.append(HeldCase(float((pictures @ seen).max()), before, model == held))

@@ -17,17 +17,19 @@ from torc.objects.library import load_object
 from torc.perception.embedded.crops import crop
 from torc.perception.embedded.model import describe
 from torc.perception.embedded.perception import EmbeddedConfig, EmbeddedPerception
-from torc.perception.extent import length_in_sight_m, stretch
+from torc.perception.extent import size_in_sight, stretch
 from torc.perception.protocol import Wanted
 from torc.perception.stereo import SgbmDepth
 from torc.perception.target import TargetConfig, choose_target, reference_mask, target_probabilities
 from torc.problems.problem import Problem
-from torc.sim.portraits import ruler_m, turn_table
+from torc.sim.portraits import size_by_ruler, turn_table
 from torc.sim.robot import SimulatedCamera
 from torc.sim.stereo_camera import StereoRig
 from torc.sim.world import build_world
 from torc.workspace.description import Workspace
 from torc.workspace.files import load_workspace
+
+_SIZES = ("too_long", "too_thick")
 
 
 @dataclass(frozen=True)
@@ -35,17 +37,17 @@ class Case:
     """One object of one scene as the target.
 
     Attributes:
-        looks, pixels, lengths_m: of each mask.
+        looks, pixels, sizes_m: of each mask.
         references: what the target looks like from its sides.
-        length_m: of the target, by a ruler.
+        size_m: of the target, by a ruler.
         right: index of the mask that shows the target, or None: it is not in sight, or has no mask.
     """
 
     looks: Float32[np.ndarray, "n d"]
     pixels: tuple[int, ...]
-    lengths_m: tuple[float, ...]
+    sizes_m: Float[np.ndarray, "n 2"]
     references: Float32[np.ndarray, "m d"]
-    length_m: float
+    size_m: tuple[float, float]
     right: int | None
 
 
@@ -60,7 +62,7 @@ def fit_target(scenes: int, held_out: bool, seed: int = 77) -> None:
         f"likeness {fitted.likeness:.3f}, steepness {fitted.steepness:.1f}, pixels {fitted.pixels:.2f}, ",
         end="",
     )
-    print(f"too_long {fitted.too_long:.1f}, too_short {fitted.too_short:.1f}")
+    print(", ".join(f"{name} {getattr(fitted, name):.1f}" for name in _SIZES))
     for name, config in (("shipped", TargetConfig()), ("fitted", fitted)):
         for sure in (0.3, 0.5, 0.7, 0.9):
             tried = replace(config, sure=sure, still=min(config.still, sure))
@@ -78,7 +80,7 @@ def choose(case: Case, config: TargetConfig) -> int | None:
 
 def probabilities(case: Case, config: TargetConfig) -> Float[np.ndarray, "n"]:
     """How surely each mask is the target."""
-    stretched = stretch(np.array(case.lengths_m), case.length_m)
+    stretched = stretch(case.sizes_m, case.size_m)
     return target_probabilities(case.looks, case.pixels, case.references, config, stretched)
 
 
@@ -88,20 +90,20 @@ def scene_cases(rng: np.random.Generator, workspace: Workspace, held_out: bool) 
     problem = make_scene(rng, workspace, held_out, config)
     if problem is None:
         return []
-    looks, pixels, lengths_m, true_ids = _seen(problem, workspace)
+    looks, pixels, sizes_m, true_ids = _seen(problem, workspace)
     cases = []
     for object_id, placement in enumerate(problem.ordered()):
         shown = [i for i, k in enumerate(true_ids) if k == object_id]
         right = max(shown, key=lambda i: pixels[i]) if shown else None
-        length_m = ruler_m(load_object(placement.model))
-        cases.append(Case(looks, pixels, lengths_m, references(placement.model), length_m, right))
+        size_m = size_by_ruler(load_object(placement.model))
+        cases.append(Case(looks, pixels, sizes_m, references(placement.model), size_m, right))
     return cases
 
 
 def _seen(
     problem: Problem, workspace: Workspace
-) -> tuple[Float32[np.ndarray, "n d"], tuple[int, ...], tuple[float, ...], tuple[int, ...]]:
-    """What each mask looks like, its pixels, its length, and what it shows."""
+) -> tuple[Float32[np.ndarray, "n d"], tuple[int, ...], Float[np.ndarray, "n 2"], tuple[int, ...]]:
+    """What each mask looks like, its pixels, its size, and what it shows."""
     with SimulatedCamera(build_world(problem, None, workspace), rig=StereoRig()) as camera:
         observation = camera.capture()
     truth = observation.label_image
@@ -113,7 +115,7 @@ def _seen(
     return (
         np.stack([looks[k] for k in scene.ids]),
         tuple(o.pixel_count for o in scene.objects),
-        tuple(length_in_sight_m(o.points) for o in scene.objects),
+        np.array([size_in_sight(o.points) for o in scene.objects]),
         tuple(shows[k] for k in scene.ids),
     )
 
@@ -129,14 +131,13 @@ def fitted_config(cases: list[Case], start: TargetConfig) -> TargetConfig:
     """The likeliest numbers of `target_probabilities`: of which mask it is, or of none."""
 
     def config(numbers: Float[np.ndarray, "5"]) -> TargetConfig:
-        likeness, steepness, pixels, long, short = (float(v) for v in numbers)
+        likeness, steepness, pixels, *sizes = (float(v) for v in numbers)
         return replace(
             start,
             likeness=likeness,
             steepness=float(np.exp(steepness)),
             pixels=pixels,
-            too_long=max(long, 0.0),
-            too_short=max(short, 0.0),
+            **{name: max(value, 0.0) for name, value in zip(_SIZES, sizes, strict=True)},
         )
 
     def loss(numbers: Float[np.ndarray, "5"]) -> float:
@@ -146,5 +147,10 @@ def fitted_config(cases: list[Case], start: TargetConfig) -> TargetConfig:
             total -= np.log(max(1 - p.sum() if case.right is None else p[case.right], 1e-9))
         return total
 
-    begin = [start.likeness, np.log(start.steepness), start.pixels, start.too_long, start.too_short]
+    begin = [
+        start.likeness,
+        np.log(start.steepness),
+        start.pixels,
+        *(getattr(start, n) or 1.0 for n in _SIZES),
+    ]
     return config(minimize(loss, begin, method="Nelder-Mead", options={"maxiter": 2000}).x)

@@ -62,9 +62,9 @@ class DecideCommand:
     reference: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PICTURE...")] = ()
     """Without masks: pictures of the target from some sides, one to five will do, each filled by it; with an alpha
     channel if it does not fill them."""
-    target_length: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
-    """Without masks: how long the target is, corner to corner, beside pictures of it; it tells things apart that look
-    alike."""
+    target_size: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LENGTH THICKNESS")] = None
+    """Without masks: how long the target is, corner to corner, and the width of the narrowest tube it goes through, in
+    metres, beside pictures of it; that tells things apart that look alike."""
     description: str = ""
     """The target in words, in place of the frame's target_description."""
     seed: int = 0
@@ -140,4 +140,4 @@ class DecideCommand:
         if self.mark and self.reference:
             raise InputError("--mark and --reference both say which object is the target: give one of them.")
         description = self.description or frame.target_description
-        return Wanted(description, load_pictures(self.reference), mark_of(self.mark), self.target_length)
+        return Wanted(description, load_pictures(self.reference), mark_of(self.mark), self.target_size)

@@ -159,7 +159,10 @@ def _write_references(problem: Problem, directory: Path) -> str:
     for number, picture in enumerate(wanted.pictures, start=1):
         write_png(directory / f"target_{number}.png", picture)
     pictures = f"{directory}/target_1.png to target_{len(wanted.pictures)}.png"
-    return f"Pictures of it: {pictures}. It is {wanted.length_m:.3f} m long (--target-length)."
+    assert wanted.size_m is not None
+    return (
+        f"Pictures of it: {pictures}. Its size: --target-size {wanted.size_m[0]:.3f} {wanted.size_m[1]:.3f}."
+    )
 
 
 LAB = Group(

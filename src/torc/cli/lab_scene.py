@@ -33,8 +33,9 @@ class SceneCommand:
     """To store: the target in words."""
     reference: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PICTURE...")] = ()
     """To store: pictures of the target from some sides."""
-    target_length: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
-    """To store: how long the target is, corner to corner, beside pictures of it."""
+    target_size: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LENGTH THICKNESS")] = None
+    """To store: how long the target is, corner to corner, and the width of the narrowest tube it goes through, in
+    metres."""
     mark: str = ""
     """To store: the target in the first picture, as COLUMN,ROW or LEFT,TOP,RIGHT,BOTTOM in pixels."""
     threshold: float = 0.8
@@ -50,11 +51,11 @@ class SceneCommand:
         from torc.errors import InputError
         from torc.lab.scenes.scene import is_scene
 
-        told = bool(self.target or self.reference or self.mark or self.target_length)
+        told = bool(self.target or self.reference or self.mark or self.target_size)
         if is_scene(self.scene) and not self.overwrite:
             if told:
                 raise InputError(
-                    f"'{self.scene}' is stored already. Leave --target, --target-length, --reference and --mark "
+                    f"'{self.scene}' is stored already. Leave --target, --target-size, --reference and --mark "
                     "out to lay it out, or add --overwrite to store it anew."
                 )
             return self._lay_out()
@@ -67,7 +68,7 @@ class SceneCommand:
         from torc.lab.scenes.overlap import measure_overlap
         from torc.lab.scenes.scene import SEEN, check_scene_place, record_scene, save_scene
 
-        wanted = wanted_of(self.target, self.reference, self.mark, self.target_length)
+        wanted = wanted_of(self.target, self.reference, self.mark, self.target_size)
         check_scene_place(self.scene, self.overwrite)
         lab = load_lab(self.lab)
         await_rest_pose(lab, Person())

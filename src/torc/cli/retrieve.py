@@ -41,8 +41,9 @@ class RetrieveCommand:
     """The target in words, for planners that ask a model, and for the log."""
     reference: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="PICTURE...")] = ()
     """Pictures of the target from some sides, one to five will do, by which torc knows it."""
-    target_length: Annotated[float | None, tyro.conf.arg(metavar="METRES")] = None
-    """How long the target is, corner to corner, beside pictures of it; it tells things apart that look alike."""
+    target_size: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LENGTH THICKNESS")] = None
+    """How long the target is, corner to corner, and the width of the narrowest tube it goes through, in metres, beside
+    pictures of it; that tells things apart that look alike."""
     planner: str = "dg-select"
     """Task planner: dg-select, belief, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm), or your
     own as module:Class or path/to/file.py:Class."""
@@ -72,7 +73,7 @@ class RetrieveCommand:
         from torc.lab.retrieval import lab_spec
         from torc.plugins import short_part_name
 
-        lab, wanted = load_lab(self.lab), wanted_of(self.target, self.reference, length_m=self.target_length)
+        lab, wanted = load_lab(self.lab), wanted_of(self.target, self.reference, size_m=self.target_size)
         spec = lab_spec(lab, PlannerSpec(self.planner, self.vlm.config(), self.planner_settings), self.seed)
         name = f"{spec.problem}-{short_part_name(self.planner)}-{self.seed}"
         out = self.out or Path("runs") / name

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 def wanted_of(
-    description: str, pictures: Sequence[Path], mark: str = "", length_m: float | None = None
+    description: str, pictures: Sequence[Path], mark: str = "", size_m: tuple[float, float] | None = None
 ) -> Wanted:
-    """What --target, --reference, --mark and --target-length tell. Raises InputError, also if they tell nothing."""
+    """What --target, --reference, --mark and --target-size tell. Raises InputError, also if they tell nothing."""
     from torc.perception.protocol import Wanted
     from torc.perception.target import load_pictures
 
@@ -23,7 +23,7 @@ def wanted_of(
         raise InputError(
             "Which object is the target? Give --reference pictures of it, --target its description, or both."
         )
-    return Wanted(description, load_pictures(pictures), mark_of(mark), length_m)
+    return Wanted(description, load_pictures(pictures), mark_of(mark), size_m)
 
 
 def mark_of(text: str) -> tuple[int, ...]:

@@ -9,7 +9,7 @@ from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, configured, make_stage
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
-from torc.sim.portraits import ruler_m, turn_table
+from torc.sim.portraits import size_by_ruler, turn_table
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
 from torc.sim.stepping import Observer
 from torc.sim.world import build_world
@@ -44,7 +44,7 @@ def pick_parts(system: System, simulated: SimulatedRobot) -> PickParts:
 
 
 def wanted_in(system: System, problem: Problem) -> Wanted:
-    """The problem's target as its perception knows it: with pictures of it from all sides, and its length, if it asks
+    """The problem's target as its perception knows it: with pictures of it from all sides, and its size, if it asks
     for pictures.
     """
     if not getattr(system.pipeline.perception, "needs_pictures", False):
@@ -53,9 +53,9 @@ def wanted_in(system: System, problem: Problem) -> Wanted:
 
 
 def pictured_target(problem: Problem) -> Wanted:
-    """The problem's target by pictures from all sides, as of a turn-table, and by its length."""
+    """The problem's target by pictures from all sides, as of a turn-table, and by its size."""
     model = load_object(problem.ordered()[TARGET_ID].model)
-    return Wanted(problem.description, turn_table(model), length_m=ruler_m(model))
+    return Wanted(problem.description, turn_table(model), size_m=size_by_ruler(model))
 
 
 def needs_color(system: System) -> bool:

@@ -1,22 +1,66 @@
-"""How long a cloud of points is."""
+"""How long and how thick a cloud of points is."""
+
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-_DIRECTIONS = 64
-_MOST_POINTS = 1500
+_DIRECTIONS, _AROUND = 64, 12
+_MOST_POINTS = 500
+_STEPS_RAD = (0.2, 0.07, 0.025)
 
 
-def longest_m(points: Float[np.ndarray, "n 3"], trimmed: float = 0.0) -> float:
-    """The longest extent in any direction, metres, to within a percent; 0 for no point. `trimmed`: a share of the
-    points that counts for nothing at either end, since depth flies at edges; of many points only some count then.
+class Extent(NamedTuple):
+    """The longest extent in any direction, and the width of the narrowest tube that it goes through, metres. Of a part
+    of a thing, neither is larger than of the whole.
+    """
+
+    length_m: float
+    thickness_m: float
+
+
+def extent(points: Float[np.ndarray, "n 3"], trimmed: float = 0.0) -> Extent:
+    """To within a few percent; 0 for no point. `trimmed`: a share of the points that counts for nothing at either end,
+    since depth flies at edges; of many points then only some count.
     """
     if len(points) == 0:
-        return 0.0
+        return Extent(0.0, 0.0)
     some = points[:: -(-len(points) // _MOST_POINTS)] if trimmed else points
-    along = np.asarray(some, float) @ _hemisphere().T
-    low, high = np.quantile(along, [trimmed, 1 - trimmed], axis=0)
-    return float((high - low).max())
+    some = np.asarray(some, float) - some.mean(axis=0)
+    return Extent(_longest(some, _hemisphere(), trimmed), _thickness(some, trimmed))
+
+
+def _thickness(points: Float[np.ndarray, "n 3"], trimmed: float) -> float:
+    """The tube's direction is looked for near the cloud's principal axes."""
+    axes = np.linalg.svd(points[:: -(-len(points) // _MOST_POINTS)], full_matrices=False)[2]
+    widths = [_across(points, axis, trimmed) for axis in axes]
+    along, best = axes[int(np.argmin(widths))], min(widths)
+    for step in _STEPS_RAD:
+        a, b = _aside(along)
+        for turned in (along + step * a, along - step * a, along + step * b, along - step * b):
+            turned = turned / np.linalg.norm(turned)
+            if (width := _across(points, turned, trimmed)) < best:
+                along, best = turned, width
+    return best
+
+
+def _across(points: Float[np.ndarray, "n 3"], along: Float[np.ndarray, "3"], trimmed: float) -> float:
+    """The longest extent at right angles to a direction."""
+    a, b = _aside(along)
+    turn = np.pi * np.arange(_AROUND)[:, None] / _AROUND
+    return _longest(points, np.cos(turn) * a + np.sin(turn) * b, trimmed)
+
+
+def _aside(along: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+    a = np.cross(along, (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0))
+    a /= np.linalg.norm(a)
+    return a, np.cross(along, a)
+
+
+def _longest(points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "k 3"], trimmed: float) -> float:
+    at = np.sort(points @ directions.T, axis=0)
+    left_out = int(trimmed * len(points))
+    return float((at[len(at) - 1 - left_out] - at[left_out]).max())
 
 
 def _hemisphere() -> Float[np.ndarray, "k 3"]:

@@ -1,22 +1,24 @@
-"""How long things in sight are, beside how long the target is."""
+"""How large things in sight are, beside how large the target is."""
 
 import numpy as np
 from jaxtyping import Float
 
-from torc.geometry.extent import longest_m
+from torc.geometry.extent import Extent, extent
 
 _FLYING = 0.02
 """Share of an object's points that may fly off at edges."""
 _LEAST_M = 0.005
 
 
-def length_in_sight_m(points: Float[np.ndarray, "n 3"]) -> float:
-    """Length of a cloud, metres. What others hide is missing, so an object is at least so long."""
-    return longest_m(points, _FLYING)
+def size_in_sight(points: Float[np.ndarray, "n 3"]) -> Extent:
+    """Length and thickness of a cloud, metres. What others hide is missing, so an object is at least so large."""
+    return extent(points, _FLYING)
 
 
-def stretch(seen_m: Float[np.ndarray, "n"], told_m: float | None) -> Float[np.ndarray, "n"]:
-    """Logarithm of how much longer things look than the target is; 0 where nobody told how long that is."""
+def stretch(seen_m: Float[np.ndarray, "n 2"], told_m: tuple[float, float] | None) -> Float[np.ndarray, "n 2"]:
+    """Logarithms of how much longer and thicker things look than the target is; 0 where nobody told how large that
+    is.
+    """
     if told_m is None:
-        return np.zeros(len(seen_m))
-    return np.asarray(np.log(np.maximum(seen_m, _LEAST_M) / max(told_m, _LEAST_M)))
+        return np.zeros(seen_m.shape)
+    return np.asarray(np.log(np.maximum(seen_m, _LEAST_M) / np.maximum(told_m, _LEAST_M)))

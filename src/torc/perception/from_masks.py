@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Float32, Int16
 
 from torc.perception.embedded.crops import crop
 from torc.perception.embedded.model import describe
-from torc.perception.extent import length_in_sight_m, stretch
+from torc.perception.extent import size_in_sight, stretch
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig, segment
 from torc.perception.target import (
@@ -71,12 +71,12 @@ class Masks:
 
 
 class _Seen(NamedTuple):
-    """The masks that are reported as objects: their numbers, what they look like, pixels, lengths; ids and memory."""
+    """The masks that are reported as objects: their numbers, what they look like, pixels, sizes; ids and memory."""
 
     masks: list[int]
     looks: Float32[np.ndarray, "n d"]
     pixels: list[int]
-    lengths_m: list[float]
+    sizes_m: Float[np.ndarray, "n 2"]
     ids: list[int]
     known: tuple[KnownObject, ...]
 
@@ -165,17 +165,15 @@ class FromMasks(ABC):
         if before is not None and carried is not None:
             overlap = agreement(len(sureness), label, carried, before)[masks]
         ids, known = same_ids(seen, overlap, before, observation, config.tracking)
-        pixels, lengths_m = (
-            [o.pixel_count for o in found.objects],
-            [length_in_sight_m(o.points) for o in found.objects],
-        )
-        return _Seen(masks, looks, pixels, lengths_m, ids, known)
+        pixels = [o.pixel_count for o in found.objects]
+        sizes_m = np.array([size_in_sight(o.points) for o in found.objects]).reshape(-1, 2)
+        return _Seen(masks, looks, pixels, sizes_m, ids, known)
 
     def _target_p(self, masks: Masks, seen: _Seen, wanted: Wanted) -> Float[np.ndarray, "n"] | None:
         """How surely each object in sight is the target; None if nothing but a mark tells."""
         if wanted.pictures:
             references = self._described(wanted)
-            stretched = stretch(np.array(seen.lengths_m), wanted.length_m)
+            stretched = stretch(seen.sizes_m, wanted.size_m)
             return target_probabilities(seen.looks, seen.pixels, references, self.config.target, stretched)
         if masks.wanted_p is not None:
             return by_words(masks.label, masks.wanted_p, seen.masks)

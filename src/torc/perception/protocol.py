@@ -16,18 +16,21 @@ Picture = UInt8[np.ndarray, "h w c"]
 class Wanted:
     """The target as its user describes it: in words, e.g. "the blue tuna can"; by reference pictures, RGB, or RGBA with
     the target where the fourth channel is not 0; by a mark in the first snapshot: a pixel of it (column, row), or a box
-    around it (left, top, right, bottom). `length_m`: beside pictures, how long it is, corner to corner; a ruler is
-    exact enough.
+    around it (left, top, right, bottom). `size_m`: beside pictures, how long it is, corner to corner, and the width
+    of the narrowest tube that it goes through; a ruler is exact enough.
     """
 
     description: str
     pictures: tuple[Picture, ...] = ()
     mark: tuple[int, ...] = ()
-    length_m: float | None = None
+    size_m: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        if self.length_m is not None and not 0.005 <= self.length_m <= 2.0:
-            raise InputError(f"The target's length is {self.length_m:g} m; it is in metres, from .005 to 2.")
+        if self.size_m is not None and not 0.001 <= self.size_m[1] <= self.size_m[0] <= 2.0:
+            raise InputError(
+                f"The target's size is {self.size_m[0]:g} by {self.size_m[1]:g} m; it is its length, and the width of "
+                "the narrowest tube that it goes through, in metres, up to 2."
+            )
         if len(self.mark) not in (0, 2, 4):
             raise InputError(f"A mark is x,y or a box x,y,x,y in pixels, not {self.mark}.")
         if len(self.mark) == 4 and not (self.mark[0] < self.mark[2] and self.mark[1] < self.mark[3]):

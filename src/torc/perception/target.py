@@ -43,18 +43,18 @@ class TargetConfig(Certainty):
         likeness, steepness, pixels: a mask alone with this cosine to the nearest reference picture is the target with
             probability 1/2; how fast that changes with the cosine; how much it changes with the logarithm of the number
             of pixels.
-        too_long, too_short: how much faster the odds fall where a mask is longer, or shorter, than the target is: per
-            unit of the logarithm, if its length was told. Others hide a part of many.
+        too_long, too_thick: how fast the odds fall where a mask is longer or thicker than the target: per unit of the
+            logarithm, if its size was told. Shorter and thinner says nothing: others hide a part of many.
         held_likeness, held_steepness, held_trust: the same for what is in the hand, and how much the log-odds of before
             the pick count there.
     """
 
-    sure: float = 0.7
-    likeness: float = 0.52
-    steepness: float = 12.1
-    pixels: float = -0.1
-    too_long: float = 5.4
-    too_short: float = 1.0
+    sure: float = 0.8
+    likeness: float = 0.54
+    steepness: float = 13.4
+    pixels: float = 0.38
+    too_long: float = 3.1
+    too_thick: float = 10.0
     held_likeness: float = 0.72
     held_steepness: float = 9.3
     held_trust: float = 0.79
@@ -74,7 +74,7 @@ def target_probabilities(
     pixels: Sequence[int],
     references: Float32[np.ndarray, "m d"],
     config: TargetConfig,
-    stretched: Float[np.ndarray, "n"] | None = None,
+    stretched: Float[np.ndarray, "n 2"] | None = None,
 ) -> Float[np.ndarray, "n"]:
     """Per object the probability that it is the one on the reference pictures: at most one of them is (a softmax over
     all of them and none). `stretched`: see `torc.perception.extent.stretch`.
@@ -85,7 +85,7 @@ def target_probabilities(
     size = np.log(np.maximum(np.asarray(pixels, float), 1) / _TYPICAL_PIXELS)
     score = config.steepness * (cosine - config.likeness) + config.pixels * size
     if stretched is not None:
-        score -= np.where(stretched > 0, config.too_long, -config.too_short) * stretched
+        score -= np.maximum(stretched, 0) @ (config.too_long, config.too_thick)
     odds = np.exp(score)
     return np.asarray(odds / (1 + odds.sum()))
 

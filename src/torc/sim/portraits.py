@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image
 
-from torc.geometry.extent import longest_m
+from torc.geometry.extent import Extent, extent
 from torc.geometry.transforms import Pose, look_at, make_pose, rotation_about, rotation_from_wxyz
 from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
@@ -57,9 +57,9 @@ def turn_table(
     return tuple(pictures)
 
 
-def ruler_m(model: ObjectModel) -> float:
-    """How long the object is, corner to corner, as a ruler tells."""
-    return longest_m(np.concatenate([mesh.vertices for mesh in model.visuals]))
+def size_by_ruler(model: ObjectModel) -> Extent:
+    """How large the object is, as a ruler tells."""
+    return extent(np.concatenate([mesh.vertices for mesh in model.visuals]))
 
 
 def turned_about(mount: CameraMount, center: Float[np.ndarray, "3"], angle_rad: float) -> Pose:

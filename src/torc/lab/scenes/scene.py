@@ -84,7 +84,7 @@ class Scene:
         o, wanted = self.reference, self.wanted
         arrays = [o.rgb, o.depth_m, *([] if o.label_image is None else [o.label_image]), *wanted.pictures]
         told = {"told": wanted.description, "mark": list(wanted.mark), "seen": digest(*arrays)}
-        return fingerprint(told if wanted.length_m is None else {**told, "length_m": wanted.length_m})
+        return fingerprint(told if wanted.size_m is None else {**told, "size_m": list(wanted.size_m)})
 
 
 class _SceneFile(BaseModel):
@@ -95,7 +95,7 @@ class _SceneFile(BaseModel):
     description: Annotated[str, Field(max_length=10_000)]
     mark: Annotated[tuple[int, ...], Field(max_length=4)]
     pictures: Annotated[int, Field(ge=0, le=MAX_PICTURES)]
-    length_m: float | None = None
+    size_m: tuple[float, float] | None = None
 
 
 class Eyes:
@@ -185,7 +185,7 @@ def save_scene(
         "description": scene.wanted.description,
         "mark": list(scene.wanted.mark),
         "pictures": len(scene.wanted.pictures),
-        "length_m": scene.wanted.length_m,
+        "size_m": scene.wanted.size_m and list(scene.wanted.size_m),
         "objects": list(scene.ids),
     }
     try:
@@ -233,7 +233,7 @@ def load_scene(directory: Path) -> Scene:
     if label is None or label.dtype != np.int16 or label.shape != shape or reference.rgb.shape != (*shape, 3):
         raise InputError(f"'{directory / REFERENCE}' holds no reference of a scene. {_AGAIN}")
     pictures: tuple[Picture, ...] = load_pictures([directory / _picture(k) for k in range(facts.pictures)])
-    wanted = Wanted(facts.description, pictures, facts.mark, facts.length_m)
+    wanted = Wanted(facts.description, pictures, facts.mark, facts.size_m)
     return Scene(facts.name, facts.lab, wanted, reference)
 
 
