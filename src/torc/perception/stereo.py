@@ -39,8 +39,8 @@ class SgbmConfig:
         min_depth_m, max_depth_m: nearer and further there is no reading. The nearer, the longer it takes.
     """
 
-    block_px: int = 3
-    smooth_1: int = 4
+    block_px: int = 5
+    smooth_1: int = 8
     smooth_2: int = 32
     unique_percent: int = 10
     speckle_px: int = 100
