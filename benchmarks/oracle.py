@@ -65,7 +65,8 @@ def solve(problem_name: str, seed: int, budget: float, likely: bool, robot: str 
         found = search(
             Branches(sandbox),
             sandbox.begin(),
-            max_picks=config.max_picks,
+            # Giving up is no pick.
+            max_picks=config.max_picks + sandbox.absent,
             budget=budget,
             likely_suffices=likely,
             tell=tell,

@@ -1,7 +1,7 @@
 """A VLM client of one's own: a class with one method. This one asks a model behind a small HTTP server of one's own.
 
-The server gets {"prompt": text, "images": [PNG as base64], "schema": JSON schema, "seed": number} and answers
-{"text": what the model wrote}.
+The server gets {"system": text, "examples": [{"user": text, "reply": text}], "prompt": text, "images": [PNG as base64],
+"schema": JSON schema, "seed": number} and answers {"text": what the model wrote}.
 
 cd examples
 torc run --planner vlm-select --vlm http_vlm:HttpVlm:my-model@http://localhost:8500/ask
@@ -12,6 +12,7 @@ import json
 import time
 import urllib.error
 import urllib.request
+from dataclasses import asdict
 
 from torc.errors import InputError
 from torc.vlm.config import VlmConfig
@@ -32,6 +33,8 @@ class HttpVlm:
         """The model's reply. Raises VlmError if the server gives none."""
         images = [base64.b64encode(png).decode() for png in question.images]
         asked = {
+            "system": question.system,
+            "examples": [asdict(example) for example in question.examples],
             "prompt": question.prompt,
             "images": images,
             "schema": question.schema,

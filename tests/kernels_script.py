@@ -22,6 +22,7 @@ from torc.records import Observation
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
+from torc.task_planning.asking import rehearse_planner
 from torc.task_planning.registry import make_planner
 from torc.testing.synthetic import random_clutter, synthetic_observation
 from torc.workspace.files import load_workspace
@@ -33,6 +34,7 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
     motion = SamplingMotionPlanner(robot, workspace)
     planner, pipeline = make_planner("dg-select"), build_pipeline(Conditions(), robot, workspace)
     rehearsal = rehearse_episode(PickParts(FakeRobot(robot, shapes), pipeline, motion), planner)
+    rehearse_planner(make_planner("belief"), rehearsal.context)
     view_of(rehearsal.context)
     rehearsed = all_signatures()
     announced: list[str] = []

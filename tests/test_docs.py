@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.helpers.fake_vlm import ScriptedVlm
 from torc.cli.experiments import read_experiment
 from torc.cli.main import parse
 from torc.pipeline import warm_up
@@ -20,6 +21,11 @@ from torc.stages import CAMERAS, TASK_PLANNERS
 from torc.task_planning.graph import EdgeKind
 from torc.testing.planner_conformance import check_planner
 from torc.testing.vlm_client_conformance import check_client
+from torc.vlm.asking import FIELDS
+from torc.vlm.config import Asking
+from torc.vlm.price_files import parse_prices
+from torc.vlm.prompt_files import parse_prompt
+from torc.vlm.select import VlmSelectPlanner
 from torc.vlm.simulated.profiles import PROFILES
 
 ROOT = Path(__file__).parents[1]
@@ -66,6 +72,19 @@ def test_the_part_on_the_page_conforms(page, name, check):
     names: dict = {}
     exec(code, names)
     check(names[name])
+
+
+def test_the_prompt_and_the_prices_on_the_page_are_some(tmp_path):
+    prompt, prices = _blocks("vlm.md", "yaml")
+    for structured in (True, False):
+        asking = Asking(prompt=parse_prompt(prompt, "mine", "vlm.md"), structured=structured)
+        VlmSelectPlanner(ScriptedVlm(["?"]), asking)
+    (tmp_path / "prices.yaml").write_text(prices)
+    assert parse_prices(str(tmp_path / "prices.yaml"), "gemini:MODEL").written == 2.5
+
+
+def test_the_page_on_vlms_names_all_that_prompts_are_filled_with():
+    assert {name for name in (*FIELDS, "facts", "relations") if f"`${name}`" not in VLM} == set()
 
 
 def test_the_page_on_the_simulated_vlm_has_its_numbers():

@@ -23,6 +23,7 @@ from torc.testing.synthetic import random_clutter, synthetic_observation
 
 UNUSED = [
     *(f"torc.robots.ik.{name}" for name in ("_damped_step", "_descend", "numeric_ik_kernel")),
+    "torc.task_planning.belief.box_kernels._voxel",
     *(f"torc.task_planning.path_kernels.{name}" for name in ("_lowest", "_popcount", "_signed")),
 ]
 """Kernels for arms without a closed form of their inverse kinematics; and those that are copied into others."""

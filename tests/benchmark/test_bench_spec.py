@@ -14,6 +14,7 @@ from torc.benchmark.spec import (
     merged,
     planned,
     problem_fingerprint,
+    vlm_facts,
 )
 from torc.benchmark.store import from_json, to_json
 from torc.errors import InputError
@@ -22,6 +23,9 @@ from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
 from torc.vlm.config import VlmConfig
+from torc.vlm.picture_config import PictureConfig
+from torc.vlm.prices import Prices
+from torc.vlm.prompt import Prompt
 
 PROBLEM = BenchProblem("structured-01", "structured", "ab12", shipped=True)
 VLM = VlmConfig("gemini", "robot-1")
@@ -122,3 +126,14 @@ def test_a_benchmark_grows_and_new_trials_take_the_place_of_old_ones():
     assert len(again.trials) == len(both.trials)
     assert changed in again.trials
     assert old.trials[0] not in again.trials
+
+
+def test_pictures_and_prompts_are_part_of_what_was_played_and_prices_are_not():
+    def facts(**options):
+        return vlm_facts(VlmConfig("gemini", "m", **options))
+
+    prompt = Prompt("mine", "$target?")
+    assert {"picture", "prompt"}.isdisjoint(facts())  # trials of before keep their ids
+    assert facts(prices=Prices(1, 2)) == facts()
+    assert facts(prompt=prompt)["prompt"] == prompt.digest
+    assert facts(picture=PictureConfig("outlines")) != facts() != facts(picture=PictureConfig(plain=True))

@@ -123,6 +123,7 @@ IDS = {"0", "1"}
 PLANNERS = {
     "random": None,
     "dg-select": None,
+    "belief": None,
     "vlm-select": '{"plan": [{"action": "remove", "input": 1}]}',
     "vlm-fixes-dg": '{"relations": [{"source": 0, "relation": "below", "target": 7}]}',
 }

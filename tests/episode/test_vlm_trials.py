@@ -23,6 +23,7 @@ from torc.testing import contexts
 from torc.vlm.cache import CacheConfig, CacheMode
 from torc.vlm.config import VlmConfig
 from torc.vlm.keys import OWN_SERVER_VARIABLE
+from torc.vlm.prices import Prices
 from torc.vlm.simulated.profiles import PROFILES
 
 KEY = "key-of-these-tests-0123456789"
@@ -39,7 +40,9 @@ def _silent(text):
 
 
 def _spec(server):
-    vlm = VlmConfig("openai", "some-model", server.url, retries=1, retry_wait_s=0.0)
+    vlm = VlmConfig(
+        "openai", "some-model", server.url, retries=1, retry_wait_s=0.0, prices=Prices(0.5, 10.0, "EUR")
+    )
     return replace(SPEC, planner=replace(SPEC.planner, vlm=vlm))
 
 
@@ -60,6 +63,9 @@ def test_a_trial_is_recorded_and_replays_without_a_server(tmp_path, monkeypatch)
     assert first.result["status"] == "completed"
     assert first.result["outcomes"] == ["no valid choice"]
     assert len(images) == 3
+    assert {(tmp_path / "a" / "picks" / "00_sent_1.png").read_bytes()} == set(images)
+    use = {"calls": 3, "tokens_sent": 900, "tokens_written": 75, "tokens_thinking": 15}
+    assert first.result["vlm_use"] == {**use, "cost": pytest.approx(0.0012), "currency": "EUR"}
     _assert_no_secret(tmp_path, images)
     assert json.loads((tmp_path / "a" / "spec.json").read_text())["planner"]["vlm"]["model"] == "some-model"
     monkeypatch.delenv(OWN_SERVER_VARIABLE)

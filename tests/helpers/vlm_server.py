@@ -61,6 +61,9 @@ class Asked(NamedTuple):
     key: str
     schema: Mapping[str, Any] | None
     options: Mapping[str, Any]
+    system: str = ""
+    turns: tuple[tuple[str, str], ...] = ()
+    """Role and text of what came before the question, the model's role as "model"."""
 
 
 class FakeVlmServer:
@@ -151,7 +154,12 @@ def _read_gemini(path: str, headers: Mapping[str, str], body: Any) -> Asked:
     model = re.fullmatch(r"/v1beta/models/(.+):generateContent", path)
     if model is None:
         raise LookupError(path)
-    parts = [part for content in body["contents"] for part in content["parts"]]
+    *before, last = body["contents"]
+    turns = _turns((c["role"], c["parts"]) for c in before)
+    if last["role"] != "user":
+        raise ValueError(last["role"])
+    parts = last["parts"]
+    system = "".join(p["text"] for p in body.get("systemInstruction", {"parts": []})["parts"])
     blobs = [p["inlineData"] for p in parts if "inlineData" in p]
     images = tuple(_png(b["mimeType"], b["data"]) for b in blobs)
     options = dict(body.get("generationConfig", {}))
@@ -159,19 +167,23 @@ def _read_gemini(path: str, headers: Mapping[str, str], body: Any) -> Asked:
     if schema is not None and options["responseMimeType"] != "application/json":
         raise ValueError("a schema needs responseMimeType application/json")
     text = "".join(p["text"] for p in parts if "text" in p)
-    return Asked(model.group(1), text, images, headers.get("x-goog-api-key", ""), schema, options)
+    return Asked(
+        model.group(1), text, images, headers.get("x-goog-api-key", ""), schema, options, system, turns
+    )
 
 
 def _read_openai(path: str, headers: Mapping[str, str], body: Any) -> Asked:
     if path != "/v1/chat/completions":
         raise LookupError(path)
-    (message,) = body["messages"]
+    *before, message = body["messages"]
+    system = "".join(m["content"] for m in before if m["role"] == "system")
+    turns = _turns((m["role"], [{"text": m["content"]}]) for m in before if m["role"] != "system")
     urls = [part["image_url"]["url"] for part in message["content"] if part["type"] == "image_url"]
     images = tuple(_png(*url.removeprefix("data:").split(";base64,")) for url in urls)
     text = "".join(part["text"] for part in message["content"] if part["type"] == "text")
     schema = body["response_format"]["json_schema"]["schema"] if "response_format" in body else None
     options = {k: v for k, v in body.items() if k not in ("messages", "model", "response_format")}
-    return Asked(body["model"], text, images, _bearer(headers), schema, options)
+    return Asked(body["model"], text, images, _bearer(headers), schema, options, system, turns)
 
 
 def _read_anthropic(path: str, headers: Mapping[str, str], body: Any) -> Asked:
@@ -179,14 +191,25 @@ def _read_anthropic(path: str, headers: Mapping[str, str], body: Any) -> Asked:
         raise LookupError(path)
     if not headers["anthropic-version"] or not isinstance(body["max_tokens"], int):
         raise ValueError("anthropic-version and max_tokens are required")
-    (message,) = body["messages"]
+    *before, message = body["messages"]
+    turns = _turns((m["role"], [{"text": m["content"]}]) for m in before)
     sources = [p["source"] for p in message["content"] if p["type"] == "image"]
     images = tuple(_png(source["media_type"], source["data"]) for source in sources)
     text = "".join(p["text"] for p in message["content"] if p["type"] == "text")
     output = dict(body.get("output_config", {}))
     schema = output.pop("format", {}).get("schema")
-    options = {k: v for k, v in body.items() if k not in ("messages", "model")} | output
-    return Asked(body["model"], text, images, headers.get("x-api-key") or _bearer(headers), schema, options)
+    options = {k: v for k, v in body.items() if k not in ("messages", "model", "system")} | output
+    key, system = headers.get("x-api-key") or _bearer(headers), body.get("system", "")
+    return Asked(body["model"], text, images, key, schema, options, system, turns)
+
+
+def _turns(found: Iterable[tuple[str, Any]]) -> tuple[tuple[str, str], ...]:
+    """Turns of user and model, one after the other, as all three vendors want them."""
+    names = {"assistant": "model", "model": "model", "user": "user"}
+    turns = tuple((names[role], "".join(p["text"] for p in parts)) for role, parts in found)
+    if [role for role, _ in turns] != ["user", "model"] * (len(turns) // 2):
+        raise ValueError(f"turns of {[role for role, _ in turns]}")
+    return turns
 
 
 def _gemini_reply(say: Say) -> dict[str, Any]:

@@ -182,3 +182,24 @@ def test_sets_names_files_and_directories_can_be_mixed(tmp_path: Path) -> None:
 def test_what_is_not_there_is_said(selection: str) -> None:
     with pytest.raises(InputError):
         select_problems(selection)
+
+
+ABSENT = GOOD.replace("target: mug\n", "target: spoon\ntarget_model: spoon_steel\n")
+
+
+def test_a_target_that_is_not_there_keeps_its_id_and_is_none_of_the_objects() -> None:
+    problem = parse_problem(ABSENT)
+    assert problem.absent
+    assert [o.name for o in problem.ordered()] == ["spoon", "can", "mug"]
+    assert [o.name for o in problem.objects] == ["can", "mug"]
+    assert parse_problem(problem_text(problem)) == problem
+    assert "target_model" not in problem_text(parse_problem(GOOD))
+
+
+def test_a_target_is_one_of_the_objects_or_of_a_known_model() -> None:
+    with pytest.raises(InputError, match="Leave target_model out"):
+        parse_problem(GOOD.replace("target: mug\n", "target: mug\ntarget_model: mug_red\n"))
+    with pytest.raises(InputError, match="give the target_model"):
+        parse_problem(GOOD.replace("target: mug\n", "target: spoon\n"))
+    with pytest.raises(InputError, match="no object model 'spoon_of_gold'"):
+        parse_problem(ABSENT.replace("spoon_steel", "spoon_of_gold"))

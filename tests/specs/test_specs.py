@@ -1,6 +1,7 @@
 """A trial's spec: to the disk and back, older files, settings of stages, and what conditions are called."""
 
 import json
+import re
 from dataclasses import dataclass, field
 
 import pytest
@@ -12,10 +13,20 @@ from torc.specs.files import from_plain, to_plain
 from torc.specs.settings import arguments, changed
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.vlm.config import VlmConfig
+from torc.vlm.picture_config import PictureConfig
+from torc.vlm.prices import Prices
+from torc.vlm.prompt import Example, Prompt
 
+ASKED = VlmConfig(
+    *("gemini", "robot-1"),
+    thinking="low",
+    picture=PictureConfig("outlines", True, 24, 1024),
+    prompt=Prompt("mine", "$target?", "Be brief.", examples=(Example("?", "!"),)),
+    prices=Prices(0.3, 2.5, "EUR"),
+)
 FULL = TrialSpec(
     "mine/pile.yaml",
-    PlannerSpec("vlm-select", VlmConfig("gemini", "robot-1", thinking="low"), {"asks": 2}),
+    PlannerSpec("vlm-select", ASKED, {"asks": 2}),
     7,
     Conditions(noise=True, grasps="a/b.py:C", settings={"occlusion.smooth_px": 3, "bets.costs": [1, 2]}),
 )
@@ -149,3 +160,13 @@ def test_a_trial_has_a_name_of_its_own():
     assert other.default_name == "structured-01-random-b.C-smooth_px=3-3"
     with pytest.raises(InputError, match="--seed"):
         TrialSpec.of("structured-01", seed=-1)
+
+
+def test_pictures_and_prompts_that_are_not_torcs_own_stand_in_labels_and_names():
+    plain = PlannerSpec("vlm-select", VlmConfig("gemini", "robot-1"))
+    assert plain.label == "vlm-select[robot-1]"
+    words = f"outlines, plain beside, crop 24, 1024 px, prompt mine {ASKED.prompt.digest[:8]}"
+    assert PlannerSpec("vlm-select", ASKED).label == f"vlm-select[robot-1, {words}]"
+    name = TrialSpec("structured-01", PlannerSpec("vlm-select", ASKED)).default_name
+    assert re.fullmatch(r"[\w.=-]+", name)
+    assert "outlines" in name

@@ -13,6 +13,7 @@ from torc.vlm.clients.api import open_api_client
 from torc.vlm.config import PROVIDERS, VlmConfig
 from torc.vlm.failures import FailureKind, VlmError
 from torc.vlm.keys import OWN_SERVER_VARIABLE, VARIABLES, find_key, scrubbed
+from torc.vlm.prompt import Example
 from torc.vlm.protocol import Finish, Question, VlmClient
 
 SECRET = "another-vendor-key-that-stays-here"
@@ -71,6 +72,31 @@ def test_good_replies_come_through(provider, case):
     assert reply.latency_s > 0
     assert KEY not in reply.text
     assert IMAGE * 9 not in reply.text
+
+
+@EVERY_PROVIDER
+def test_two_pictures_a_system_text_and_examples_go_where_the_vendor_wants_them(provider):
+    other = sample_png()[:-1] + b"!"
+    examples = (Example("Which of 4, 5?", '{"plan": []}'), Example("Of 6?", "6."))
+    question = Question("Now?", (sample_png(), other), PLAN_SCHEMA, system="Be a robot.", examples=examples)
+    with FakeVlmServer(provider, [GOOD], KEY) as server:
+        client = open_api_client(config_for(server))
+        assert client.ask(question).answer == ANSWER
+        client.ask(QUESTION)
+    sent, bare = server.asked
+    assert (sent.prompt, sent.images, sent.system) == ("Now?", question.images, "Be a robot.")
+    assert sent.turns == (
+        *(("user", "Which of 4, 5?"), ("model", '{"plan": []}')),
+        *(("user", "Of 6?"), ("model", "6.")),
+    )
+    assert (bare.system, bare.turns) == ("", ())
+
+
+@EVERY_PROVIDER
+def test_what_was_written_counts_thinking_in_whoever_counts(provider):
+    with FakeVlmServer(provider, [GOOD], KEY) as server:
+        tokens = open_api_client(config_for(server)).ask(QUESTION).tokens
+    assert (tokens.prompt, tokens.reply, tokens.thinking) == (300, 25, 5)
 
 
 @EVERY_PROVIDER

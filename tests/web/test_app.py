@@ -6,6 +6,7 @@ import pytest
 from page_server import Game
 
 from tests.helpers.fake_trial import play_fake_trial
+from torc.episode.recorded import BELIEF
 from torc.episode.viewer_links import REPORT, trial_key, trial_link
 from torc.errors import InputError
 from torc.pipeline.building import sources
@@ -30,6 +31,16 @@ def test_the_viewer_serves_a_whole_trial(client):
     assert client.get(f"{base}/picks/0/small.jpg").body.startswith(b"\xff\xd8")
     assert int.from_bytes(client.get(f"{base}/picks/0/arrays").body[:4], "little") < 5000
     assert client.get("/").body.startswith(b"<!doctype html>")
+
+
+def test_the_viewer_shows_what_a_model_was_sent(client, recorded):
+    picks = recorded / "boxes" / "picks"
+    for name in ("00_sent_1.png", "00_sent_2.png"):
+        (picks / name).write_bytes((picks / "00_seen.png").read_bytes() + name.encode())
+    base = f"/api/trials/{client.get('/api/trials').json['trials'][0]['key']}/picks"
+    assert [client.get(f"{base}/{pick}").json["sent"] for pick in (0, 1)] == [2, 0]
+    assert client.get(f"{base}/0/sent/1.png").body == (picks / "00_sent_2.png").read_bytes()
+    assert client.get(f"{base}/0/sent/2.png").status == 404
 
 
 def test_what_is_not_there_is_not_found(client):
@@ -201,3 +212,13 @@ def test_a_pick_may_pass_where_nothing_can_be_grasped():
     session.publish(trial="t", phase=Phase.CHOOSING, pick=2)
     session.choose(Choice("t", 2))
     assert session.state.phase is Phase.PLANNING
+
+
+def test_a_belief_is_shown_where_a_planner_has_left_one(client, recorded):
+    base = f"/api/trials/{client.get('/api/trials').json['trials'][0]['key']}/picks/0"
+    assert client.get(f"{base}/belief.png").status == 404
+    picture = (recorded / "boxes" / "picks" / "00_seen.png").read_bytes()
+    (recorded / "boxes" / "picks" / f"00_{BELIEF}").write_bytes(picture)
+    assert client.get(f"{base}/belief.png").body == picture
+    (recorded / "boxes" / "picks" / f"00_{BELIEF}").write_bytes(b"<svg>")
+    assert client.get(f"{base}/belief.png").status == 404

@@ -29,6 +29,15 @@ def test_a_replay_pick_by_pick(recorded, open_page):
         page.locator("#scene-box canvas").wait_for()
 
 
+def test_what_a_model_was_sent_is_shown(recorded, open_page):
+    picks = recorded / "boxes" / "picks"
+    (picks / "00_sent_1.png").write_bytes((picks / "00_seen.png").read_bytes())
+    with served(recorded) as client:
+        page = open_page(client.url)
+        page.locator("summary", has_text="The picture that was sent").click()
+        page.wait_for_function("document.querySelector('img.sent').naturalWidth === 640")
+
+
 def test_a_report_leads_to_the_picks_of_its_trials_and_back(recorded, open_page):
     pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
     from torc.benchmark.report.writing import write_report

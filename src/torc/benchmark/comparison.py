@@ -50,7 +50,7 @@ def compare(table: Table, first: str, second: str) -> Comparison:
         return sums, totals
 
     cost, drops = gap(lambda r: r.cost), difference(*gap(lambda r: r.drops))
-    success = difference(*gap(lambda r: r.retrieved), largest=1.0)
+    success = difference(*gap(lambda r: r.solved), largest=1.0)
     return Comparison(first, second, len(shared), success, difference(*cost), drops, sign_flip_p(cost[0]))
 
 

@@ -60,10 +60,12 @@ def _share_of_grasps(good: Callable[[PickRow], bool], unseen: bool = False) -> C
 
 
 SUCCESS = Measure(
-    "retrieved", "the target was held after the lift and delivered", _share(lambda r: r.retrieved)
+    "retrieved",
+    "the target was held after the lift and delivered; where it is not there, given up",
+    _share(lambda r: r.solved),
 )
 DROP_FREE = Measure(
-    "with no drop", "and nothing else left the table", _share(lambda r: r.retrieved and r.drops == 0)
+    "with no drop", "and nothing else left the table", _share(lambda r: r.solved and r.drops == 0)
 )
 COST = Measure(
     "picks to retrieval",

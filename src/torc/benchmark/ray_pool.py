@@ -173,7 +173,7 @@ def _gather(spec: BenchSpec, problems: Mapping[str, Problem], own: Path) -> dict
     for problem in spec.problems:
         if not problem.shipped:
             save_problem(problems[problem.name], own / _PROBLEMS / f"{problem.name}.yaml")
-    for model in {o.model for problem in problems.values() for o in problem.objects}:
+    for model in {o.model for problem in problems.values() for o in problem.ordered()}:
         if stored := find_stored(model):
             shutil.copytree(stored, own / _OBJECTS / model)
     vlms = (p.spec.vlm.provider for p in spec.planners if p.spec.vlm)

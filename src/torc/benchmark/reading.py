@@ -12,6 +12,7 @@ from typing import Any
 from torc.benchmark.rows import REAL, PickRow, Table, TrialRow, participant_by_name
 from torc.benchmark.store import TRIALS, WORK, Store
 from torc.benchmark.table_files import TRIALS_FILE, read_rows
+from torc.benchmark.vlm_use import vlm_facts
 from torc.episode.recorded import check_directory, picks_of, read_events, read_spec
 from torc.episode.versions import versions_text
 from torc.errors import InputError
@@ -147,11 +148,13 @@ def _row(directory: Path, spec: TrialSpec, result: Mapping[str, Any] | None, **m
         "max_picks": spec.conditions.max_picks,
         "version": versions_text(said.get("versions", {})),
         "participant": participant and not planner.outside_view,
+        **vlm_facts(said.get("vlm_use")),
     }
     if facts["status"] == "completed":
         facts |= {name: bool(said[name]) for name in ("retrieved", "held_target")}
         facts |= {name: int(said[name]) for name in ("picks", "drops")}
         facts |= {"end": str(said["end"]), "bound": str(said.get("bound", ""))}
+        facts["absent"] = bool(said.get("target_absent", False))
         facts["picked"] = tuple(_picks(directory / "events.jsonl", _problem(spec.problem)))
     elif result is not None:
         facts |= {"cause": str(said.get("cause", "raised")), "error": str(said.get("error", ""))}

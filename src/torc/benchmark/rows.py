@@ -5,11 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from torc.episode.planners import PRIVILEGED
+from torc.pipeline.state import EndReason
 from torc.records import PickResult
 from torc.specs.trial import SIMULATED
 
 REAL = "real"
 """Category of trials on a real robot."""
+_FOUND_ABSENT = (EndReason.GAVE_UP, EndReason.NOTHING_LEFT)
 _WENT_WELL = (PickResult.RETRIEVED, PickResult.REMOVED)
 
 
@@ -72,6 +74,9 @@ class TrialRow:
         conditions: robot, grasp planner, noise as far as they are not the default ones, see `Conditions`.
         participant: its planner saw what planners see. Else it is a reference.
         bound: how sure ORACLE is that no planner can do with less, see `Bound`; "" where that is not known.
+        absent: the target is not on the table, so that giving up is right.
+        vlm_calls: replies of the model that the planner asked; None where it asks none, or that is not recorded.
+        tokens_sent, tokens_written, vlm_cost: of all those; None where a reply did not tell, or nobody told prices.
     """
 
     id: str
@@ -95,6 +100,12 @@ class TrialRow:
     conditions: str = ""
     participant: bool = True
     bound: str = ""
+    absent: bool = False
+    vlm_calls: int | None = None
+    tokens_sent: int | None = None
+    tokens_written: int | None = None
+    vlm_cost: float | None = None
+    currency: str = ""
 
     @property
     def completed(self) -> bool:
@@ -107,9 +118,14 @@ class TrialRow:
         return self.category == REAL
 
     @property
+    def solved(self) -> bool:
+        """The target was retrieved; where there is none, the planner gave up, or cleared the table."""
+        return self.end in _FOUND_ABSENT if self.absent else self.retrieved
+
+    @property
     def cost(self) -> int:
-        """Picks until the target was retrieved; the whole budget where it never was."""
-        return self.picks if self.retrieved else self.max_picks
+        """Picks until the trial was solved; the whole budget where it never was."""
+        return self.picks if self.solved else self.max_picks
 
     @property
     def cell(self) -> tuple[str, str, int]:

@@ -8,13 +8,14 @@ from typing import Any
 
 from torc.errors import InputError
 from torc.fingerprints import file_fingerprint, fingerprint
-from torc.objects.library import builtin_object_names, find_stored
+from torc.objects.library import find_stored, object_facts
 from torc.problems.problem import Problem
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec, TrialSpec, settings_text
 from torc.specs.variants import varied
 from torc.vlm.config import VlmConfig
+from torc.vlm.picture_config import PictureConfig
 from torc.vlm.simulated.profiles import find_profile
 
 ID_FORMAT = "torc-bench-trial/2"
@@ -212,13 +213,14 @@ def problem_fingerprint(problem: Problem) -> str:
 
     Models that come with torc are settled by its version; the user's own count with their files.
     """
-    builtin = set(builtin_object_names())
-    own = {o.model for o in problem.objects} - builtin
+    own = {o.model for o in problem.ordered() if not object_facts(o.model).builtin}
     objects = [
         [o.name, o.model, *([float(v) for v in vector] for vector in (o.position, o.wxyz))]
         for o in problem.objects
     ]
-    facts = {"description": problem.description, "target": problem.target, "objects": objects}
+    facts: dict[str, Any] = {"description": problem.description, "target": problem.target, "objects": objects}
+    if problem.absent:
+        facts["target_model"] = problem.target_model
     return fingerprint(facts | {"models": {name: _own_object(name) for name in sorted(own)}})
 
 
@@ -229,6 +231,11 @@ def vlm_facts(vlm: VlmConfig | None) -> dict[str, Any] | None:
     names = ("provider", "url", "model", "thinking", "max_output_tokens", "seeded", "structured")
     facts = {name: getattr(vlm, name) for name in names}
     facts["temperature"] = None if vlm.temperature is None else float(vlm.temperature)
+    # Only where they are given: trials that were played before there were such settings keep their ids.
+    if vlm.picture != PictureConfig():
+        facts["picture"] = asdict(vlm.picture)
+    if vlm.prompt is not None:
+        facts["prompt"] = vlm.prompt.digest
     return facts | ({"simulated": asdict(find_profile(vlm.model))} if vlm.simulated else {})
 
 

@@ -20,7 +20,7 @@ from torc.records import PickResult
 
 TRIALS_FILE, PICKS_FILE = "trials.csv", "picks.csv"
 _KEY = ("planner", "problem", "seed")
-_MAY_BE_UNKNOWN = ("unseen_kind", "p")
+_MAY_BE_UNKNOWN = ("unseen_kind", "p", "vlm_calls", "tokens_sent", "tokens_written", "vlm_cost")
 _MAX_BYTES = 512 * 2**20
 _Row = TypeVar("_Row")
 

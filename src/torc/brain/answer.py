@@ -13,6 +13,7 @@ from torc.pipeline.look import Look
 from torc.records import Decision
 from torc.records.files import write_png
 from torc.records.serialization import to_plain
+from torc.task_planning.belief.picture import draw_belief
 from torc.task_planning.drawing import draw_decision
 
 HIDDEN = "hidden"
@@ -111,13 +112,20 @@ class Answer:
         }
 
     def save_pictures(self, directory: Path) -> None:
-        """Write seen.png (the marked image) and, if the planner has one, graph.png; the numbers in them are labels."""
+        """Write seen.png (the marked image) and, if the planner has them, graph.png and belief.png; the numbers in them
+        are labels. Also sent_1.png and so on, the pictures that a model was sent; the numbers in those are torc's own.
+        """
         chosen, labels = self.decision.object_id, self.labels
         seen = mark_image(self.look.context.scene, highlight=chosen, labels=labels)
         write_png(directory / "seen.png", seen)
+        for number, picture in enumerate(self.decision.pictures, start=1):
+            (directory / f"sent_{number}.png").write_bytes(picture)
         graph = draw_decision(self.decision, labels)
         if graph is not None:
             write_png(directory / "graph.png", graph)
+        belief = draw_belief(self.decision, self.look.context.scene, labels)
+        if belief is not None:
+            write_png(directory / "belief.png", belief)
 
     def _object(self, object_id: int) -> dict[str, Any]:
         context = self.look.context
@@ -153,8 +161,13 @@ def evidence_in_labels(evidence: Mapping[str, Any], labels: Mapping[int, int]) -
         edges = [{**e, "source": label(e["source"]), "target": label(e["target"])} for e in data["edges"]]
         return {**data, "target": label(data["target"]), "nodes": nodes, "edges": edges}
 
+    def belief(data: Mapping[str, Any]) -> dict[str, Any]:
+        by_id = {key: keys(data[key]) for key in ("reveals", "behind", "hidden_by", "prices") if key in data}
+        return {**data, **by_id, "order": [label(k) for k in data["order"]]}
+
     translations: dict[str, Callable[[Any], Any]] = {
         "graph": graph,
+        "belief": belief,
         "probabilities": keys,
         "certainty": lambda values: {**values, "upper": keys(values["upper"])},
         "graspable": lambda ids: [label(k) for k in ids],

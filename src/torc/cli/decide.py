@@ -52,7 +52,7 @@ class DecideCommand:
     frame: tyro.conf.Positional[Path]
     """The frame: .npz file or directory."""
     planner: str = "dg-select"
-    """Task planner: dg-select, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your
+    """Task planner: dg-select, belief, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm), or your
     own as module:Class or path/to/file.py:Class."""
     robot: str = "none"
     """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, ur5e_2f85, panda_hand, or a robot
@@ -70,7 +70,7 @@ class DecideCommand:
     seed: int = 0
     """Decides all random draws."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
-    """Directory for decision.json, seen.png and graph.png."""
+    """Directory for decision.json, seen.png and, if the planner has them, graph.png and belief.png."""
     json: Annotated[bool, tyro.conf.arg(help="Print decision.json instead of text.")] = False
     stages: PipelineSpec = field(default_factory=PipelineSpec)
     vlm: VlmOptions = field(default_factory=VlmOptions)
@@ -79,6 +79,7 @@ class DecideCommand:
         """Print the decision; the exit code is 3 if there is nothing to pick."""
         from torc.brain import answer_text, decide_frame, load_frame, rehearse
         from torc.episode.planners import refuse_simulated
+        from torc.errors import InputError
         from torc.pipeline.warm_up import announced_compilation
         from torc.records.files import write_json
         from torc.stages import ASKING
@@ -94,6 +95,12 @@ class DecideCommand:
         looks_for_target = model is not None and not masked and not (wanted.mark or wanted.pictures)
         finder = open_client(model, self.vlm.cache()) if model is not None and looks_for_target else None
         asks = self.planner in ASKING or not looks_for_target
+        if model is not None and model.words and not asks:
+            raise InputError(
+                "The model only looks for the target here, which it does by pictures and a prompt of torc's own: leave "
+                "out --vlm-marks, --vlm-plain, --vlm-crop, --vlm-longest-side and --vlm-prompt, or name a planner that "
+                f"asks a model ({', '.join(ASKING)})."
+            )
         options = planner_options(self.planner, maker, model if asks else None, self.vlm.cache())
         planner = make_planner(self.planner, **options)
         robot = None if self.robot == "none" else self.robot

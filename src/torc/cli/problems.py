@@ -243,6 +243,9 @@ class ShowCommand:
             return 0
         print(f"{problem.name} ({problem.category}), target: {problem.description} [{problem.target}]\n")
         for k, placement in enumerate(problem.ordered()):
+            if problem.absent and placement.name == problem.target:
+                print(f"  {k:>2}  {placement.name:<28} {placement.model:<28} is not there")
+                continue
             x, y, z = placement.position
             print(f"  {k:>2}  {placement.name:<28} {placement.model:<28} at {x:.3f} {y:.3f} {z:.3f}")
         option = robot_option(problem)

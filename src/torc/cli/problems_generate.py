@@ -41,8 +41,8 @@ class GenerateCommand:
     """Standing objects, tightly packed. With neither this nor --unstructured: for even seeds."""
     unstructured: bool = False
     """Dumped piles. With neither this nor --structured: for odd seeds."""
-    objects: Annotated[str, tyro.conf.arg(metavar="N|N-M")] = "8-20"
-    """Number of objects, or a range of it, from 2 to 64; 8-20 are typical. Standing objects must fit side by side: 24
+    objects: Annotated[str, tyro.conf.arg(metavar="N|N-M")] = ""
+    """Number of objects, or a range of it, from 2 to 64; 8-20 if not given. Standing objects must fit side by side: 24
     do in about one scene of three, 32 in hardly any. Piles of 30-40 take about a minute each."""
     count: int = 1
     """How many problems; their seeds are SEED, SEED+1, ... What is in DIR already is not made again: the same command
@@ -52,6 +52,10 @@ class GenerateCommand:
     hidden: Literal["any", "visible", "partly", "hidden"] = "any"
     """How much of the target is in sight at first: visible (75 % or more), partly, hidden (too little for perception to
     find it), or any (prefers targets that are not visible)."""
+    family: Literal["usual", "absent", "absent-twin", "look-alikes", "ungraspable", "large"] = "usual"
+    """Family of harder problems (docs/generation.md): absent (the target is not there), absent-twin (the same scenes
+    with it), look-alikes (with copies that lack the target's mark), ungraspable (what is in the way cannot be grasped),
+    large (buried in a pile; 30-40 objects if --objects is not given)."""
     held_out: Literal["any", "only", "none"] = "any"
     """Whether to use the object kinds that the grasp score was not trained on."""
     kinds: Annotated[str, tyro.conf.arg(metavar="KIND,...")] = ""
@@ -135,18 +139,24 @@ class GenerateCommand:
         return 1 if failed else 0
 
     def _jobs(self) -> list["Job"]:
-        from torc.generation.config import GenerationConfig
+        from torc.generation.config import Family, GenerationConfig
         from torc.generation.generator import Job
         from torc.generation.sampling import allowed_models
         from torc.problems.schema import Category
 
         if self.count < 1 or self.workers < 1:
             raise InputError("--count and --workers must be at least 1.")
-        found = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", self.objects.strip())
+        family = Family("" if self.family == "usual" else self.family)
+        if family is Family.LARGE and self.structured:
+            raise InputError("Large problems are piles; leave --structured out.")
+        wanted = self.objects.strip() or ("30-40" if family is Family.LARGE else "8-20")
+        found = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", wanted)
         if found is None:
             raise InputError(f"--objects is '{self.objects}'; give a number, e.g. 12, or a range, e.g. 8-20.")
         categories: list[Category] = ["structured", "unstructured"]
-        if self.structured != self.unstructured:
+        if family is Family.LARGE:
+            categories = ["unstructured"]
+        elif self.structured != self.unstructured:
             categories = ["structured"] if self.structured else ["unstructured"]
         configs = [
             GenerationConfig(
@@ -158,6 +168,7 @@ class GenerateCommand:
                 split_names(self.models),
                 self.own,
                 self.attempts,
+                family=family,
             )
             for category in categories
         ]

@@ -45,7 +45,7 @@ class RetrieveCommand:
     """How long the target is, corner to corner, and the width of the narrowest tube it goes through, in metres, beside
     pictures of it; that tells things apart that look alike."""
     planner: str = "dg-select"
-    """Task planner: dg-select, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your
+    """Task planner: dg-select, belief, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm), or your
     own as module:Class or path/to/file.py:Class."""
     planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)
     """Settings of the task planner by dotted path: --planner.SETTING VALUE."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -38,6 +38,20 @@ class VlmOptions:
     """Send a sampling seed drawn from the trial's (not for Anthropic)."""
     vlm_free_text: bool = False
     """Ask for JSON by the prompt only, as the paper does, for servers that take no JSON schema."""
+    vlm_marks: Literal["tinted", "outlines"] = "tinted"
+    """tinted: objects tinted in colours of their own, the paper's picture; outlines: thin outlines and small numbers,
+    all other colours as the camera saw them."""
+    vlm_plain: bool = False
+    """Send the picture without marks as well."""
+    vlm_crop: Annotated[int | None, tyro.conf.arg(metavar="PX")] = None
+    """Cut the picture to the objects and this margin, in pixels of the camera; the whole picture if not given."""
+    vlm_longest_side: Annotated[int | None, tyro.conf.arg(metavar="PX")] = None
+    """Enlarge the picture to this longest side before it is marked, e.g. 1024; as it is if not given."""
+    vlm_prompt: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """A prompt of your own (.yaml or .txt, docs/vlm.md), or the name of a shipped one, e.g. vlm-select-history-1."""
+    vlm_prices: Annotated[str | None, tyro.conf.arg(metavar="SENT,WRITTEN|FILE")] = None
+    """Prices of a million tokens sent and written, e.g. 0.30,2.50 or 0.30,2.50,EUR, or a price table (.yaml): results
+    then tell the cost."""
     vlm_timeout: float = 120.0
     """Seconds until a request is given up."""
     vlm_retries: int = 4
@@ -50,13 +64,16 @@ class VlmOptions:
     def config(self, named: str | None = None) -> VlmConfig | None:
         """The model and how it is asked; None if none is named. `named` stands in for --vlm. Raises InputError."""
         from torc.vlm.config import VlmConfig, parse_thinking, parse_vlm
+        from torc.vlm.picture_config import PictureConfig
+        from torc.vlm.price_files import parse_prices
+        from torc.vlm.prompt_files import load_prompt
 
         text = self.vlm if named is None else named
         if text is None:
             if self != VlmOptions():
                 raise InputError("Options of a VLM are given, but no --vlm.")
             return None
-        return VlmConfig(
+        config = VlmConfig(
             *parse_vlm(text),
             temperature=self.vlm_temperature,
             thinking=parse_thinking(self.vlm_thinking),
@@ -65,7 +82,11 @@ class VlmOptions:
             structured=not self.vlm_free_text,
             timeout_s=self.vlm_timeout,
             retries=self.vlm_retries,
+            picture=PictureConfig(self.vlm_marks, self.vlm_plain, self.vlm_crop, self.vlm_longest_side),
+            prompt=None if self.vlm_prompt is None else load_prompt(self.vlm_prompt),
         )
+        prices = None if self.vlm_prices is None else parse_prices(self.vlm_prices, config.text)
+        return config if prices is None else replace(config, prices=prices)
 
     def cache(self) -> CacheConfig | None:
         """Where replies are kept; None if nowhere. Raises InputError."""

@@ -14,7 +14,12 @@ from torc.task_planning.registry import load_planner_class, make_planner, planne
 from torc.vlm.cache import CacheConfig
 from torc.vlm.opening import Truth, planner_options
 
-PRIVILEGED: Mapping[str, str] = MappingProxyType({"oracle": "torc.episode.oracle.planner:OraclePlanner"})
+PRIVILEGED: Mapping[str, str] = MappingProxyType(
+    {
+        "oracle": "torc.episode.oracle.planner:OraclePlanner",
+        "informed": "torc.episode.oracle.informed:InformedPlanner",
+    }
+)
 """Name -> "module:Class" of the planners that only a simulated trial can have."""
 
 

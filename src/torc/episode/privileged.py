@@ -12,13 +12,15 @@ import numpy as np
 from torc.episode.events import Event, Looked
 from torc.episode.simulated import needs_color, pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, Steps
+from torc.occlusion.room import places_left
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import System
 from torc.pipeline.look import Look
 from torc.pipeline.state import EpisodeState, first_state
 from torc.problems.problem import Problem
-from torc.records import Decision, PickOutcome, PickResult
+from torc.records import TARGET_ID, Decision, PickOutcome, PickResult, PlanningContext
 from torc.sim.contacts import lies_on
+from torc.sim.filled import filled_voxels
 from torc.sim.robot import RobotState, SimulatedRobot
 from torc.sim.visibility import Visibility, measure_visibility
 
@@ -49,10 +51,26 @@ class Truth:
 class Sandbox:
     """A world of its own in which an episode can be carried on from any state, as the trial would carry it on."""
 
-    def __init__(self, robot: SimulatedRobot, steps: Steps) -> None:
-        """robot: the one that the steps use, in a world as it was built; nobody else should use it."""
+    def __init__(self, robot: SimulatedRobot, steps: Steps, built: RobotState | None = None) -> None:
+        """robot: the one that the steps use, in a world as it was built, unless that state is given; nobody else should
+        use it.
+        """
         self._robot, self._steps = robot, steps
-        self._built = robot.save()
+        self._built = robot.save() if built is None else built
+
+    @property
+    def absent(self) -> bool:
+        """The target is not there."""
+        return self._robot.world.problem.absent
+
+    def now(self, state: SimulatedState) -> SimulatedState:
+        """The state of the episode with the world as it is at the moment."""
+        return replace(state, robot=self._robot.save())
+
+    def with_draws(self, seed: int) -> "Sandbox":
+        """The same world, where all that is drawn in looking and planning is drawn by another seed. They take turns."""
+        config = replace(self._steps.config, seed=seed)
+        return Sandbox(self._robot, Steps(self._steps.parts, self._steps.wanted, config), self._built)
 
     def begin(self) -> SimulatedState:
         """Before the first pick, as a trial begins. Raises InputError if the target does not stay on the table, and
@@ -72,6 +90,18 @@ class Sandbox:
         self._robot.restore(state.robot)
         world = self._robot.world
         return Truth(measure_visibility(world, world.workspace.camera), lies_on(world))
+
+    def nowhere(self, state: SimulatedState, context: PlanningContext) -> bool:
+        """Whether it is certain that the target is not there: it is not, and nobody who knew the shapes of all objects
+        could think of a place for it in what is still unseen.
+        """
+        self._robot.restore(state.robot)
+        world = self._robot.world
+        if not world.problem.absent:
+            return False
+        unseen = ~context.volume.seen & ~filled_voxels(world)
+        grid = context.volume.grid
+        return places_left(unseen, world.models[TARGET_ID], grid.voxel_size_m) == 0
 
     def pick(self, state: SimulatedState, look: Look, object_id: int | None) -> SimulatedState:
         """The state after a pick, where `look` is the look before it; None lets the pick pass. Raises PhysicsError."""

@@ -29,13 +29,21 @@ from torc.specs.files import RecordedSpec, from_plain
 from torc.specs.trial import TrialSpec
 
 LOG, VIDEO = "events.jsonl", "video.mp4"
-MAX_TRIALS, MAX_DEPTH = 20_000, 6
+LOG, VIDEO = "events.jsonl", "video.mp4"
+BELIEF = "belief.png"
+"""End of the name of a pick's file, where its planner has left a belief of where the target is."""
+MAX_TRIALS, MAX_DEPTH, MAX_SENT = 20_000, 6, 8
 _MAX_PICTURE_BYTES = 32 * 2**20
 _PNG = b"\x89PNG\r\n\x1a\n"
 MAX_LOG_BYTES, MAX_FACTS_BYTES = 64 * 2**20, 2**20
 _HALF_PAIR = re.compile(
     r"\\u[dD][89abAB][0-9a-fA-F]{2}(?!\\u[dD][c-fC-F])|(?<!\\u[dD][89abAB]..)\\u[dD][c-fC-F][0-9a-fA-F]{2}"
 )
+
+
+def sent_name(which: int) -> str:
+    """End of the file name of a picture that the chooser was sent; the first is 0."""
+    return f"sent_{which + 1}.png"
 
 
 @dataclass(frozen=True)
@@ -67,11 +75,20 @@ class RecordedTrial:
 
     def picture(self, number: int) -> bytes:
         """The marked image of a pick, PNG. Raises InputError if it is missing or no PNG."""
-        path = self._pick_path(number, "seen.png")
-        picture = read_bytes(path, _MAX_PICTURE_BYTES, "the picture of a pick")
-        if not picture.startswith(_PNG):
-            raise InputError(f"{path} is no PNG picture.")
-        return picture
+        return self._picture(number, "seen.png")
+
+    def sent_picture(self, number: int, which: int) -> bytes:
+        """A picture that the chooser was sent, PNG; the first is 0. Raises InputError if it is missing or no PNG."""
+        return self._picture(number, sent_name(which))
+
+    def sent_pictures(self, number: int) -> int:
+        """How many pictures the chooser was sent, as far as they are there."""
+        here = range(MAX_SENT)
+        return next((k for k in here if not self._pick_path(number, sent_name(k)).is_file()), MAX_SENT)
+
+    def belief(self, number: int) -> bytes:
+        """The belief of a pick over the image, PNG, where the planner left one. Raises InputError as `picture`."""
+        return self._picture(number, BELIEF)
 
     def view(self, number: int) -> PickView | None:
         """What the planner saw, in full; None where it was not recorded. Raises InputError if it is damaged."""
@@ -83,6 +100,13 @@ class RecordedTrial:
         """The video, if there is one."""
         path = self.directory / VIDEO
         return path if path.is_file() and not path.is_symlink() and self.result else None
+
+    def _picture(self, number: int, name: str) -> bytes:
+        path = self._pick_path(number, name)
+        picture = read_bytes(path, _MAX_PICTURE_BYTES, "the picture of a pick")
+        if not picture.startswith(_PNG):
+            raise InputError(f"{path} is no PNG picture.")
+        return picture
 
     def _pick_path(self, number: int, name: str) -> Path:
         self.pick(number)

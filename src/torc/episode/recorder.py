@@ -12,14 +12,17 @@ from torc.episode.events import Decided, Event, Executed, Looked
 from torc.episode.log_writing import log_line
 from torc.episode.pick_view import view_of
 from torc.episode.pictures import Crop, Frame, crop_around_objects, picture_strip
-from torc.episode.recorded import LOG
+from torc.episode.recorded import BELIEF, LOG, sent_name
 from torc.episode.viewer_links import PARTIAL
+from torc.episode.vlm_use import VlmUse
 from torc.errors import InputError
 from torc.perception.marking import mark_image
 from torc.records.directories import check_place, claim
 from torc.records.files import write_json, write_png
 from torc.records.serialization import save_record
+from torc.task_planning.belief.picture import draw_belief
 from torc.task_planning.drawing import draw_decision
+from torc.vlm.config import VlmConfig
 
 
 class TrialRecorder:
@@ -38,6 +41,9 @@ class TrialRecorder:
         self.frames: list[Frame] = []
         self.begun = False
         """Whether an event has been recorded."""
+        self.asked: VlmConfig | None = None
+        """The model that the planner asks, if whoever plays the trial told it."""
+        self._vlm_use = VlmUse()
         self._crop: Crop | None = None
         self._new = [parent for parent in out.parents if not parent.exists()]
         self._log = claim(self.partial, LOG, "trial")
@@ -48,6 +54,11 @@ class TrialRecorder:
             raise InputError(
                 f"Cannot write to '{self.partial}': {error.strerror}. Choose another --out."
             ) from error
+
+    @property
+    def vlm_facts(self) -> dict[str, Any]:
+        """What asking the model took so far, for result.json; nothing where no model is asked."""
+        return {} if self.asked is None else {"vlm_use": self._vlm_use.facts(self.asked.prices)}
 
     def __call__(self, event: Event) -> None:
         """Record one event; lines are flushed so that nothing is lost in a crash."""
@@ -68,8 +79,13 @@ class TrialRecorder:
                 chosen = decision.object_id if decision.object_id in scene.ids else None
                 cropped = mark_image(scene, highlight=chosen)[self._crop or ...]
                 self.frames.append(Frame(event.pick, cropped, chosen, decision.reason))
+                self._vlm_use.add(decision)
+                for number, picture in enumerate(decision.pictures):
+                    self._pick_path(event.pick, sent_name(number)).write_bytes(picture)
                 if (graph := draw_decision(decision)) is not None:
                     write_png(self._pick_path(event.pick, "graph.png"), graph)
+                if (belief := draw_belief(decision, scene)) is not None:
+                    write_png(self._pick_path(event.pick, BELIEF), belief)
             case Executed():
                 if self.frames and self.frames[-1].pick == event.pick:
                     self.frames[-1] = replace(self.frames[-1], outcome=event.outcome)

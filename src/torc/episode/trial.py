@@ -106,6 +106,7 @@ def run_trial(
         about["simulated_vlm"] = asdict(find_profile(asked.model))
     recorded = to_plain(spec, sources(spec.conditions))
     recorder = TrialRecorder(out, recorded, overwrite=overwrite, snapshots=recording.snapshots)
+    recorder.asked = asked
 
     def play() -> dict[str, Any]:
         with ExitStack() as stack:
@@ -146,7 +147,7 @@ def recorded_trial(
     try:
         facts = play()
     except KeyboardInterrupt:
-        result = _result({"status": "interrupted", **about})
+        result = _result({"status": "interrupted", **about, **recorder.vlm_facts})
         recorder.write_result(result)
         return Trial(recorder.partial, result)
     except Exception as error:
@@ -156,7 +157,7 @@ def recorded_trial(
         told = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
         facts = {"status": "errored", "error": told}
         (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
-    result = _result({**facts, **about})
+    result = _result({**facts, **about, **recorder.vlm_facts})
     recorder.complete(result)
     return Trial(recorder.out, result)
 
@@ -191,6 +192,8 @@ def _play(
     # A planner may know how sure it is that its costs are the least.
     bound = getattr(planner, "bound", None)
     facts = {"status": "completed", **result_facts(result)}
+    if problem.absent:
+        facts["target_absent"] = True
     return facts | {"bound": bound.value} if isinstance(bound, Bound) else facts
 
 

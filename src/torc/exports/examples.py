@@ -18,7 +18,7 @@ from torc.records import TARGET_ID
 from torc.vlm.asking import filled_prompt
 from torc.vlm.select import VlmSelectPlanner
 
-PROMPT = VlmSelectPlanner.prompt
+PROMPT = VlmSelectPlanner.form.prompt
 """Name of the prompt that is exported: VLM-SELECT's."""
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.-]+")
 _State = tuple[str, int, str, tuple[int, ...]]

@@ -47,6 +47,8 @@ class Card:
     def facts(self) -> str:
         """Category and difficulty as text."""
         d = self.difficulty
+        if self.problem.absent:
+            return f"{self.problem.category}, {d.objects} objects; the target is not there"
         return (
             f"{self.problem.category}, {d.objects} objects, {100 * d.visible_fraction:.0f} % of the target in sight, "
             f"{d.in_front} in front of it, {d.beside} beside, {d.taller} taller"

@@ -31,6 +31,56 @@ class Hiddenness(StrEnum):
 VISIBLE_FROM = 0.75
 """Visible fraction from which a target counts as visible."""
 
+
+class Family(StrEnum):
+    """What kind of hard problem is wanted."""
+
+    USUAL = ""
+    """None: the rules of torc40."""
+    ABSENT = "absent"
+    """The target is not there, and nothing in the first look tells so."""
+    ABSENT_TWIN = "absent-twin"
+    """The same scene, of the same seed, with the target in it."""
+    LOOK_ALIKES = "look-alikes"
+    """Copies of the target stand around it, which lack a mark that is seen from one side only."""
+    UNGRASPABLE = "ungraspable"
+    """Something that hides the target or stands before it cannot be grasped at all: the order has to go round it."""
+    LARGE = "large"
+    """Piles of many objects, under which the target lies."""
+
+
+@dataclass(frozen=True)
+class FamilyRules:
+    """What a family asks of a scene.
+
+    Attributes:
+        hidden: of the target, if not as the configuration says.
+        unseen: not a single pixel of the target may be in sight.
+        lying: chance that a box of a structured scene lies on its back, however wide it then is; None as usual.
+        stuck: how many of the objects that hide the target or are before it cannot be grasped at all, at least; None:
+            each object around it must be graspable (the paper's rule).
+        copies: how many copies of the target there are, without the mark that it has.
+        covered: how many objects hide at least COVERS of the target each, at least.
+    """
+
+    hidden: Hiddenness | None = None
+    unseen: bool = False
+    lying: float | None = None
+    stuck: int | None = None
+    covered: int = 0
+    copies: int = 0
+
+
+RULES = {
+    Family.USUAL: FamilyRules(),
+    Family.ABSENT: FamilyRules(hidden=Hiddenness.HIDDEN, unseen=True),
+    Family.ABSENT_TWIN: FamilyRules(hidden=Hiddenness.HIDDEN, unseen=True),
+    Family.LOOK_ALIKES: FamilyRules(copies=3),
+    Family.UNGRASPABLE: FamilyRules(lying=0.6, stuck=1),
+    Family.LARGE: FamilyRules(hidden=Hiddenness.HIDDEN, covered=4),
+}
+
+
 WantedHiddenness = Literal["any", "visible", "partly", "hidden"]
 
 
@@ -48,6 +98,7 @@ class GenerationConfig:
         attempts: scenes tried until one holds a problem; all from the same seed.
         first_looks: how many times the robot plans grasps from its first look, each time with other random
             candidates; a target that is graspable in any of them is no problem.
+        family: which family of harder problems, see `Family`; its rules come before `hidden`.
     """
 
     category: Category = "structured"
@@ -59,6 +110,7 @@ class GenerationConfig:
     own: bool = False
     attempts: int = 60
     first_looks: int = 2
+    family: Family = Family.USUAL
 
     def __post_init__(self) -> None:
         low, high = self.objects
@@ -70,6 +122,8 @@ class GenerationConfig:
         ):
             if value not in valid:
                 raise UnknownNameError(name, value, list(valid))
+        if self.family is Family.LARGE and self.category != "unstructured":
+            raise InputError("Large problems are piles: so many objects do not fit side by side.")
         if self.attempts < 1 or self.first_looks < 1:
             raise InputError("A problem needs at least one attempt and one first look.")
 
@@ -96,6 +150,9 @@ class Reason(StrEnum):
     NOT_AT_REST = "it did not come to rest"
     WEDGED = "objects are pressed into each other"
     NONE_SO_HIDDEN = "no object is hidden as wanted"
+    NO_COPY_IN_SIGHT = "no copy of the target is in sight"
+    NOT_COVERED = "no such object is covered by enough others"
+    NOTHING_STUCK = "everything before such an object can be grasped"
     CANNOT_BE_GRASPED = "such an object, or one around it, cannot be grasped at all"
     TRIVIAL = "each such object can be grasped at once"
     MOVED_LATER = "something moved within 10 s"

@@ -17,9 +17,19 @@ from torc.generation.clutter import (
     make_clutter,
     worst_mover,
 )
-from torc.generation.config import GenerationConfig, Hiddenness, Reason, RejectedError, generator_version
-from torc.generation.inspection import Difficulty, Inspector, SceneView, robot_facts
+from torc.generation.config import (
+    RULES,
+    Family,
+    FamilyRules,
+    GenerationConfig,
+    Reason,
+    RejectedError,
+    generator_version,
+)
+from torc.generation.families import finished, with_copies
+from torc.generation.inspection import Difficulty, Inspector, robot_facts
 from torc.generation.sampling import allowed_models, sample_models
+from torc.generation.targets import choose_target
 from torc.objects.library import object_description
 from torc.pipeline.building import build_system
 from torc.pipeline.state import stage_rng
@@ -98,7 +108,8 @@ def generate_problem(
 
 def problem_name(config: GenerationConfig, seed: int) -> str:
     """E.g. "structured-s0007"."""
-    return f"{config.category}-s{seed:04d}"
+    family = f"{config.family}-" if config.family else ""
+    return f"{family}{config.category}-s{seed:04d}"
 
 
 def is_made_from(problem: Problem, config: GenerationConfig, seed: int, robot: RobotDescription) -> bool:
@@ -108,8 +119,14 @@ def is_made_from(problem: Problem, config: GenerationConfig, seed: int, robot: R
     return stated == asked and problem.name == problem_name(config, seed)
 
 
-def _for_gripper(clutter: ClutterConfig, gripper: GripperDescription) -> ClutterConfig:
-    """Settings in which no box lies so that it is too wide for the gripper."""
+def _for_gripper(
+    clutter: ClutterConfig, gripper: GripperDescription, rules: FamilyRules = RULES[Family.USUAL]
+) -> ClutterConfig:
+    """Settings in which no box lies so that it is too wide for the gripper, unless that is wanted."""
+    if rules.lying is not None:
+        return replace(
+            clutter, arrangement=replace(clutter.arrangement, lying=rules.lying, lying_width_m=np.inf)
+        )
     lying_m = min(clutter.arrangement.lying_width_m, gripper.max_width_m - _GRIPPER_ROOM_M)
     return replace(clutter, arrangement=replace(clutter.arrangement, lying_width_m=lying_m))
 
@@ -123,11 +140,14 @@ def _attempt(
     inspector: Inspector,
 ) -> tuple[Problem, Difficulty]:
     """One scene, and a target in it. Raises RejectedError or PhysicsError."""
-    clutter = _for_gripper(clutter_config(config.category, count), inspector.robot.gripper)
+    clutter = _for_gripper(
+        clutter_config(config.category, count), inspector.robot.gripper, RULES[config.family]
+    )
     spare = max(2, round(clutter.spare * count)) if config.category == "unstructured" else 0
     # As far as there are enough models none occurs twice: the target's description must be unique.
     dumped = min(count + spare, MAX_OBJECTS, len(models))
     names = sample_models(dumped, stage_rng(seed, attempt, "models"), models=models)
+    names = with_copies(names, RULES[config.family].copies)
     wanted = ObjectRange(max(config.objects[0], count - count // 4), config.objects[1])
     workspace, rng = inspector.workspace, stage_rng(seed, attempt, "target")
     scene = make_clutter(
@@ -136,60 +156,21 @@ def _attempt(
     reason = Reason.MOVED_LATER
     for _ in range(_CHANCES):
         view = inspector.view(scene)
-        target, reason, gone = _choose_target(view, config, inspector, rng)
+        target, reason, gone = choose_target(view, config, inspector, rng)
         if target:
             model = next(o.model for o in scene.objects if o.name == target)
             problem = replace(scene, target=target, description=object_description(model))
             world = build_world(problem, None, workspace, UNSEEN)
             report = watch_stillness(world, STILL)
             if report.still:
-                return problem, inspector.difficulty(view, target)
+                whole = finished(problem, config.family, inspector, STILL)
+                return whole, replace(inspector.difficulty(view, target), objects=len(whole.objects))
             reason, scene = Reason.MOVED_LATER, with_poses_of(world)
             gone = (worst_mover(world, report, STILL),) if len(scene.objects) > wanted.fewest else ()
         elif not gone or len(scene.objects) - len(gone) < wanted.fewest:
             break
         scene = again_at_rest(scene, gone, wanted, workspace, clutter)
     raise RejectedError(reason)
-
-
-def _choose_target(
-    view: SceneView, config: GenerationConfig, inspector: Inspector, rng: np.random.Generator
-) -> tuple[str, Reason, tuple[str, ...]]:
-    """An object that is hidden as wanted, not graspable at once, and retrievable as far as the paper's rule tells; ""
-    if there is none, why, and the objects that no target can have around it."""
-    scene, reason = view.problem, Reason.NONE_SO_HIDDEN
-    ungraspable: dict[str, bool] = {}
-    for name in _candidates(view, config, inspector, rng):
-        # What stands around the next candidate is mostly known from the last one: that question is the cheaper one.
-        for other in (name, *inspector.around(scene, name).all):
-            if other not in ungraspable:
-                ungraspable[other] = not inspector.graspable_at_all(scene, other)
-            if ungraspable[other]:
-                reason = _further(reason, Reason.CANNOT_BE_GRASPED)
-                break
-        else:
-            if not inspector.graspable_at_first(view, name, config.first_looks):
-                return name, reason, ()
-            reason = _further(reason, Reason.TRIVIAL)
-    return "", reason, tuple(name for name, bad in ungraspable.items() if bad)
-
-
-def _further(one: Reason, other: Reason) -> Reason:
-    return max(one, other, key=list(Reason).index)
-
-
-def _candidates(
-    view: SceneView, config: GenerationConfig, inspector: Inspector, rng: np.random.Generator
-) -> list[str]:
-    """Objects that are hidden as wanted, in random order; where any will do, visible ones come last."""
-    models = Counter(o.model for o in view.problem.objects)
-    # The target's description must be unique in the scene.
-    unique = [o.name for o in view.problem.objects if models[o.model] == 1]
-    groups = {name: inspector.hiddenness(view, name) for name in unique}
-    shuffled = [unique[i] for i in rng.permutation(len(unique))]
-    if config.hidden == "any":
-        return sorted(shuffled, key=lambda name: groups[name] is Hiddenness.VISIBLE)
-    return [name for name in shuffled if groups[name].value == config.hidden]
 
 
 def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict[str, Scalar]:
@@ -200,6 +181,7 @@ def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict
         "kinds": ",".join(config.kinds)[:_LONGEST_LIST],
         "models": ",".join(config.models)[:_LONGEST_LIST],
         "own": config.own,
+        "family": config.family.value,
     }
     return {
         "source": "torc problems generate",

@@ -13,6 +13,7 @@ from torc.generation.surfaces import placed, surface_cloud
 from torc.geometry.transforms import Pose
 from torc.grasping.protocol import GraspPlanner
 from torc.objects.library import load_object
+from torc.occlusion.room import places_left
 from torc.pipeline.building import System
 from torc.pipeline.look import Pipeline
 from torc.problems.problem import NAME_KEY, SOURCE_KEY, ObjectPlacement, Problem
@@ -21,7 +22,9 @@ from torc.records import TARGET_ID, GraspSet, Observation, OcclusionVolume, Segm
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT, robot_names
+from torc.sim.filled import filled_voxels
 from torc.sim.rendering import CameraRenderer
+from torc.sim.settling import UNSEEN
 from torc.sim.visibility import Visibility, measure_visibility
 from torc.sim.world import build_world
 from torc.workspace.description import Workspace
@@ -170,6 +173,13 @@ class Inspector:
                 break
         return False
 
+    def places(self, view: SceneView) -> int:
+        """In how many poses a target that is not there could be, after the first look: see `places_left`."""
+        world = build_world(view.problem, None, self.workspace, UNSEEN)
+        volume = self._eyes.look(view.observation, seed=0).context.volume
+        unseen = ~volume.seen & ~filled_voxels(world)
+        return places_left(unseen, world.models[TARGET_ID], volume.grid.voxel_size_m)
+
     def graspable_at_all(self, problem: Problem, name: str) -> bool:
         """Whether an object of the problem has a grasp with nothing else on the table."""
         placement = next(o for o in problem.objects if o.name == name)
@@ -180,7 +190,9 @@ class Inspector:
         return surroundings(problem, target, self.workspace.camera.T_world_camera)
 
     def difficulty(self, view: SceneView, target: str) -> "Difficulty":
-        """The facts of a problem with that target."""
+        """The facts of a problem with that target; of one that is not there, that it is hidden."""
+        if view.problem.absent:
+            return Difficulty(len(view.problem.objects), Hiddenness.HIDDEN, 0.0, 0, 0, 0)
         around = self.around(view.problem, target)
         counts = len(around.in_front), len(around.beside), len(around.taller)
         group = self.hiddenness(view, target)

@@ -29,7 +29,7 @@ class OracleOrder:
 def stated_order(problem: Problem) -> OracleOrder | None:
     """The order that a problem's origin states; None if it states none, or one to another target."""
     names = tuple(name for name in str(problem.origin.get(ORDER_KEY, "")).split(", ") if name)
-    if not names or not _is_of(problem, names) or names[-1] != problem.target:
+    if not names or not _is_of(problem, names) or not _ends_well(problem, names):
         return None
     return OracleOrder(names, f"{len(names)} pick{'' if len(names) == 1 else 's'}.")
 
@@ -52,7 +52,7 @@ def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleO
         problem = wanted.get(answer.problem)
         if problem is None:
             continue
-        if not _is_of(problem, answer.order) or (answer.solved and answer.order[-1] != problem.target):
+        if not _is_of(problem, answer.order) or (answer.solved and not _ends_well(problem, answer.order)):
             raise InputError(
                 f"{path} names objects that '{problem.name}' does not have, or ends with another target: it was "
                 "changed since. Solve it again."
@@ -62,6 +62,11 @@ def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleO
         raise InputError(f"No answer in '{answers}' is to one of these problems; {_WRITERS}.")
     first = {answer.problem: answer for answer in sorted(found, key=lambda a: a.seed, reverse=True)}
     return {name: OracleOrder(a.order if a.solved else (), a.verdict()) for name, a in first.items()}
+
+
+def _ends_well(problem: Problem, names: tuple[str, ...]) -> bool:
+    """With the target; if that is not there, with anything."""
+    return problem.absent or names[-1:] == (problem.target,)
 
 
 def _is_of(problem: Problem, names: Iterable[str]) -> bool:

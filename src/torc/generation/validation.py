@@ -1,6 +1,6 @@
 """Checking a problem, whoever made it: does it stay as it is, is it no trivial one, can it be solved."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +9,8 @@ from torc.episode.oracle.solve import solve_problem
 from torc.episode.oracle.tree import DEFAULT_BUDGET, check_budget
 from torc.errors import InputError, PhysicsError
 from torc.generation.clutter import MAX_OVERLAP_M
-from torc.generation.inspection import Difficulty, Inspector
+from torc.generation.config import Family
+from torc.generation.inspection import Difficulty, Inspector, SceneView
 from torc.problems.problem import Problem
 from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import UNSEEN
@@ -22,7 +23,8 @@ _SAME_FRACTION = 0.02
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was checked: "contact", "rest", "sight", "first look", "target", "surroundings" or "solution"
+    """One thing that was checked: "contact", "rest", "sight", "first look", "target", "surroundings" or "solution",
+    of a target that is not there "absence" instead of what is about it
     ("objects" where they cannot be simulated), whether it passed, and what was found, in words."""
 
     name: str
@@ -79,17 +81,9 @@ def validate_problem(
     except PhysicsError as error:
         note("rest", False, f"The simulation breaks: {error}")
     else:
-        around = inspector.around(problem, problem.target)
         difficulty = inspector.difficulty(view, problem.target)
-        note("sight", *_sight(problem, difficulty))
-        trivial = inspector.graspable_at_first(view, problem.target, first_looks)
-        note("first look", not trivial, f"The target can{'' if trivial else 'not'} be grasped at once.")
-        alone = inspector.graspable_at_all(problem, problem.target)
-        note("target", alone, f"With nothing in the way the target can{'' if alone else 'not'} be grasped.")
-        stuck = [name for name in around.all if not inspector.graspable_at_all(problem, name)]
-        told = f"{len(around.all)} objects are in front of the target, beside it or taller; "
-        told += f"these cannot be grasped at all: {', '.join(stuck)}." if stuck else "each can be grasped."
-        note("surroundings", not stuck, told)
+        for check in _of_target(problem, view, difficulty, inspector, first_looks):
+            note(check.name, check.passed, check.text)
         if resolve is not None:
             check = resolve(problem)
             note(check.name, check.passed, check.text)
@@ -119,6 +113,32 @@ def oracle_check(
         return Check("solution", answer.solved and answer.picks >= FEWEST_PICKS, answer.verdict() + order)
 
     return resolve
+
+
+def _of_target(
+    problem: Problem, view: SceneView, difficulty: Difficulty, inspector: Inspector, first_looks: int
+) -> Iterator[Check]:
+    """Whether it is hard to get, and can be got as far as a look tells; of one that is not there, whether it might."""
+    if problem.absent:
+        places = inspector.places(view)
+        told = f"The target is not there; after the first look it could be in {places} poses."
+        yield Check("absence", places > 0, told)
+        return
+    yield Check("sight", *_sight(problem, difficulty))
+    trivial = inspector.graspable_at_first(view, problem.target, first_looks)
+    yield Check("first look", not trivial, f"The target can{'' if trivial else 'not'} be grasped at once.")
+    alone = inspector.graspable_at_all(problem, problem.target)
+    yield Check(
+        "target", alone, f"With nothing in the way the target can{'' if alone else 'not'} be grasped."
+    )
+    around = inspector.around(problem, problem.target)
+    stuck = [name for name in around.all if not inspector.graspable_at_all(problem, name)]
+    told = f"{len(around.all)} objects are in front of the target, beside it or taller; "
+    told += f"these cannot be grasped at all: {', '.join(stuck)}." if stuck else "each can be grasped."
+    wanted = problem.origin.get("family") == Family.UNGRASPABLE
+    yield Check(
+        "surroundings", bool(stuck) == wanted, told + (" Some should not." if wanted and not stuck else "")
+    )
 
 
 def _rest(world: World, config: StillnessConfig) -> tuple[bool, str]:

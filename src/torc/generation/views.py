@@ -80,7 +80,8 @@ def _near_poses(world: World, workspace: Workspace, config: ViewConfig) -> dict[
     points = np.concatenate(
         [
             mesh.vertices @ rotation_from_wxyz(wxyz).T + position
-            for model, position, wxyz in zip(world.models, world.positions, world.wxyz)
+            for model, position, wxyz, there in zip(world.models, world.positions, world.wxyz, world.present)
+            if there
             for mesh in model.visuals
         ]
     )

@@ -39,6 +39,16 @@ class Completion:
     seen_depth_m: float
 
 
+@dataclass(frozen=True)
+class AssumedBody:
+    """The upright box that an object is taken to fill; see `Completion`."""
+
+    center: Float[np.ndarray, "3"]
+    view: Float[np.ndarray, "3"]
+    size_m: Float[np.ndarray, "3"]
+    seen_depth_m: float
+
+
 def complete(
     points: Float[np.ndarray, "n 3"],
     normals: Float[np.ndarray, "n 3"],
@@ -50,6 +60,21 @@ def complete(
     config: CloudConfig,
 ) -> Completion:
     """Guess the hidden back of one object from its seen points; it reaches as far as the felt ones (world frame)."""
+    body = assumed_body(points, felt, camera_position, support_z_m, config)
+    center = body.center
+    turned, outward = turned_half(points, center), turned_half(normals, np.zeros(3))
+    keep = ~_contradicted(turned, object_id, volume) & ~_seen_already(turned, points, 1.5 * config.voxel_m)
+    return Completion(turned[keep], outward[keep], center, body.view, body.size_m, body.seen_depth_m)
+
+
+def assumed_body(
+    points: Float[np.ndarray, "n 3"],
+    felt: Float[np.ndarray, "k 3"],
+    camera_position: Float[np.ndarray, "3"],
+    support_z_m: float,
+    config: CloudConfig,
+) -> AssumedBody:
+    """The box that an object is taken to fill, from its seen points and those that a finger felt (world frame)."""
     view = points.mean(axis=0) - camera_position
     view = np.array([view[0], view[1], 0.0])
     norm = np.linalg.norm(view)
@@ -64,11 +89,7 @@ def complete(
     depth = float(hidden_depth(seen, width, height, config))
     middle = low[0] + depth / 2
     center = middle * view + (low[1] + high[1]) / 2 * across + np.array([0, 0, (low[2] + high[2]) / 2])
-    turned, outward = turned_half(points, center), turned_half(normals, np.zeros(3))
-    keep = ~_contradicted(turned, object_id, volume) & ~_seen_already(turned, points, 1.5 * config.voxel_m)
-    return Completion(
-        turned[keep], outward[keep], center, view, np.array([depth, width, height]), float(seen)
-    )
+    return AssumedBody(center, view, np.array([depth, width, height]), float(seen))
 
 
 def robust_range(values: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k"]]:

@@ -94,6 +94,7 @@ def retrieve(
         overwrite=operation.overwrite,
         snapshots=operation.snapshots,
     )
+    recorder.asked = spec.planner.vlm
     confirmation = Confirmation(operation.confirm, operation.ask)
     about = {
         "vlm": None if spec.planner.vlm is None else spec.planner.vlm.text,

@@ -13,12 +13,13 @@ import json
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from torc.errors import UnknownNameError
+from torc.objects.names import base_name, marked_description
 
 if TYPE_CHECKING:  # the names alone need neither numpy nor Pillow
     from torc.objects.models import ObjectModel
@@ -62,14 +63,23 @@ def builtin_object_names() -> tuple[str, ...]:
 
 
 def has_object(name: str) -> bool:
-    """Whether there is a model of that name, shipped or stored by the user."""
-    return name in _shipped() or find_stored(name) is not None
+    """Whether there is a model of that name, shipped, made of a shipped one, or stored by the user."""
+    return name in _shipped() or _is_marked(name) or find_stored(name) is not None
+
+
+def _is_marked(name: str) -> bool:
+    return base_name(name) in _shipped()
 
 
 def object_facts(name: str) -> ObjectFacts:
     """Facts of a model. Raises UnknownNameError, or InputError if a stored one is damaged."""
     if name in _shipped():
         return _shipped()[name]
+    base = base_name(name)
+    if base is not None and base in _shipped():
+        return replace(
+            _shipped()[base], name=name, description=marked_description(_shipped()[base].description)
+        )
     from torc.objects.files import read_entry
 
     entry = read_entry(_directory(name))
@@ -83,6 +93,11 @@ def object_description(name: str) -> str:
 
 def load_object(name: str) -> ObjectModel:
     """The model with that name. Raises UnknownNameError, or InputError if a stored one is damaged."""
+    base = base_name(name)
+    if base is not None and base in _shipped():
+        from torc.objects.marked import marked
+
+        return marked(load_stored(_directory(base)))
     return load_stored(_directory(name))
 
 

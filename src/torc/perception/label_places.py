@@ -12,6 +12,10 @@ Size = tuple[int, int]
 """Height and width of a number's box, pixels."""
 Window = tuple[slice, slice]
 """Rows and columns of a part of the image."""
+Try = tuple[Window, Bool[np.ndarray, "h w"], Size, bool, bool]
+"""Where a box may lie: part of the image, pixels in it, size, whether all of the box must lie on those, and whether
+that is beside the mask.
+"""
 
 
 @dataclass(frozen=True)
@@ -46,13 +50,17 @@ def mask_anchor(mask: Bool[np.ndarray, "h w"]) -> tuple[int, int]:
 
 
 def place_labels(
-    label_image: Int16[np.ndarray, "h w"], sizes: Mapping[int, tuple[Size, Size]]
+    label_image: Int16[np.ndarray, "h w"],
+    sizes: Mapping[int, tuple[Size, Size]],
+    most_hidden: float | None = None,
 ) -> dict[int, LabelPlace]:
     """A place for the number of each id that has pixels, smallest masks first, for they have least choice. `sizes`: per
     id the preferred size of its number's box, and a smaller one.
 
-    Tried in turn: wholly inside the mask; centred in it; beside it on free ground; beside it anywhere. A number that
-    finds no room at all is left out (only in images hardly larger than a number).
+    Tried in turn: wholly inside the mask; centred in it; beside it on free ground; beside it anywhere. With
+    `most_hidden`, a share: inside the mask only if it hides no more of it than that; beside it on free ground; beside
+    it where it hides no more than that of any object; inside all the same. A number that finds no room at all is left
+    out (only in images hardly larger than a number).
     """
     found = ndimage.find_objects(label_image.astype(np.int32) + 1)
     windows = {i: found[i] for i in sizes if i < len(found) and found[i] is not None}
@@ -61,7 +69,11 @@ def place_labels(
     for i in sorted(windows, key=lambda i: (counts[i], i)):
         row, col = mask_anchor(label_image[windows[i]] == i)
         anchor = row + windows[i][0].start, col + windows[i][1].start
-        for area, allowed, size, whole, leader in _tries(label_image, i, windows[i], counts[i], sizes[i]):
+        if most_hidden is None:
+            tries = _tries(label_image, i, windows[i], counts[i], sizes[i])
+        else:
+            tries = _sparing_tries(label_image, i, windows[i], counts, (sizes[i][1], most_hidden))
+        for area, allowed, size, whole, leader in tries:
             corner = _nearest(_corners(allowed, size, whole), size, anchor, places.values(), area)
             if corner:
                 places[i] = LabelPlace(*corner, size, anchor, leader)
@@ -75,9 +87,8 @@ def _tries(
     window: Window,
     count: int,
     sizes: tuple[Size, Size],
-) -> Iterator[tuple[Window, Bool[np.ndarray, "h w"], Size, bool, bool]]:
-    """Where a box may lie, the best first: part of the image, pixels in it, size, whether all of the box must lie on
-    those, and whether that is beside the mask."""
+) -> Iterator[Try]:
+    """Where a box may lie, the best first."""
     shape, (large, small) = label_image.shape, sizes
     area = _grown(window, max(*large, *small), shape)
     mask = label_image[area] == object_id
@@ -90,6 +101,30 @@ def _tries(
     yield area, label_image[area] < 0, small, True, True
     for part in (area, _grown(window, max(shape), shape)):
         yield part, np.ones_like(label_image[part], dtype=bool), small, True, True
+
+
+def _sparing_tries(
+    label_image: Int16[np.ndarray, "h w"],
+    object_id: int,
+    window: Window,
+    counts: Mapping[int, int],
+    limits: tuple[Size, float],
+) -> Iterator[Try]:
+    """The same where a box (of the size in `limits`) may hide at most a share of an object (the other limit)."""
+    shape, (size, most_hidden) = label_image.shape, limits
+    box_px = size[0] * size[1]
+    spared = [i for i, count in counts.items() if box_px > most_hidden * count]
+    mask_area = _grown(window, max(size), shape)
+    mask = label_image[mask_area] == object_id
+    if object_id not in spared:
+        yield mask_area, mask, size, True, False
+    near, everywhere = _grown(window, 8 * max(size), shape), _grown(window, max(shape), shape)
+    for area in (near, everywhere):
+        yield area, label_image[area] < 0, size, True, True
+        part = label_image[area]
+        yield area, ~np.isin(part, [*spared, object_id]), size, True, True
+    yield mask_area, mask, size, False, False
+    yield everywhere, np.ones(shape, dtype=bool), size, True, True
 
 
 def _grown(window: Window, px: int, shape: tuple[int, ...]) -> Window:

@@ -1,6 +1,7 @@
 """The marked image: what a person or a VLM is shown of a segmented scene."""
 
 from collections.abc import Mapping
+from math import ceil
 
 import cv2
 import numpy as np
@@ -31,6 +32,10 @@ _OUTLINE_PX, _DIGIT_PX, _SMALL_DIGIT_PX, _PADDING_PX = 2, 13, 9, 3
 """For an image 480 pixels high: thickness of the outline inside a mask, height of the numbers, of those where a mask
 has no room for that, black around a number.
 """
+_THIN_PX, _SMALL_PADDING_PX = 1, 2
+"""The same where colours are left alone: outline, and black around a number."""
+SMALL_SHARE = 0.12
+"""Where colours are left alone a number may hide at most this share of an object; else it stands beside it."""
 
 
 def mark_image(
@@ -50,27 +55,65 @@ def mark_image(
     if highlight is not None and highlight not in scene.ids:
         raise InputError(f"Cannot highlight object {highlight}: visible are {list(scene.ids)}.")
     label = np.where(np.isin(scene.label_image, scene.ids), scene.label_image, -1).astype(np.int16)
-    scale = max(1.0, label.shape[0] / 480)
-    image = _tint(scene.observation.rgb, label, highlight)
-    _outline(image, label, highlight, max(1, round(_OUTLINE_PX * scale)))
-    write_numbers(image, label, {i: (labels or {}).get(i, i) for i in scene.ids})
+    numbers = {i: (labels or {}).get(i, i) for i in scene.ids}
+    return mark_pixels(scene.observation.rgb, label, numbers, highlight)
+
+
+def mark_pixels(
+    rgb: UInt8[np.ndarray, "h w 3"],
+    label: Int16[np.ndarray, "h w"],
+    numbers: Mapping[int, int],
+    highlight: int | None = None,
+    *,
+    outlines_only: bool = False,
+) -> UInt8[np.ndarray, "h w 3"]:
+    """A copy of an image whose pixels belong to these labels (-1: to none), marked as by `mark_image`.
+
+    `outlines_only` leaves the colours alone: a thin outline along each mask's rim, and a small number, in the mask if
+    it hides little of it, else beside it with a line. All other pixels stay as they are.
+    """
+    scale = _scale(label.shape, outlines_only)
+    image = rgb.copy() if outlines_only else _tint(rgb, label, highlight)
+    px = ceil(_THIN_PX * scale) if outlines_only else round(_OUTLINE_PX * scale)
+    _outline(image, label, highlight, px)
+    write_numbers(image, label, numbers, small=outlines_only)
     return image
 
 
 def write_numbers(
-    image: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], numbers: Mapping[int, int]
+    image: UInt8[np.ndarray, "h w 3"],
+    label: Int16[np.ndarray, "h w"],
+    numbers: Mapping[int, int],
+    *,
+    small: bool = False,
 ) -> None:
-    """Writes a number into, or beside, each of these labels' masks, in place; as `mark_image`."""
-    scale = max(1.0, label.shape[0] / 480)
-    digits = [max(5, round(px * scale)) for px in (_DIGIT_PX, _SMALL_DIGIT_PX)]
-    padding = round(_PADDING_PX * scale)
-    boxes = {i: tuple(_number_box(number, px, padding) for px in digits) for i, number in numbers.items()}
-    places = place_labels(label, {i: (large.shape, small.shape) for i, (large, small) in boxes.items()})
+    """Writes a number into, or beside, each of these labels' masks, in place; as `mark_image`, `small` as
+    `mark_pixels` with outlines only.
+    """
+    boxes = number_boxes(label.shape, numbers, small=small)
+    sizes = {i: (large.shape, tight.shape) for i, (large, tight) in boxes.items()}
+    places = place_labels(label, sizes, SMALL_SHARE if small else None)
     _draw_leaders(image, places)
     for i, place in places.items():
         box = next(b for b in boxes[i] if b.shape == place.size)
         height, width = place.size
         image[place.row : place.row + height, place.col : place.col + width] = box[..., None]
+
+
+def number_boxes(
+    shape: tuple[int, ...], numbers: Mapping[int, int], *, small: bool = False
+) -> dict[int, tuple[UInt8[np.ndarray, "a b"], UInt8[np.ndarray, "c d"]]]:
+    """The box of each number in an image of that height and width, as it should be, and where room is short."""
+    scale = _scale(shape, small)
+    heights = (_SMALL_DIGIT_PX, _SMALL_DIGIT_PX) if small else (_DIGIT_PX, _SMALL_DIGIT_PX)
+    padding = round((_SMALL_PADDING_PX if small else _PADDING_PX) * scale)
+    large, tight = (max(5, round(px * scale)) for px in heights)
+    return {i: (_number_box(n, large, padding), _number_box(n, tight, padding)) for i, n in numbers.items()}
+
+
+def _scale(shape: tuple[int, ...], thin: bool) -> float:
+    """How many times the sizes above. Thin marks go by the longest side: crops are wide and low."""
+    return max(1.0, max(shape[0] / 480, shape[1] / 640) if thin else shape[0] / 480)
 
 
 def _tint(

@@ -20,6 +20,7 @@ import numpy as np
 from torc.errors import InputError
 from torc.pipeline.failures import with_status
 from torc.records import TARGET_ID, GraspReport, GraspSet, GraspStatus
+from torc.task_planning.expected_picks import expected_picks
 
 
 def hold_back_unlikely(report: GraspReport, grasps: GraspSet, min_score: float) -> GraspReport:
@@ -44,14 +45,6 @@ class BetConfig:
     def __post_init__(self) -> None:
         if not 0.0 <= self.lost_share <= 1.0:
             raise InputError(f"BetConfig.lost_share is {self.lost_share}; it is a share, from 0 to 1.")
-
-
-def expected_picks(p: float, lost_share: float, picks_left: int) -> float:
-    """cost(p) of the module's docstring; infinite for p = 0."""
-    ends = p + lost_share * (1 - p)
-    if ends <= 0 or p <= 0:
-        return float("inf")
-    return float((1 + lost_share * (1 - p) * picks_left) / ends)
 
 
 def hold_back_worse_bets(

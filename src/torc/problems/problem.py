@@ -4,7 +4,7 @@ format: torc-problem/1
 name: behind_the_milk
 category: structured            # or unstructured
 description: The mug stands behind a milk carton.
-target: mug
+target: mug                     # one of the objects, or one that is not there: then with its target_model
 objects:
 - name: mug                     # unique within the problem
   model: mug_red                # see `torc objects list`
@@ -30,6 +30,9 @@ from torc.robots.names import robot_names
 ROBOT_KEYS = NAME_KEY, SOURCE_KEY = "robot", "robot_source"
 """In a problem's origin: the robot's name, and the fingerprint of its files if it is a user's own."""
 
+_NOWHERE = (-60.0, -60.0, 40.0)
+"""Where a target that is not there is kept, metres."""
+
 
 @dataclass(frozen=True)
 class ObjectPlacement:
@@ -50,7 +53,8 @@ class ObjectPlacement:
 @dataclass(frozen=True)
 class Problem:
     """A retrieval problem: structured (most objects in a natural pose) or unstructured (a pile). It names the wanted
-    placement (target), describes it in words, and says where it comes from (origin: generator, seed, source ...)."""
+    placement (target), describes it in words, and says where it comes from (origin: generator, seed, source ...). With
+    a `target_model` the target is of that model, and none of the objects: whoever looks for it should give up."""
 
     name: str
     category: Category
@@ -59,10 +63,19 @@ class Problem:
     objects: tuple[ObjectPlacement, ...]
     notes: str = ""
     origin: dict[str, Scalar] = field(default_factory=dict)
+    target_model: str = ""
+
+    @property
+    def absent(self) -> bool:
+        """The target is not on the table: it is described, and of `target_model`."""
+        return bool(self.target_model)
 
     def ordered(self) -> tuple[ObjectPlacement, ...]:
-        """Placements by object id: the target first, then the others in file order."""
-        return tuple(sorted(self.objects, key=lambda o: o.name != self.target))
+        """Placements by object id: the target first, then the others in file order. A target that is not there keeps
+        its id, at a place far from the table."""
+        ghost = ObjectPlacement(self.target, self.target_model, _NOWHERE, (1.0, 0.0, 0.0, 0.0))
+        placements = (ghost, *self.objects) if self.absent else self.objects
+        return tuple(sorted(placements, key=lambda o: o.name != self.target))
 
 
 def load_problem(name_or_path: str | os.PathLike[str]) -> Problem:
@@ -74,13 +87,19 @@ def load_problem(name_or_path: str | os.PathLike[str]) -> Problem:
 def parse_problem(text: str, source: str = "problem") -> Problem:
     """A problem from YAML text; `source` names it in errors. Raises InputError."""
     parsed = read_problem_file(text, source)
-    if parsed.target not in {o.name for o in parsed.objects}:
-        names = [o.name for o in parsed.objects]
+    names = [o.name for o in parsed.objects]
+    if parsed.target_model and parsed.target in names:
         raise InputError(
-            f"{source}, target: {UnknownNameError('object', parsed.target, names)} Use one of these names."
+            f"{source}, target_model: it is for a target that is not there, but '{parsed.target}' is one of the "
+            "objects. Leave target_model out, or give the target another name."
+        )
+    if not parsed.target_model and parsed.target not in names:
+        raise InputError(
+            f"{source}, target: {UnknownNameError('object', parsed.target, names)} Use one of these names, or give the "
+            "target_model of a target that is not there."
         )
     objects = tuple(ObjectPlacement(o.name, o.model, o.position, o.wxyz) for o in parsed.objects)
-    facts = ("name", "category", "description", "target", "notes", "origin")
+    facts = ("name", "category", "description", "target", "notes", "origin", "target_model")
     return Problem(objects=objects, **{fact: getattr(parsed, fact) for fact in facts})
 
 
@@ -93,6 +112,8 @@ def problem_text(problem: Problem) -> str:
     if problem.origin:
         data["origin"] = dict(problem.origin)
     data["target"] = problem.target
+    if problem.absent:
+        data["target_model"] = problem.target_model
     for o in problem.objects:
         pose = {"position": [float(v) for v in o.position], "wxyz": [float(v) for v in o.wxyz]}
         data.setdefault("objects", []).append({"name": o.name, "model": o.model, **pose})

@@ -81,6 +81,7 @@ class ProblemFile(BaseModel):
     notes: _Text = ""
     origin: dict[_Text, Scalar] = Field(default_factory=dict, max_length=_MAX_ORIGIN)
     target: _Name
+    target_model: _Name | Literal[""] = ""
     objects: Annotated[list[_ObjectFile], Field(min_length=1, max_length=MAX_OBJECTS)]
 
     @field_validator("origin")
@@ -92,6 +93,13 @@ class ProblemFile(BaseModel):
             elif abs(value) > _MAX_NUMBER:
                 raise ValueError("holds a number that is too large; put it in quotes.")
         return origin
+
+    @field_validator("target_model")
+    @classmethod
+    def _known(cls, model: str) -> str:
+        if model and not has_object(model):
+            raise ValueError(_unknown_model(model, object_names()))
+        return model
 
     @field_validator("objects")
     @classmethod

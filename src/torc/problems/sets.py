@@ -1,5 +1,5 @@
 """The problem sets that come with torc: `torc40` to compare task planners on, `validation` to tune them on, and
-`validation-ur5e` and `validation-panda`, which are made for other robots."""
+`validation-ur5e` and `validation-panda`, which are made for other robots. A set may lie in a directory of sets."""
 
 import os
 from functools import cache
@@ -13,14 +13,14 @@ _SHIPPED = Path(__file__).parent / "data"
 @cache
 def problem_sets() -> tuple[str, ...]:
     """Names of the shipped sets."""
-    return tuple(sorted(p.name for p in _SHIPPED.iterdir() if p.is_dir()))
+    return tuple(sorted({_set_of(path) for path in _paths().values()}))
 
 
 def problem_names(problem_set: str | None = None) -> tuple[str, ...]:
     """Names of the problems of a shipped set, or of all sets; no two are the same. Raises UnknownNameError."""
     if problem_set is not None and problem_set not in problem_sets():
         raise UnknownNameError("problem set", problem_set, list(problem_sets()))
-    return tuple(name for name, path in _paths().items() if problem_set in (None, path.parent.name))
+    return tuple(name for name, path in _paths().items() if problem_set in (None, _set_of(path)))
 
 
 def shipped_path(name: str) -> Path | None:
@@ -55,4 +55,9 @@ def select_problems(selection: str) -> tuple[str, ...]:
 
 @cache
 def _paths() -> dict[str, Path]:
-    return {p.stem: p for p in sorted(_SHIPPED.glob("*/*.yaml"))}
+    return {p.stem: p for p in sorted(_SHIPPED.rglob("*.yaml"))}
+
+
+def _set_of(path: Path) -> str:
+    """E.g. "torc40", "torc-hard/absent"."""
+    return path.parent.relative_to(_SHIPPED).as_posix()

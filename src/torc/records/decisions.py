@@ -8,6 +8,7 @@ from typing import Any
 from torc.records.grasps import GraspReport, GraspSet
 from torc.records.outcomes import PickOutcome
 from torc.records.scene import SegmentedScene
+from torc.records.serialization import ASIDE
 from torc.records.volume import OcclusionVolume
 
 
@@ -66,6 +67,7 @@ class Decision:
             the episode. Where perception is given the objects' true ids, this says nothing.
         exchanges: every prompt and reply.
         evidence: plain data (JSON-compatible) that explains the choice, e.g. the dependency graph.
+        pictures: PNG files that the chooser was sent, the same in every exchange; kept beside the log, not in it.
     """
 
     object_id: int | None
@@ -75,3 +77,4 @@ class Decision:
     is_target: bool = False
     exchanges: tuple[Exchange, ...] = ()
     evidence: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    pictures: tuple[bytes, ...] = field(default=(), repr=False, metadata=ASIDE)

@@ -17,6 +17,8 @@ from jaxtyping import AbstractArray, jaxtyped
 from torc.errors import InputError
 
 FORMAT = "torc-record/1"
+ASIDE: Mapping[str, Any] = types.MappingProxyType({"aside": True})
+"""Metadata of a field that `to_plain` leaves out: it is written beside the log."""
 Record = TypeVar("Record")
 
 
@@ -71,7 +73,8 @@ def load_checked(path: Path, cls: type[Record], max_bytes: int, what: str) -> Re
 def to_plain(value: Any) -> Any:
     """A record as JSON-compatible data, arrays as nested lists (for logs of small records)."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: to_plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        kept = [f.name for f in dataclasses.fields(value) if "aside" not in f.metadata]
+        return {name: to_plain(getattr(value, name)) for name in kept}
     if isinstance(value, Mapping):
         return {str(k): to_plain(v) for k, v in value.items()}
     if isinstance(value, tuple | list):

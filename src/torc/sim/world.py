@@ -11,7 +11,7 @@ from torc.errors import InputError
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
 from torc.problems.problem import Problem
-from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT
+from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID
 from torc.robots.description import RobotDescription
 from torc.robots.parsing import warnings_in_the_log
 from torc.sim.spec import WorldConfig, build_spec, object_body_name
@@ -67,6 +67,8 @@ class World:
         self.presence: UInt8[np.ndarray, n] = np.zeros(len(names), np.uint8)
         if robot is not None:
             _rest_robot(model, self.data, robot)
+        if problem.absent:
+            self.park(TARGET_ID, Presence.ABSENT)
         self.update_position_stage()
 
     @property

@@ -37,7 +37,8 @@ class PlannerSpec:
         """Its name in tables."""
         label = self.name
         if self.vlm is not None:
-            label += f"[{SIMULATED if self.vlm.simulated else ''}{self.vlm.model}]"
+            model = f"{SIMULATED if self.vlm.simulated else ''}{self.vlm.model}"
+            label += f"[{', '.join((model, *self.vlm.words))}]"
         if self.settings:
             label += f" ({settings_text(self.settings)})"
         label += f" {self.expert}" if self.expert else ""
@@ -86,7 +87,8 @@ class TrialSpec:
         who, around = self.planner, self.conditions
         default = Conditions()
         parts = [Path(self.problem).stem, short_part_name(who.name)]
-        parts += [re.sub(r"[^\w.]+", "-", who.vlm.short_name)] if who.vlm is not None else []
+        asked = () if who.vlm is None else (who.vlm.short_name, *who.vlm.words)
+        parts += [re.sub(r"[^\w.]+", "-", word) for word in asked]
         parts += [who.expert] if who.expert else []
         for name in ("camera", "depth", "perception", "grasps", "motion", "robot", "workspace"):
             if (used := getattr(around, name)) != getattr(default, name):

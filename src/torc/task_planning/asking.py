@@ -66,6 +66,9 @@ def decision_faults(answer: Any) -> Iterator[str]:
         yield "exchanges must be a tuple of torc.records.Exchange"
     if not isinstance(answer.evidence, Mapping):
         yield f"evidence is {_kind(answer.evidence)}; it must be a mapping"
+    pictures = answer.pictures
+    if not (isinstance(pictures, tuple | list) and all(isinstance(p, bytes) for p in pictures)):
+        yield "pictures must be a tuple of PNG files as bytes"
     try:
         json.dumps(to_plain(answer))
     except (TypeError, ValueError, RecursionError) as error:

@@ -11,8 +11,10 @@ import numpy as np
 
 from torc.testing.conformance import Case, called_twice, require
 from torc.vlm.answers import PLAN_SCHEMA, RELATIONS_SCHEMA
-from torc.vlm.asking import fill_prompt
 from torc.vlm.failures import VlmError
+from torc.vlm.picture_config import PictureConfig
+from torc.vlm.prompt import Example
+from torc.vlm.prompt_files import shipped_prompt
 from torc.vlm.protocol import Question, Reply, VlmClient
 from torc.vlm.replies import find_json, reply_faults
 
@@ -29,15 +31,25 @@ def sample_png() -> bytes:
 
 def _case(name: str, prompt: str, state: str = "It is in sight.", **values: object) -> Case:
     schema = RELATIONS_SCHEMA if "relations" in values else PLAN_SCHEMA
-    text = fill_prompt(prompt, target=0, target_state=state, **values)
+    _, text = shipped_prompt(prompt).filled(
+        True, target=0, target_state=state, pictures=PictureConfig().sentences, **values
+    )
     return Case(name, lambda: Question(text, (sample_png(),), schema, repeat=3))
 
 
+def _full_question() -> Question:
+    """With all that a question can have."""
+    example = Example("1 is the target. What first?", '{"thoughts": "Free.", "plan": []}')
+    prompt = f"{_FACTS}\nWhat first?"
+    return Question(prompt, (sample_png(), sample_png()), PLAN_SCHEMA, 3, "Be brief.", (example,))
+
+
 CASES: tuple[Case, ...] = (
-    _case("the plan of VLM-SELECT", "vlm-select-1"),
-    _case("the same, target hidden", "vlm-select-1", _HIDDEN),
-    _case("the plan of VLM+GRASPS", "vlm-grasps-1", facts=_FACTS),
-    _case("the relations of VLM-FIXES-DG", "vlm-fixes-dg-1", relations=_RELATIONS),
+    _case("the plan of VLM-SELECT", "vlm-select-2"),
+    _case("the same, target hidden", "vlm-select-2", _HIDDEN),
+    _case("the plan of VLM+GRASPS", "vlm-grasps-2", facts=_FACTS),
+    _case("the relations of VLM-FIXES-DG", "vlm-fixes-dg-2", relations=_RELATIONS),
+    Case("two pictures, a system text and examples", _full_question),
 )
 
 

@@ -7,7 +7,7 @@ of a server are never recorded; refused, cut-off and useless replies are, since 
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,9 @@ from torc.vlm.config import VlmConfig
 from torc.vlm.protocol import Finish, Question, Reply, Tokens, VlmClient
 from torc.vlm.replies import ask_client, reply_faults, reply_of
 
-FORMAT = "torc-vlm-cache/1"
+FORMAT = "torc-vlm-cache/2"
+_FIRST_FORMAT = "torc-vlm-cache/1"
+"""In it Gemini's `reply` tokens lacked those of thinking."""
 _MAX_FILE_BYTES = 4_000_000
 
 
@@ -78,8 +80,10 @@ class CachedClient:
 
 
 def request_facts(config: VlmConfig, question: Question) -> dict[str, Any]:
-    """All that can change a reply, as plain data. Time-outs and retries cannot."""
-    return {
+    """All that can change a reply, as plain data. Time-outs and retries cannot. What older questions did not have is
+    left out where it is empty, so that their replies are found.
+    """
+    facts = {
         "provider": config.provider,
         "url": config.url,
         "model": config.model,
@@ -92,6 +96,8 @@ def request_facts(config: VlmConfig, question: Question) -> dict[str, Any]:
         "images": [hashlib.sha256(png).hexdigest() for png in question.images],
         "repeat": question.repeat,
     }
+    facts |= {"system": question.system} if question.system else {}
+    return facts | ({"examples": [asdict(e) for e in question.examples]} if question.examples else {})
 
 
 def cache_key(request: Mapping[str, Any]) -> str:
@@ -106,10 +112,14 @@ def _read(path: Path, request: Mapping[str, Any]) -> Reply:
         if path.stat().st_size > _MAX_FILE_BYTES:
             raise ValueError("it is too large")
         data = json.loads(path.read_text(encoding="utf-8"))
-        if data["format"] != FORMAT or data["request"] != json.loads(json.dumps(request)):
+        if data["format"] not in (FORMAT, _FIRST_FORMAT) or data["request"] != json.loads(
+            json.dumps(request)
+        ):
             raise ValueError("it answers another question")
         facts = data["reply"]
         finish, tokens = Finish(facts["finish"]), Tokens(**facts["tokens"])
+        if data["format"] == _FIRST_FORMAT and request["provider"] == "gemini" and tokens.thinking:
+            tokens = replace(tokens, reply=(tokens.reply or 0) + tokens.thinking)
         reply = reply_of(facts["text"], facts["model_version"], finish, tokens, facts["latency_s"])
         for fault in reply_faults(reply):
             raise ValueError(fault)

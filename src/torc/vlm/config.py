@@ -3,13 +3,16 @@
 import difflib
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.util import find_spec
 from types import MappingProxyType
 from urllib.parse import urlsplit
 
 from torc.errors import InputError
 from torc.plugins import PartKind, part_paths, short_part_name, unknown_part
+from torc.vlm.picture_config import PictureConfig
+from torc.vlm.prices import Prices
+from torc.vlm.prompt import Prompt
 
 PROVIDERS = {
     "gemini": "https://generativelanguage.googleapis.com",
@@ -38,6 +41,17 @@ _NEAR = 0.82
 
 
 @dataclass(frozen=True)
+class Asking:
+    """How a planner asks: the pictures, a prompt in place of its own, and whether the server holds the reply to a JSON
+    schema, so that the prompt need not.
+    """
+
+    picture: PictureConfig = field(default_factory=PictureConfig)
+    prompt: Prompt | None = None
+    structured: bool = True
+
+
+@dataclass(frozen=True)
 class VlmConfig:
     """A model and how it is asked. Holds no key: keys come from the environment alone (`torc.vlm.keys`). None leaves a
     choice to the model.
@@ -53,6 +67,9 @@ class VlmConfig:
         structured: have the server hold the model to the answer's JSON schema; else the prompt alone asks for JSON.
         retries: further requests after one that brought no reply.
         retry_wait_s: wait before the first retry, doubled for each further one; what the server asks for comes first.
+        picture: how scenes are shown.
+        prompt: in place of the planner's own.
+        prices: of the model's tokens; None where nobody told them.
     """
 
     provider: str
@@ -66,6 +83,9 @@ class VlmConfig:
     timeout_s: float = 120.0
     retries: int = 4
     retry_wait_s: float = 1.0
+    picture: PictureConfig = field(default_factory=PictureConfig)
+    prompt: Prompt | None = None
+    prices: Prices | None = None
 
     def __post_init__(self) -> None:
         if self.provider not in CLIENTS.built_in and ":" not in self.provider:
@@ -111,6 +131,16 @@ class VlmConfig:
         """As it is written on the command line."""
         model = f":{self.model}" if self.model else ""
         return f"{self.provider}{model}" + (f"@{self.base_url}" if self.base_url else "")
+
+    @property
+    def asking(self) -> "Asking":
+        """What of it planners go by."""
+        return Asking(self.picture, self.prompt, self.structured)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What of the pictures and prompts is not torc's own, for labels."""
+        return (*self.picture.words, *(() if self.prompt is None else (self.prompt.words,)))
 
     @property
     def short_name(self) -> str:

@@ -13,7 +13,8 @@ from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.vlm.answers import RELATIONS_SCHEMA, Useless, read_corrections
-from torc.vlm.asking import checked_client, consult
+from torc.vlm.asking import Asker, Form
+from torc.vlm.config import Asking
 from torc.vlm.protocol import VlmClient
 
 
@@ -21,10 +22,15 @@ class VlmFixesDgPlanner:
     """Gives the model the 'behind' pairs that depth suggests; decides as DG-SELECT by the pairs that it corrects."""
 
     name = "vlm-fixes-dg"
-    prompt = "vlm-fixes-dg-1"
+    form = Form("vlm-fixes-dg", "vlm-fixes-dg-2", ("relations",), ("relations",), RELATIONS_SCHEMA)
 
-    def __init__(self, client: VlmClient | None = None, config: DgSelectConfig | None = None) -> None:
-        self._client = checked_client(client, self.name)
+    def __init__(
+        self,
+        client: VlmClient | None = None,
+        config: DgSelectConfig | None = None,
+        asking: Asking | None = None,
+    ) -> None:
+        self._asker = Asker(client, self.form, asking)
         self.config = DgSelectConfig() if config is None else config
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
@@ -34,12 +40,9 @@ class VlmFixesDgPlanner:
         candidates = behind_candidates(find_adjacencies(context.scene, self.config.relations))
         if not candidates or not graspable_ids(context):
             return self._by_graph(context, candidates)
-        answer, model, nothing = consult(
-            self._client,
+        answer, model, nothing = self._asker.consult(
             context,
-            self.prompt,
             {"relations": _as_json(candidates)},
-            RELATIONS_SCHEMA,
             lambda reply: read_corrections(reply, candidates, context.called),
             rng,
         )
@@ -54,6 +57,7 @@ class VlmFixesDgPlanner:
             reason=f"{decision.reason} {changed}",
             attempts=nothing.attempts,
             exchanges=nothing.exchanges,
+            pictures=nothing.pictures,
             evidence={**decision.evidence, **nothing.evidence, "corrections": corrections},
         )
 

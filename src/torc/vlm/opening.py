@@ -1,13 +1,15 @@
 """From a configuration to a client that is ready to be asked."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from torc.errors import InputError
-from torc.plugins import make_part, refuses, takes
+from torc.plugins import make_part, parameters, refuses, takes
 from torc.stages import ASKING
 from torc.vlm.cache import CacheConfig, CachedClient, CacheMode
 from torc.vlm.config import CLIENTS, VlmConfig
+from torc.vlm.picture_config import PictureConfig
 from torc.vlm.protocol import VlmClient
 from torc.vlm.simulated.situation import Situation
 
@@ -17,15 +19,22 @@ Truth = Callable[[], Situation]
 
 def planner_options(
     name: str, maker: Any, config: VlmConfig | None, cache: CacheConfig | None, truth: Truth | None = None
-) -> dict[str, VlmClient]:
-    """The options of a planner (its name, and what makes it) that asks this model; none without a model. Raises
-    InputError for a planner that asks no model, and as `open_client`.
+) -> dict[str, Any]:
+    """The options of a planner (its name, and what makes it) that asks this model: the `client`, and, if it takes it,
+    `asking`; none without a model. Raises InputError for a planner that asks no model, for pictures or a prompt that it
+    does not take, and as `open_client`.
     """
     if config is None:
         return {}
     if refuses(maker, "client"):
         raise InputError(f"{name} asks no model: leave out --vlm, or choose one of {', '.join(ASKING)}.")
-    return {"client": open_client(config, cache, truth)}
+    takes_asking = "asking" in parameters(maker)
+    if config.words and not takes_asking:
+        raise InputError(
+            f"{name} takes no `asking`, so it cannot be told of pictures and prompts ({', '.join(config.words)})."
+        )
+    asking = {"asking": config.asking} if takes_asking else {}
+    return {"client": open_client(config, cache, truth), **asking}
 
 
 def open_client(config: VlmConfig, cache: CacheConfig | None = None, truth: Truth | None = None) -> VlmClient:
@@ -49,7 +58,9 @@ def open_client(config: VlmConfig, cache: CacheConfig | None = None, truth: Trut
 
 def _open(config: VlmConfig, truth: Truth | None) -> VlmClient:
     offered = {"config": config} | ({"truth": truth} if config.simulated else {})
-    plain = config.third_party and config == VlmConfig(config.provider, "")
+    # What planners alone go by is nothing that a client must be told.
+    asked = replace(config, picture=PictureConfig(), prompt=None, prices=None)
+    plain = config.third_party and asked == VlmConfig(config.provider, "")
     if not plain and not takes(CLIENTS, config.provider, "config"):
         raise InputError(
             f"The VLM client '{config.provider}' takes no `config`, so it can be told no model, URL or option."

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
 
+from torc.vlm.prompt import Example
+
 
 @dataclass(frozen=True)
 class Question:
@@ -16,12 +18,16 @@ class Question:
         schema: JSON schema of the answer, for servers that can hold a model to one; None for free text.
         repeat: tells one asking of the same question from another: part of the cache's key, and the sampling seed
             where the configuration says so. At least 0, below 2**31.
+        system: instructions before the conversation; may be empty.
+        examples: turns of a conversation before the question.
     """
 
     prompt: str
     images: tuple[bytes, ...] = field(default=(), repr=False)
     schema: Mapping[str, Any] | None = None
     repeat: int = 0
+    system: str = ""
+    examples: tuple[Example, ...] = ()
 
 
 class Finish(StrEnum):
@@ -35,8 +41,8 @@ class Finish(StrEnum):
 
 @dataclass(frozen=True)
 class Tokens:
-    """What a reply took, as the server counts; None where it does not tell. Vendors differ in whether thinking is in
-    `reply`.
+    """What a reply took, as the server counts; None where it does not tell. `reply` is all that it wrote, `thinking`,
+    which is a part of that, included.
     """
 
     prompt: int | None = None

@@ -8,7 +8,8 @@ import numpy as np
 from torc.records import Decision, PlanningContext
 from torc.task_planning.random_choice import graspable_ids
 from torc.vlm.answers import PLAN_SCHEMA, Useless, read_first_pick
-from torc.vlm.asking import checked_client, consult
+from torc.vlm.asking import Asker, Form
+from torc.vlm.config import Asking
 from torc.vlm.protocol import Reply, VlmClient
 
 
@@ -16,10 +17,10 @@ class VlmSelectPlanner:
     """Shows the model the marked image; it is not told what is graspable, and asked again if its choice is not."""
 
     name = "vlm-select"
-    prompt = "vlm-select-1"
+    form = Form("vlm-select", "vlm-select-2", ("target",), (), PLAN_SCHEMA)
 
-    def __init__(self, client: VlmClient | None = None) -> None:
-        self._client = checked_client(client, self.name)
+    def __init__(self, client: VlmClient | None = None, asking: Asking | None = None) -> None:
+        self._asker = Asker(client, self.form, asking)
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
         """The next object to pick; None after three useless answers, or, unasked, if nothing is graspable. Raises
@@ -35,9 +36,7 @@ class VlmSelectPlanner:
                 return Useless(f"It names object {context.called(chosen)}, which has no valid grasp.")
             return chosen
 
-        answer, model, nothing = consult(
-            self._client, context, self.prompt, self.facts(context), PLAN_SCHEMA, read, rng
-        )
+        answer, model, nothing = self._asker.consult(context, self.facts(context), read, rng)
         if isinstance(answer, Useless):
             return nothing
         plan = f"the plan of the VLM {model} begins with it (answer {nothing.attempts} of at most 3)"
@@ -52,7 +51,7 @@ class VlmGraspsPlanner(VlmSelectPlanner):
     """The same, told what is graspable and what blocks what."""
 
     name = "vlm-grasps"
-    prompt = "vlm-grasps-1"
+    form = Form("vlm-grasps", "vlm-grasps-2", ("target", "facts"), ("facts",), PLAN_SCHEMA)
 
     def facts(self, context: PlanningContext) -> Mapping[str, str]:
         """A sentence per graspable object, and per pair of an object that is not and one that blocks grasps of it."""

@@ -75,6 +75,8 @@ def make_app(site: Site, token: str | None, port: int) -> Starlette:
         Route("/api/trials/{key}/video.mp4", app.video),
         Route(pick, app.pick),
         Route(f"{pick}/seen.png", app.picture),
+        Route(f"{pick}/sent/{{which:int}}.png", app.sent_picture),
+        Route(f"{pick}/belief.png", app.belief),
         Route(f"{pick}/small.jpg", app.small_picture),
         Route(f"{pick}/arrays", app.arrays),
     ]
@@ -130,6 +132,13 @@ class _App:
 
     def picture(self, request: Request) -> Response:
         return Response(self._read(request).picture(request.path_params["pick"]), media_type="image/png")
+
+    def sent_picture(self, request: Request) -> Response:
+        number, which = request.path_params["pick"], request.path_params["which"]
+        return Response(self._read(request).sent_picture(number, which), media_type="image/png")
+
+    def belief(self, request: Request) -> Response:
+        return Response(self._read(request).belief(request.path_params["pick"]), media_type="image/png")
 
     def small_picture(self, request: Request) -> Response:
         small = thumbnail(self._read(request), request.path_params["pick"])

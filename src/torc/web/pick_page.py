@@ -63,6 +63,7 @@ def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
         "graph_by": "the planner" if own else "geometry",
         "arrays": view is not None,
         "decision": decided.model_dump(exclude={"event", "pick"}) if decided else None,
+        "sent": trial.sent_pictures(number),
         "plan": pick.planned.model_dump(exclude={"event", "pick"}) if pick.planned else None,
     }
 

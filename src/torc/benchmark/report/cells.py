@@ -49,7 +49,9 @@ def outcome(row: TrialRow) -> str:
     """How a trial ended."""
     if not row.completed:
         return row.status
-    return "retrieved" if row.retrieved else f"not retrieved: {row.end}"
+    if row.absent:
+        return f"not there: {row.end}"
+    return "retrieved" if row.solved else f"not retrieved: {row.end}"
 
 
 def signed_text(found: Estimate, digits: int) -> str:

@@ -18,6 +18,7 @@ from torc.benchmark.intervals import Estimate
 from torc.benchmark.measures import DROP_FREE, SUCCESS
 from torc.benchmark.paper import PaperMethod, paper_method, paper_success
 from torc.benchmark.rows import Table, TrialRow
+from torc.benchmark.scores import within
 from torc.errors import MissingDependencyError, extra_remedy
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ _STYLE: dict[Any, Any] = {
     "hatch.linewidth": 0.6,
 }
 _MAX_POINTS = 400
+_MARKERS = "osD^v<>P"
 
 
 @dataclass(frozen=True)
@@ -131,6 +133,23 @@ def _boxes(
     return figure
 
 
+def _within(table: Table, planners: list[str]) -> Figure:
+    figure, (axes,) = _new_figure(6.4, 4.2)
+    budget = max(r.max_picks for r in table.rows)
+    picks = np.arange(1, budget + 1)
+    for i, planner in enumerate(planners):
+        found = [within(table.completed(planner), int(k)) for k in picks]
+        look: dict[str, Any] = {"color": _color(i), "marker": _MARKERS[i % len(_MARKERS)], "markersize": 4}
+        axes.plot(picks, [f.value for f in found], **look, linewidth=1.5, label=planner)
+        axes.fill_between(picks, [f.low for f in found], [f.high for f in found], color=_color(i), alpha=0.12)
+    axes.set_ylim(0, 1.04)
+    axes.set_xlim(0.8, budget + 0.2)
+    axes.set_xlabel("picks")
+    axes.set_ylabel("share of trials retrieved by then")
+    axes.legend(loc="lower right", frameon=False, fontsize=9)
+    return figure
+
+
 def _problems(table: Table, planners: list[str]) -> Figure:
     names, budget = table.problems, max(r.max_picks for r in table.rows)
     figure, (left, right) = _new_figure(max(7.0, 3.4 + 1.5 * len(planners)), 1.8 + 0.27 * len(names), 2)
@@ -140,7 +159,7 @@ def _problems(table: Table, planners: list[str]) -> Figure:
         done = table.completed(planner)
         for i, problem in enumerate(names):
             if rows := [r for r in done if r.problem == problem]:
-                success, cost = np.mean([r.retrieved for r in rows]), np.mean([r.cost for r in rows])
+                success, cost = np.mean([r.solved for r in rows]), np.mean([r.cost for r in rows])
                 published = paper_success(problem, planner)
                 good[:, i, j] = success, (budget - cost) / max(budget - 1, 1)
                 texts[0, i, j] = f"{success:.2f}" + ("" if published is None else f" ({published:.2f})")
@@ -212,6 +231,12 @@ _FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
         "Picks required (the paper's figure 9, right)",
         "Picks of every completed trial, failed attempts included. Box: quartiles and median. Diamonds: the paper's "
         "medians.",
+    ),
+    "within": (
+        _within,
+        "Retrieved within k picks",
+        "Share of trials in which the target was retrieved in at most so many picks (where it is not there: rightly "
+        "given up). Bands: 95 % intervals over problems.",
     ),
     "drops": (
         partial(

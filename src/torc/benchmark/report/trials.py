@@ -36,7 +36,7 @@ def _square(table: Table, row: TrialRow) -> Link:
     """The picks where the target was retrieved, else a mark."""
     if not row.completed:
         kind, text = ("missing", _MISSING) if row.status == "missing" else ("errored", _ERRORED)
-    elif not row.retrieved:
+    elif not row.solved:
         kind, text = "failed", _FAILED
     else:
         kind, text = "drops" if row.drops else "clean", str(row.picks)
@@ -59,7 +59,7 @@ def failures(table: Table, planners: Sequence[str], most: int) -> tuple[list[Fai
     queues: dict[tuple[str, str], deque[TrialRow]] = defaultdict(deque)
     for planner in planners:
         for row in table.completed(planner):
-            if not row.retrieved:
+            if not row.solved:
                 queues[planner, row.end].append(row)
     count = sum(map(len, queues.values()))
     chosen: list[TrialRow] = []

@@ -17,7 +17,9 @@ from torc.benchmark.report.figures import Picture, draw_all
 from torc.benchmark.report.pages import Section, html_page, markdown_page
 from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
 from torc.benchmark.report.real import real_sections
+from torc.benchmark.report.scores import BOUNDS, give_ups_table, score_summary, scores_table, within_table
 from torc.benchmark.report.trials import KEY, failures, trial_board
+from torc.benchmark.report.vlm import vlm_table
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import write_tables
 from torc.errors import InputError
@@ -83,10 +85,14 @@ def _sections(
     planners = [s.planner for s in ranking.standings]
     references = tables.references_table(ranking.standings, ranking.table)
     open_tables = [
+        within_table(table, planners),
+        scores_table(table, planners),
+        give_ups_table(table, planners),
         tables.comparison_table(table, planners),
         tables.measures_table(table, planners),
         *tables.causes_tables(table, planners),
         tables.promises_table(table, planners),
+        vlm_table(table, planners),
         beaten_table(table),
         tables.errors_table(table),
     ]
@@ -109,7 +115,7 @@ def _sections(
         Section("Failures", [told if failed else "No completed trial failed.", *shown], "failures"),
         Section(
             "How this was made",
-            [_OBJECTIVE, _INTERVALS, f"Diamonds: {CITATION}.", *_origins(table)],
+            [_OBJECTIVE, BOUNDS, _INTERVALS, f"Diamonds: {CITATION}.", *_origins(table)],
             "method",
         ),
     ]
@@ -138,9 +144,10 @@ def _summary(ranking: Ranking) -> dict[str, Any]:
     for s in ranking.standings:
         done = ranking.table.completed(s.planner)
         measures = {m.name: _plain(m.of(done)) for m in MEASURES}
+        scores = {name: _plain(found) for name, found in score_summary(ranking.table, s.planner).items()}
         counts = {"planned": s.planned, "played": s.played, "completed": s.completed}
         facts = {"planner": s.planner, "reference": s.reference, "tie_with_the_best": s.ties}
-        planners.append({**facts, **counts, "measures": measures})
+        planners.append({**facts, **counts, "measures": measures, "scores": scores})
     return {
         "format": REPORT_FORMAT,
         "answer": ranking.verdict.answer,

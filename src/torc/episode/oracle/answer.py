@@ -5,6 +5,7 @@ from typing import Any
 
 from torc.episode.bound import Bound
 from torc.episode.oracle.search import Found
+from torc.episode.oracle.tree import GIVE_UP
 from torc.episode.privileged import SimulatedState
 from torc.problems.problem import Problem
 from torc.records import PickOutcome
@@ -108,9 +109,12 @@ class OracleAnswer:
 def answer_from(found: Found[SimulatedState], problem: Problem, seed: int, budget: float) -> OracleAnswer:
     """The record of what a search has found."""
     path, names = found.best or found.outlook, [placement.name for placement in problem.ordered()]
+    # Giving up is no pick.
+    free = int(GIVE_UP in path.choices)
     foreseen = tuple(
         ForeseenPick(choice, PASS_NAME if choice is None else names[choice], state.episode.outcomes[-1], note)
         for choice, state, note in zip(path.choices, path.states[1:], path.notes[1:], strict=True)
+        if choice != GIVE_UP
     )
     return OracleAnswer(
         problem=problem.name,
@@ -120,11 +124,11 @@ def answer_from(found: Found[SimulatedState], problem: Problem, seed: int, budge
         foreseen=foreseen,
         drops=path.cost.drops,
         proved=found.proved,
-        lower_bound=None if found.bound is None else found.bound.picks,
-        rough_bound=found.rough_bound,
+        lower_bound=None if found.bound is None else found.bound.picks - free,
+        rough_bound=found.rough_bound - free,
         picks_tried=found.spent.picks,
         looks=found.spent.looks,
-        limit=found.limit,
+        limit=None if found.limit is None else found.limit - problem.absent,
         likely=found.likely,
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 from torc.episode.bound import Bound
 from torc.episode.oracle.answer import OracleAnswer, answer_from
 from torc.episode.oracle.solve import best_order
-from torc.episode.oracle.tree import DEFAULT_BUDGET, Path, check_budget
+from torc.episode.oracle.tree import DEFAULT_BUDGET, GIVE_UP, Path, check_budget
 from torc.episode.privileged import SimulatedState, Simulation
 from torc.errors import InputError
 from torc.records import Decision, PlanningContext
@@ -82,6 +82,9 @@ class OraclePlanner:
             reason = f"{plan.answer.verdict()} By the dependency graph: {decision.reason}"
             return replace(decision, reason=reason, evidence=evidence)
         evidence["step"] = plan.step
+        if plan.path.choices[plan.step] == GIVE_UP:
+            reason = "The target is not there: there is no place left that nobody has seen and that it would fit into."
+            return Decision(None, reason, give_up=True, evidence=evidence)
         return Decision(plan.path.choices[plan.step], _reason(plan.answer, plan.step), evidence=evidence)
 
 

@@ -2,13 +2,14 @@
 
 from collections import OrderedDict
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from torc.episode.oracle.answer import OracleAnswer, answer_from
 from torc.episode.oracle.search import Found, search
-from torc.episode.oracle.tree import DEFAULT_BUDGET, Arrival, Choice, Fate, Options, check_budget
+from torc.episode.oracle.tree import DEFAULT_BUDGET, GIVE_UP, Arrival, Choice, Fate, Options, check_budget
 from torc.episode.privileged import Sandbox, SimulatedState, open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import PhysicsError
@@ -22,6 +23,7 @@ from torc.task_planning.random_choice import graspable_ids
 
 Say = Callable[[str], None]
 _SAY_EVERY = 4.0
+_NOWHERE = "the target can be nowhere"
 _LOOKS_KEPT = 12
 """A look takes some 10 MB."""
 
@@ -53,6 +55,8 @@ def best_order(
     sandbox: Sandbox, start: SimulatedState, max_picks: int, budget: float, say: Say, *, likely_suffices: bool
 ) -> Found[SimulatedState]:
     """The best order of at most max_picks picks from a state on."""
+    # Giving up is none.
+    max_picks += sandbox.absent
     tell, space = _narration(say, budget), Branches(sandbox)
     return search(
         space, start, max_picks=max_picks, budget=budget, likely_suffices=likely_suffices, tell=tell
@@ -68,10 +72,12 @@ class Branches:
 
     def look(self, state: SimulatedState) -> Options:
         """What can be picked in that state."""
-        return _options(self._look(state).context)
+        return self._options(state, self._look(state).context)
 
     def pick(self, state: SimulatedState, choice: Choice) -> Arrival[SimulatedState]:
         """What comes of a pick. One that breaks the simulation leads nowhere."""
+        if choice == GIVE_UP:
+            return Arrival(state, fate=Fate.SOLVED)
         try:
             after = self._sandbox.pick(state, self._look(state), choice)
         except PhysicsError:
@@ -84,9 +90,18 @@ class Branches:
     def peek(self, state: SimulatedState, removed: frozenset[int]) -> Options:
         """What could be picked if these objects were gone."""
         try:
-            return _options(self._sandbox.look_without(state, removed).context)
+            context = self._sandbox.look_without(state, removed).context
+            # The world is as it would be then.
+            return self._options(self._sandbox.now(state), context)
         except PhysicsError:
             return Options(())
+
+    def _options(self, state: SimulatedState, context: PlanningContext) -> Options:
+        options = _options(context)
+        if not self._sandbox.nowhere(state, context):
+            return options
+        choices = (GIVE_UP, *options.choices)
+        return replace(options, choices=choices, target=GIVE_UP, outlook=options.outlook + 2.0, note=_NOWHERE)
 
     def _look(self, state: SimulatedState) -> Look:
         """The look at a state; taken again, with the same result, if it was long ago."""

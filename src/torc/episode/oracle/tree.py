@@ -13,6 +13,9 @@ from torc.errors import InputError
 State = TypeVar("State")
 Choice = int | None
 """An object to pick, or None: to let a pick pass."""
+GIVE_UP = -1
+"""A choice, too: the target where it is certain that it is not there. It ends a sequence as a pick of the target does,
+and counts as a pick within the search, so that the bounds are the same."""
 LOOK_COST = 0.5
 """What a look, real or rough, takes of a budget that is counted in picks: about its share of the computing."""
 DEFAULT_BUDGET = 80.0

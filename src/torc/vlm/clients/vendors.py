@@ -56,17 +56,24 @@ def _post_gemini(c: VlmConfig, question: Question, key: str | None) -> Post:
         options["thinkingConfig"] = (
             {"thinkingLevel": str(budget).upper()} if words else {"thinkingBudget": budget}
         )
-    contents = [{"role": "user", "parts": [*parts, {"text": question.prompt}]}]
+    turns = [(role, [{"text": text}]) for role, text in _turns(question, "model")]
+    turns.append(("user", [*parts, {"text": question.prompt}]))
     # Preview models, Robotics-ER (the paper's) among them, exist in no other version than v1beta.
     path = f"/v1beta/models/{c.model}:generateContent"
-    body = {"contents": contents, "generationConfig": _given(options)}
-    return Post(path, _given({"x-goog-api-key": key}), body)
+    body = {
+        "systemInstruction": {"parts": [{"text": question.system}]} if question.system else None,
+        "contents": [{"role": role, "parts": content} for role, content in turns],
+        "generationConfig": _given(options),
+    }
+    return Post(path, _given({"x-goog-api-key": key}), _given(body))
 
 
 def _read_gemini(answer: Any) -> Reply:
     """Blocked prompts, cut-off replies and empty ones all arrive as ordinary responses."""
     names = ("promptTokenCount", "candidatesTokenCount", "thoughtsTokenCount")
-    tokens = Tokens(*(_count(answer, "usageMetadata", name) for name in names))
+    sent, said, thought = (_count(answer, "usageMetadata", name) for name in names)
+    # Google alone counts thinking apart; a model that does not think has no count of it.
+    tokens = Tokens(sent, None if said is None and thought is None else (said or 0) + (thought or 0), thought)
     version, feedback = answer.get("modelVersion") or "", answer.get("promptFeedback")
     if not answer.get("candidates"):
         if feedback is None and "usageMetadata" not in answer:
@@ -82,11 +89,16 @@ def _post_openai(c: VlmConfig, question: Question, key: str | None) -> Post:
     urls = ["data:image/png;base64," + _base64(png) for png in question.images]
     content: list[dict[str, Any]] = [{"type": "image_url", "image_url": {"url": url}} for url in urls]
     content.append({"type": "text", "text": question.prompt})
+    messages: list[dict[str, Any]] = (
+        [{"role": "system", "content": question.system}] if question.system else []
+    )
+    messages += ({"role": role, "content": text} for role, text in _turns(question, "assistant"))
+    messages.append({"role": "user", "content": content})
     # OpenAI's thinking models take no other name for the bound; most other servers know the older one only.
     bound = "max_completion_tokens" if c.url == PROVIDERS["openai"] else "max_tokens"
     body: dict[str, Any] = {
         "model": c.model,
-        "messages": [{"role": "user", "content": content}],
+        "messages": messages,
         "temperature": c.temperature,
         bound: c.max_output_tokens,
         "seed": question.repeat if c.seeded else None,
@@ -121,10 +133,12 @@ def _post_anthropic(c: VlmConfig, question: Question, key: str | None) -> Post:
     sources = [{"type": "base64", "media_type": "image/png", "data": _base64(png)} for png in question.images]
     content: list[dict[str, Any]] = [{"type": "image", "source": source} for source in sources]
     content.append({"type": "text", "text": question.prompt})
+    messages: list[dict[str, Any]] = [{"role": r, "content": t} for r, t in _turns(question, "assistant")]
     body: dict[str, Any] = {
         "model": c.model,
         "max_tokens": c.max_output_tokens or _ANTHROPIC_MAX_TOKENS,
-        "messages": [{"role": "user", "content": content}],
+        "system": question.system or None,
+        "messages": [*messages, {"role": "user", "content": content}],
         "temperature": c.temperature,
     }
     output: dict[str, Any] = {}
@@ -158,6 +172,11 @@ VENDORS: Mapping[str, Vendor] = MappingProxyType(
         "anthropic": Vendor(_post_anthropic, _read_anthropic),
     }
 )
+
+
+def _turns(question: Question, model: str) -> list[tuple[str, str]]:
+    """Role and text of the turns before the question; `model` is the vendor's word for who replies."""
+    return [turn for e in question.examples for turn in (("user", e.user), (model, e.reply))]
 
 
 def _given(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ import json
 import re
 import time
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from torc.errors import InputError
 from torc.records import MAX_OBJECTS, TARGET_ID
 from torc.task_planning.graph import EdgeKind
 from torc.vlm.config import VlmConfig
+from torc.vlm.picture_config import PictureConfig
 from torc.vlm.protocol import Finish, Question, Reply
 from torc.vlm.replies import reply_of
 from torc.vlm.simulated.confusion import Luck, ToldFacts, confused, draw_luck
@@ -36,7 +38,8 @@ def open_simulated(config: VlmConfig, truth: Callable[[], Situation]) -> "Simula
     unknown, and for options of real models.
     """
     profile = find_profile(config.model)
-    if config != VlmConfig(config.provider, config.model):
+    model_alone = replace(config, picture=PictureConfig(), prompt=None)
+    if model_alone != VlmConfig(config.provider, config.model):
         raise InputError(
             "The simulated VLM takes a profile alone (--vlm simulated:PROFILE), no address and no model's options."
         )

@@ -132,7 +132,7 @@ function drawSide() {
   else if (app.tab === "Objects") replace(panel, objectsPanel(app.page, app, names(), { select, hover: (id) => picture.hover(id) }));
   else if (app.tab === "Graph") replace(panel, drawGraph(app.page.graph, { selected: app.selected, chosen: app.page.chosen, by: app.page.graph_by }, select));
   else if (app.tab === "3-D") drawScene(panel);
-  else replace(panel, decisionPanel(app.page, app.trial));
+  else replace(panel, decisionPanel(app.page, app.trial, pickPath(app.key, app.pick)));
   panel.scrollTop = scrolled;
   if (focused) panel.querySelector(`[data-id="${focused}"]`)?.focus({ preventScroll: true });
   replace($("action"), actionBar(app, { choosing: choosing(), object: object(app.selected), names: names(), pick, pass, giveUp, now, nameTarget }));

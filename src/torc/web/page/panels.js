@@ -52,7 +52,7 @@ function notes(o, names) {
   return lines;
 }
 
-export function decisionPanel(page, trial) {
+export function decisionPanel(page, trial, path) {
   const decision = page.decision;
   if (!decision) return el("p", { class: "padded faint" }, "Nothing has been decided in this pick.");
   const color = page.objects.find((o) => o.id === decision.object_id)?.color;
@@ -62,11 +62,27 @@ export function decisionPanel(page, trial) {
     el("p", {}, `${trial.expert || trial.planner} ${choice} `, decision.object_id === null ? null : chip(decision.object_id, color), ` ${name}`),
     el("p", {}, decision.reason),
     el("p", { class: "faint" }, `${seconds(decision.seconds)} to decide${decision.attempts > 1 ? `, asked ${decision.attempts} times` : ""}`),
+    believed(decision, path),
     planned(page.plan), outcome(page, trial),
+    sentPictures(page, path),
     decision.exchanges.map((e, i) => el("details", { open: decision.exchanges.length === 1 },
       el("summary", {}, decision.exchanges.length > 1 ? `Prompt and reply ${i + 1}` : "Prompt and reply"),
       el("pre", { tabindex: 0 }, e.prompt), el("p", {}, "Reply:"), el("pre", { tabindex: 0 }, e.reply))),
     el("details", {}, el("summary", {}, "Evidence"), el("pre", { tabindex: 0 }, JSON.stringify(decision.evidence, null, 1))));
+}
+
+// What the model was sent, as it was sent.
+function sentPictures(page, path) {
+  if (!page.sent) return null;
+  const pictures = Array.from({ length: page.sent }, (_, i) =>
+    el("img", { src: `${path}/sent/${i}.png`, class: "sent", alt: `Picture ${i + 1} that the model was sent` }));
+  return el("details", {}, el("summary", {}, page.sent > 1 ? `${page.sent} pictures that were sent` : "The picture that was sent"), pictures);
+}
+
+function believed(decision, path) {
+  if (!decision.evidence.belief?.tiles?.length) return null;
+  const says = "Where the planner believes the target to be: violet where it is unlikely, yellow where it is likeliest";
+  return el("figure", { class: "belief" }, el("img", { src: `${path}/belief.png`, alt: says }), el("figcaption", { class: "faint" }, `${says}.`));
 }
 
 function planned(plan) {

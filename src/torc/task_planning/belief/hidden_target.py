@@ -1,0 +1,83 @@
+"""The search for a target out of sight: from a look to the order of removals."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from torc.records import PlanningContext
+from torc.task_planning.belief.bodies import bodies_of
+from torc.task_planning.belief.candidates import candidates_of, suspects_of
+from torc.task_planning.belief.costs import Ways, as_bits, clearing_costs, removal_costs
+from torc.task_planning.belief.hiding import Belief, believe
+from torc.task_planning.belief.particles import propose, unseen_room
+from torc.task_planning.belief.search import Places, Plan, SearchPrices, places_of, plan_search, sets_up_to
+from torc.task_planning.belief.settings import BeliefConfig, GiveUpConfig
+
+_TARGET_PICKS = 1.1
+"""Picks to take the target once it can be grasped."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """What the planner believes of a target out of sight, and what it would do.
+
+    Attributes:
+        candidates: ids of the objects whose removal is considered; the numbers in `plan` and `places` count these.
+        room: share of the space over the support in which a target may be unseen (`unseen_room`).
+        presence: chance that the target is there at all, after what was seen.
+        suspects: chance of each object in sight to be the target.
+    """
+
+    belief: Belief
+    candidates: tuple[int, ...]
+    places: Places
+    plan: Plan
+    room: float
+    presence: float
+    suspects: dict[int, float]
+
+    @property
+    def order(self) -> tuple[int, ...]:
+        """Ids of the objects to remove, one after another as long as the target does not come into sight."""
+        return tuple(self.candidates[i] for i in self.plan.order)
+
+    @property
+    def expected_picks(self) -> float:
+        """Picks to the target, by the share of the belief that some removal reveals."""
+        return self.plan.price / max(float(self.places.weights.sum()), 1e-9)
+
+    def reveals(self, object_ids: tuple[int, ...]) -> float:
+        """Share of the belief that comes into sight once these candidates are gone."""
+        mask = sum(1 << self.candidates.index(k) for k in object_ids)
+        return float(self.places.weights @ self.places.revealed(np.array([mask], dtype=np.uint32))[:, 0])
+
+
+def search_target(
+    context: PlanningContext, ways: dict[int, Ways], config: BeliefConfig, rng: np.random.Generator
+) -> Search:
+    """What to remove to find the target; the plan is empty where nothing that can be removed shows anything."""
+    volume, scene = context.volume, context.scene
+    bodies = bodies_of(scene, volume, config.particles.reach_down)
+    particles = propose(volume, bodies, config.particles, rng)
+    eye = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]
+    belief = believe(particles, volume, bodies, eye, config.hiding, rng)
+    suspects = suspects_of(context)
+    candidates = candidates_of(belief, suspects, ways, config.search)
+    places = places_of(belief, candidates, config.hiding, suspects)
+    sets = sets_up_to(len(candidates), min(config.search.depth, max(context.picks_left - 1, 1)))
+    p = config.prices
+    costs = removal_costs(ways, candidates, sets.masks, p)
+    clearing = clearing_costs(ways, candidates, as_bits(sets.masks, candidates), p)
+    prices = SearchPrices(_TARGET_PICKS, p.still_blocking, p.fallen, p.detour)
+    plan = plan_search(places, costs, clearing, sets, prices)
+    room = unseen_room(volume, bodies, config.give_up.size_m, config.give_up.proposals, rng)
+    return Search(belief, candidates, places, plan, room, presence(room, config.give_up), suspects)
+
+
+def presence(room: float, config: GiveUpConfig) -> float:
+    """Chance that the target is there though no look has shown it (Bayes' rule).
+
+    Had it been anywhere over the support, all columns of space alike, all but the share `room` would have shown it.
+    """
+    missed = config.presence * room
+    return missed / max(missed + 1 - config.presence, 1e-12)

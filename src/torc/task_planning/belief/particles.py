@@ -1,0 +1,132 @@
+"""Where a hidden target may be: poses that fit what was never seen.
+
+The poses are drawn anew at every look, from the occlusion volume, which remembers all that was seen so far. That is all
+the update that there is to do: the target does not move, so its places after several looks are those that were possible
+before the first one, less those that any look has shown to be free or full; and the volume holds just these. A filter
+that carries particles along would have the same ones, and fewer.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int64, UInt64
+
+from torc.geometry.transforms import kernel_array
+from torc.records import OcclusionVolume, VoxelGrid
+from torc.task_planning.belief.bodies import Bodies, grid_frame
+from torc.task_planning.belief.box_kernels import Boxes, fit_shares, settle
+from torc.task_planning.belief.settings import ParticleConfig
+
+_FALL_SLACK_M = 0.01
+_UNSEEN = 0.6
+"""A small cube fits if more than this share of it was never seen, and as much lies outside of all bodies in sight."""
+_UPRIGHT = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])
+"""Which edges lie along the heading, across it and upwards."""
+
+
+@dataclass(frozen=True)
+class Particles:
+    """Poses of a hidden target, each as a box with a weight.
+
+    Attributes:
+        poses: boxes as `box_kernels` take them, world frame.
+        weights: sum to 1, unless there is no particle.
+        rests_on: bit of the object in sight that each lies on, 0 for none.
+    """
+
+    poses: Boxes
+    weights: Float[np.ndarray, "n"]
+    rests_on: UInt64[np.ndarray, "n"]
+
+    def __len__(self) -> int:
+        return len(self.weights)
+
+
+def hidden_voxels(volume: OcclusionVolume) -> Int64[np.ndarray, "n 3"]:
+    """Index of each voxel that was never seen and that an object hides."""
+    return np.argwhere(volume.hidden_by != 0)
+
+
+def propose(
+    volume: OcclusionVolume, bodies: Bodies, config: ParticleConfig, rng: np.random.Generator
+) -> Particles:
+    """Poses that a hidden target may have; none where nothing is hidden."""
+    voxels = hidden_voxels(volume)
+    if len(voxels) == 0:
+        return Particles(np.zeros((0, 8)), np.zeros(0), np.zeros(0, np.uint64))
+    standing = round(config.on_support * config.proposals)
+    poses = _draw(voxels, volume.grid, standing, config, rng)
+    on = np.zeros(len(poses), np.uint64)
+    lying = poses[standing:]
+    on[standing:] = settle(lying, bodies.boxes, bodies.bits, _FALL_SLACK_M)
+    poses[standing:] = lying
+    seen = kernel_array(volume.seen, np.bool_)
+    shares = fit_shares(poses, bodies.boxes, config.body_scale, seen, grid_frame(volume.grid))
+    weights = fit_weights(shares, config)
+    # Every stratum keeps its share: the first ones of each that fit.
+    kept = np.flatnonzero(weights > 0)
+    if len(kept) > config.most:
+        kept = kept[np.linspace(0, len(kept) - 1, config.most).astype(int)]
+    total = weights[kept].sum()
+    return Particles(poses[kept], weights[kept] / total if len(kept) else weights[kept], on[kept])
+
+
+def unseen_room(
+    volume: OcclusionVolume, bodies: Bodies, size_m: float, proposals: int, rng: np.random.Generator
+) -> float:
+    """Share of the columns of space over the support in which a small cube would not have been seen, by cubes drawn in
+    hidden space: most of it unseen, and its middle not inside a body in sight.
+    """
+    voxels = hidden_voxels(volume)
+    if len(voxels) == 0:
+        return 0.0
+    nx, ny, _ = volume.grid.shape
+    cubes = np.zeros((proposals, 8))
+    chosen = voxels[rng.integers(len(voxels), size=proposals)]
+    cubes[:, :3] = volume.grid.origin + volume.grid.voxel_size_m * (chosen + rng.random(chosen.shape))
+    cubes[:, 3:6], cubes[:, 6] = size_m / 2, 1.0
+    seen = kernel_array(volume.seen, np.bool_)
+    shares = fit_shares(cubes, bodies.boxes, 1.0, seen, grid_frame(volume.grid))
+    fits = (shares[:, 0] > _UNSEEN) & (shares[:, 1] < 1 - _UNSEEN)
+    return len(np.unique(chosen[fits, :2], axis=0)) / (nx * ny)
+
+
+def fit_weights(shares: Float[np.ndarray, "n 2"], config: ParticleConfig) -> Float[np.ndarray, "n"]:
+    """How well poses fit, 0 to 1, from what `fit_shares` tells of them."""
+    unseen = (shares[:, 0] - config.least_unseen_share) / (config.unseen_share - config.least_unseen_share)
+    fit = np.clip(unseen, 0.0, 1.0)
+    if config.most_inside_share < 1:
+        room = config.most_inside_share - config.inside_share
+        fit = fit * np.clip((config.most_inside_share - shares[:, 1]) / room, 0.0, 1.0)
+    return np.where(fit < 1e-9, 0.0, fit)
+
+
+def _draw(
+    voxels: Int64[np.ndarray, "v 3"],
+    grid: VoxelGrid,
+    standing: int,
+    config: ParticleConfig,
+    rng: np.random.Generator,
+) -> Boxes:
+    """Poses, those on the support first.
+
+    A pose on the support stands in any such column, all alike; another one has its lower side in any hidden voxel.
+    """
+    columns = np.unique(voxels[:, :2], axis=0)
+    lying = config.proposals - standing
+    at = np.concatenate(
+        [
+            np.insert(columns[rng.integers(len(columns), size=standing)], 2, 0, axis=1),
+            voxels[rng.integers(len(voxels), size=lying)],
+        ]
+    )
+    places = grid.origin + grid.voxel_size_m * (at + rng.random(at.shape))
+    places[:standing, 2] = grid.origin[2]
+    sizes = np.array(config.candidate_sizes, dtype=float)[
+        rng.integers(len(config.candidate_sizes), size=len(at))
+    ]
+    edges = np.take_along_axis(sizes, _UPRIGHT[rng.integers(3, size=len(at))], axis=1)
+    yaw = rng.uniform(0.0, np.pi, len(at))
+    places[:, 2] += edges[:, 2] / 2
+    poses = np.concatenate([places, edges / 2, np.cos(yaw)[:, None], np.sin(yaw)[:, None]], axis=1)
+    return kernel_array(poses)

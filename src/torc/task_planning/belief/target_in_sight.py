@@ -1,0 +1,60 @@
+"""A target in sight: take it, or remove what makes it easier to take first."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from torc.records import TARGET_ID, PlanningContext
+from torc.task_planning.belief.candidates import with_obstacles
+from torc.task_planning.belief.costs import (
+    UNREMOVABLE,
+    Ways,
+    as_bits,
+    clearing_costs,
+    removal_costs,
+    target_costs,
+)
+from torc.task_planning.belief.search import order_removals, sets_up_to
+from torc.task_planning.belief.settings import BeliefConfig
+
+
+@dataclass(frozen=True)
+class Access:
+    """How to get at a target in sight.
+
+    Attributes:
+        order: ids of the objects to remove before it is taken, in this order.
+        picks: expected picks, the target's own included; infinite where no removal is known to help.
+        now: expected picks if it is taken at once; infinite where it cannot be.
+        frees: whether it can be grasped after these removals, as far as is known; else they only make way.
+    """
+
+    order: tuple[int, ...]
+    picks: float
+    now: float
+    frees: bool = True
+
+
+def free_target(context: PlanningContext, ways: dict[int, Ways], config: BeliefConfig) -> Access:
+    """The cheapest way to the target, over all sets of removals up to the search's depth.
+
+    The search is that for a hidden target with a single place, in sight: a set of removals frees it or not, so a grasp
+    that two objects block needs both gone.
+    """
+    candidates = with_obstacles([TARGET_ID], ways, config.search.candidates + 1)[1:]
+    sets = sets_up_to(len(candidates), min(config.search.depth, max(context.picks_left - 1, 0)))
+    steps = removal_costs(ways, candidates, sets.masks, config.prices)
+    stop = target_costs(ways[TARGET_ID], candidates, sets.masks, context.picks_left, config.prices)
+    now = float(stop[0])
+    frees = np.isfinite(stop)
+    at_end = ~frees & ~np.isfinite(steps + np.where(sets.following < 0, np.inf, 0.0)).any(axis=1)
+    gone = as_bits(sets.masks[at_end], candidates)
+    guess = clearing_costs(ways, [TARGET_ID], gone, config.prices)[:, 0]
+    stop[at_end] = np.where(guess < UNREMOVABLE, config.prices.detour * guess, np.inf)
+    plan = order_removals(steps, stop, sets)
+    if np.isfinite(now) and now <= plan.price + config.prices.worth_waiting:
+        return Access((), now, now)
+    if not plan.order:
+        return Access((), np.inf, now)
+    end = int(np.flatnonzero(sets.masks == sum(1 << i for i in plan.order))[0])
+    return Access(tuple(candidates[i] for i in plan.order), plan.price, now, bool(frees[end]))

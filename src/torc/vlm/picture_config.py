@@ -1,0 +1,72 @@
+"""How a scene is shown to a model: the settings, and what a prompt says of them."""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from torc.errors import InputError
+
+Marks = Literal["tinted", "outlines"]
+MARKS: tuple[str, ...] = get_args(Marks)
+_MIN_SIDE_PX, _MAX_SIDE_PX = 64, 4096
+_MAX_MARGIN_PX = 4096
+
+
+@dataclass(frozen=True)
+class PictureConfig:
+    """How a scene is shown to a model.
+
+    Attributes:
+        marks: "tinted": every object tinted in a colour of its own, as in the paper; "outlines": thin outlines and
+            small numbers, every other pixel as the camera saw it.
+        plain: send the same picture without marks as a second one.
+        crop_px: margin around the visible objects, pixels of the camera's image; None sends the whole image.
+        longest_side_px: enlarge (or reduce) the picture to this longest side before it is marked; None leaves it.
+    """
+
+    marks: Marks = "tinted"
+    plain: bool = False
+    crop_px: int | None = None
+    longest_side_px: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.marks not in MARKS:
+            raise InputError(f"Marks '{self.marks}' are none; there are {', '.join(MARKS)}.")
+        if self.crop_px is not None and not 0 <= self.crop_px <= _MAX_MARGIN_PX:
+            raise InputError(
+                f"The margin around the objects is {self.crop_px} pixels; it must be at least 0."
+            )
+        side = self.longest_side_px
+        if side is not None and not _MIN_SIDE_PX <= side <= _MAX_SIDE_PX:
+            raise InputError(
+                f"The picture's longest side is {side} pixels; it must be {_MIN_SIDE_PX} to {_MAX_SIDE_PX}."
+            )
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What differs from the paper's picture, for labels."""
+        return (
+            *((self.marks,) if self.marks != "tinted" else ()),
+            *(("plain beside",) if self.plain else ()),
+            *(() if self.crop_px is None else (f"crop {self.crop_px}",)),
+            *(() if self.longest_side_px is None else (f"{self.longest_side_px} px",)),
+        )
+
+    @property
+    def sentences(self) -> str:
+        """What a prompt says of the pictures; those of the paper's picture are the first prompts' own."""
+        picture = "The first picture" if self.plain else "The picture"
+        told = f"{picture} is what the camera of a robot arm sees"
+        told += "." if self.crop_px is None else ", cut to the part with the objects."
+        if self.marks == "tinted":
+            told += (
+                " Each object in it is tinted and outlined in a colour of its own, and carries its number in white "
+                "on a black square near its centre of mass."
+            )
+        else:
+            told += (
+                " Each object in it is outlined in a colour of its own, and has its number in white on a black "
+                "square, on it or beside it with a line to it. Within the outlines the colours are the objects' own."
+            )
+        if self.plain:
+            told += " The second is the same picture without these marks: judge colours and shapes by it."
+        return told

@@ -1,0 +1,29 @@
+"""What tokens cost, as the user says it; torc knows no prices."""
+
+import math
+from dataclasses import dataclass
+
+from torc.errors import InputError
+
+PER = 1_000_000
+"""Prices are per so many tokens."""
+
+
+@dataclass(frozen=True)
+class Prices:
+    """Prices of a million tokens that are sent, and of a million that are written (thinking included)."""
+
+    sent: float
+    written: float
+    currency: str = "USD"
+
+    def __post_init__(self) -> None:
+        for price in (self.sent, self.written):
+            if not (math.isfinite(price) and price >= 0):
+                raise InputError(f"A price of {price} for a million tokens is none; it must be at least 0.")
+        if not (self.currency.isalpha() and self.currency.isascii() and len(self.currency) <= 8):
+            raise InputError(f"'{self.currency}' is no currency: write letters alone, e.g. USD or EUR.")
+
+    def cost(self, sent: int, written: int) -> float:
+        """Of so many tokens."""
+        return (sent * self.sent + written * self.written) / PER

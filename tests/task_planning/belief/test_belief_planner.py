@@ -1,0 +1,237 @@
+"""The planner `belief`: what it believes, chooses, says and draws."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from torc.errors import InputError
+from torc.records import Decision
+from torc.specs.settings import arguments
+from torc.task_planning.belief.bodies import bodies_of
+from torc.task_planning.belief.costs import ways_of
+from torc.task_planning.belief.hidden_target import presence, search_target
+from torc.task_planning.belief.hiding import believe
+from torc.task_planning.belief.particles import propose, unseen_room
+from torc.task_planning.belief.picture import draw_belief
+from torc.task_planning.belief.planner import BeliefPlanner
+from torc.task_planning.belief.settings import (
+    BeliefConfig,
+    GiveUpConfig,
+    HidingConfig,
+    ParticleConfig,
+    SearchConfig,
+)
+from torc.task_planning.dg_select import DgSelectPlanner
+from torc.task_planning.registry import make_planner
+from torc.task_planning.relations import find_relations
+from torc.testing import contexts
+from torc.testing.contexts import box, make_context
+from torc.testing.planner_conformance import CASES, check_case
+
+CLUTTER = contexts.cluttered_context(12, seed=6, hidden_target=True)
+
+
+def decide(context, config: BeliefConfig | None = None, seed: int = 0) -> Decision:
+    return BeliefPlanner(config).decide(context, np.random.default_rng(seed))
+
+
+def particles_of(context, config: ParticleConfig, seed: int = 0):
+    bodies = bodies_of(context.scene, context.volume)
+    return bodies, propose(context.volume, bodies, config, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_it_conforms(case):
+    check_case(BeliefPlanner, case)
+
+
+GREEDY = BeliefConfig(search=SearchConfig(depth=1))
+ABLATIONS = {
+    "particles.proposals": 2000,
+    "particles.target_size_m": [0.05, 0.05, 0.1],
+    "particles.most_inside_share": 1.0,
+    "particles.on_support": 1.0,
+    "hiding.plain_share": 0.0,
+    "hiding.all_layers": False,
+    "prices.hold": False,
+    "prices.dropped": 0.0,
+    "prices.loaded": 0.0,
+    "particles.reach_down": False,
+    "prices.fallen": 0.0,
+    "prices.still_blocking": 0.0,
+    "search.depth": 1,
+    "give_up.below": 0.0,
+}
+
+
+@pytest.mark.parametrize("setting", ABLATIONS)
+def test_every_ingredient_can_be_switched_off(setting):
+    config = arguments(BeliefPlanner, {setting: ABLATIONS[setting]}, "planner")["config"]
+    assert config != BeliefConfig()
+    assert decide(CLUTTER, config).object_id in CLUTTER.report.graspable_ids
+    assert make_planner("belief", config=config).name == "belief"
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: ParticleConfig(proposals=0),
+        lambda: ParticleConfig(target_size_m=(0.1, 0.1)),
+        lambda: ParticleConfig(sizes_m=((0.1, 0.0, 0.1),)),
+        lambda: ParticleConfig(least_unseen_share=0.95),
+        lambda: HidingConfig(plain_share=1.5),
+        lambda: SearchConfig(candidates=40),
+        lambda: GiveUpConfig(presence=0.0),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(wrong):
+    with pytest.raises(InputError):
+        wrong()
+
+
+def test_particles_lie_in_space_that_was_never_seen():
+    config = ParticleConfig(unseen_share=1.0, least_unseen_share=0.99)
+    _, particles = particles_of(contexts.hidden_context(), config)
+    assert len(particles) > 50
+    assert particles.weights.sum() == pytest.approx(1.0)
+    volume = contexts.hidden_context().volume
+    index = volume.grid.index_of(particles.poses[:, :3])
+    assert not volume.seen[tuple(index.T)].any()
+    assert (particles.poses[:, 2] - particles.poses[:, 5] >= volume.grid.origin[2] - 1e-9).all()
+
+
+def test_what_a_later_look_shows_to_be_free_holds_no_particle():
+    """The volume's memory is all the update: what is seen now is no place any more."""
+    context = contexts.hidden_context()
+    bodies, before = particles_of(context, ParticleConfig())
+    seen = context.volume.seen.copy()
+    seen[:, : seen.shape[1] // 2] = True
+    now = replace(context.volume, seen=seen, hidden_by=np.where(seen, 0, context.volume.hidden_by))
+    after = propose(now, bodies, ParticleConfig(), np.random.default_rng(0))
+    middle = now.grid.origin[1] + now.grid.voxel_size_m * (seen.shape[1] // 2)
+    assert (before.poses[:, 1] < middle).any()
+    assert (after.poses[:, 1] >= middle).all()
+    rooms = [unseen_room(v, bodies, 0.015, 3000, np.random.default_rng(0)) for v in (context.volume, now)]
+    assert 0 <= rooms[1] < rooms[0] < 1
+
+
+def test_the_plain_share_rules_no_hidden_voxel_out():
+    context = contexts.hidden_context()
+    bodies, particles = particles_of(context, ParticleConfig())
+    eye = context.scene.observation.T_world_camera[:3, 3]
+    rng = np.random.default_rng(0)
+    belief = believe(particles, context.volume, bodies, eye, HidingConfig(plain_share=0.2), rng)
+    assert belief.weights.sum() == pytest.approx(1.0)
+    assert belief.weights[belief.fitting :].sum() == pytest.approx(0.2)
+    index = context.volume.grid.index_of(belief.poses[belief.fitting :, :3])
+    assert (context.volume.hidden_by[tuple(index.T)] != 0).all()
+
+
+def test_layers_behind_the_front_one_count():
+    """A box looks out above another one: much of what it hides is hidden by that one in the picture."""
+    shapes = (box(1, 0.55, 0.0, (0.06, 0.16, 0.20)), box(2, 0.64, 0.0, (0.06, 0.12, 0.24)))
+    context = make_context(shapes, valid={1: 2, 2: 2})
+    bodies, particles = particles_of(context, ParticleConfig())
+    eye = context.scene.observation.T_world_camera[:3, 3]
+    beliefs = [
+        believe(particles, context.volume, bodies, eye, HidingConfig(all_layers=on), np.random.default_rng(0))
+        for on in (True, False)
+    ]
+    deep, flat = (b.mass_behind() for b in beliefs)
+    assert deep[2] > flat[2] + 0.1
+    np.testing.assert_allclose(flat, beliefs[1].mass_hidden(), atol=1e-9)
+
+
+def test_it_looks_behind_the_largest_shadow_and_says_so():
+    decision = decide(contexts.hidden_context())
+    assert decision.object_id == 1
+    assert decision.evidence["rule"] == "search"
+    assert decision.reason.startswith("Pick 1: with it gone the target comes into sight with p = ")
+    evidence = json.loads(json.dumps(decision.evidence, allow_nan=False))["belief"]
+    assert evidence["order"][0] == 1
+    assert evidence["reveals"]["1"] > evidence["reveals"].get("2", 0.0)
+    assert sum(share for _, _, share in evidence["tiles"]) == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_same_seed_gives_the_same_decision(seed):
+    assert decide(CLUTTER, seed=seed) == decide(CLUTTER, seed=seed)
+
+
+def test_a_target_that_can_be_grasped_is_taken_and_what_lies_on_it_goes_first():
+    assert decide(contexts.open_context()).object_id == 0
+    assert decide(contexts.stacked_context()).object_id == 1
+    decision = decide(contexts.behind_context())
+    assert decision.object_id == 1
+    assert decision.evidence["belief"]["order"] == [1]
+
+
+def test_a_target_that_is_deep_down_is_made_way_for():
+    """0 waits for 1, 1 for 2, and 2 for 3: more than a greedy search can see."""
+    shapes = [box(k, 0.55 + 0.08 * (k % 2), -0.3 + 0.15 * k, (0.04, 0.04, 0.06)) for k in range(5)]
+    blocked = {0: [(1,)], 1: [(2,)], 2: [(3,)]}
+    context = make_context(shapes, valid={3: 2, 4: 5}, blocked=blocked)
+    decision = decide(context)
+    assert decision.evidence["belief"]["order"] == [3, 2, 1]
+    assert "once 3, 2 and 1 are gone the target 0 can be taken" in decision.reason
+    greedy = decide(make_context(shapes, valid={1: 1, 4: 5}, blocked={0: [(1, 2)], 2: [(4,)]}), GREEDY)
+    assert greedy.object_id == 1
+    assert "still blocked" in greedy.reason
+
+
+def test_where_it_does_not_know_it_chooses_as_dg_select():
+    rng = np.random.default_rng(0)
+    few = BeliefConfig(ParticleConfig(fewest=10**6))
+    assert decide(CLUTTER, few).object_id == DgSelectPlanner().decide(CLUTTER, rng).object_id
+    assert "too few places" in decide(CLUTTER, few).evidence["by_graph_because"]
+    stuck = contexts.nothing_graspable_context()
+    assert decide(stuck).object_id is None
+    assert not decide(stuck).give_up
+
+
+def test_it_gives_up_when_all_has_been_seen_and_not_before():
+    flat = make_context((box(1, 0.60, -0.1, (0.05, 0.05, 0.012)),), valid={1: 2})
+    decision = decide(flat)
+    assert decision.give_up
+    assert decision.object_id is None
+    assert "not in sight" in decision.reason
+    assert not decide(flat, BeliefConfig(give_up=GiveUpConfig(below=0.0))).give_up
+    assert not decide(contexts.hidden_context()).give_up
+
+
+def test_presence_follows_bayes_rule():
+    """Half of the places unseen: 0.9 * 0.5 against 0.1."""
+    assert presence(0.5, GiveUpConfig(presence=0.9)) == pytest.approx(0.45 / 0.55)
+    assert presence(0.0, GiveUpConfig()) == 0.0
+    assert presence(0.3, GiveUpConfig(presence=1.0)) == pytest.approx(1.0)
+
+
+def test_the_plan_looks_no_further_than_there_are_picks():
+    last = replace(CLUTTER, picks_left=2)
+    ways = ways_of(last, find_relations(last.scene))
+    assert len(search_target(last, ways, BeliefConfig(), np.random.default_rng(0)).order) == 1
+
+
+def test_the_picture_is_warm_where_the_belief_is():
+    context = contexts.hidden_context()
+    decision = decide(context)
+    image = draw_belief(decision, context.scene)
+    assert image.shape == (*context.scene.label_image.shape, 3)
+    tiles = np.array(decision.evidence["belief"]["tiles"])
+    px = decision.evidence["belief"]["tile_px"]
+    row, col, _ = tiles[tiles[:, 2].argmax()]
+    cold = draw_belief(
+        replace(decision, evidence={"belief": {"tile_px": px, "tiles": [[0, 0, 1.0]]}}), context.scene
+    )
+    at = (slice(int(row) * px, int(row + 1) * px), slice(int(col) * px, int(col + 1) * px))
+    assert image[at].astype(float)[..., 0].mean() > cold[at].astype(float)[..., 0].mean() + 30
+
+
+@pytest.mark.parametrize(
+    "belief", [None, 3, {"tiles": []}, {"tile_px": 8, "tiles": []}, {"tile_px": 0, "tiles": [[1, 1, 1.0]]}]
+)
+def test_what_is_no_belief_is_not_drawn(belief):
+    scene = contexts.open_context().scene
+    assert draw_belief(Decision(1, "mine", evidence={"belief": belief}), scene) is None
