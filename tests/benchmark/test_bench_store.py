@@ -63,6 +63,7 @@ class Killed(BaseException):
     """Stands for SIGKILL: nobody catches it."""
 
 
+@pytest.mark.long
 def test_killed_at_any_change_of_the_disk_it_ends_with_the_same_table(tmp_path, monkeypatch):
     spec = fake_spec(problems=2, repeats=1)
     failure = {spec.trials[1].id: Failure(FailureKind.HUNG, "It was ended.")}

@@ -53,6 +53,7 @@ def _recorded(device, folder):
         return folder / "seen.bag"
 
 
+@pytest.mark.long
 def test_a_cameras_picture_becomes_a_decision_without_masks_pose_or_table_height(recording, tmp_path, capsys):
     frames = tmp_path / "frames"
     camera = ("--camera", "realsense", "--camera.file", recording)
