@@ -109,7 +109,7 @@ def test_what_is_too_large_cannot_be_it_and_of_what_is_too_small_a_part_may_be_h
     look, reference = unit(1, 0)[None], unit(1, 0)[None]
 
     def p(*seen_m, told_m=(0.1, 0.05)):
-        stretched = stretch(np.array([seen_m]), told_m)
+        stretched = None if told_m is None else stretch([seen_m], told_m)
         return float(target_probabilities(look, [1000], reference, config, stretched)[0])
 
     assert p(0.1, 0.1) < p(0.2, 0.05) < p(0.1, 0.05)
@@ -120,3 +120,5 @@ def test_a_size_that_is_none_is_refused():
     for size_m in ((0.0, 0.0), (0.1, -1.0), (18.0, 5.0), (0.1, 0.2), (float("nan"), 0.1)):
         with pytest.raises(InputError, match="in metres"):
             Wanted("", size_m=size_m)
+    with pytest.raises(InputError, match="--reference"):
+        Wanted("a mug", size_m=(0.12, 0.08))

@@ -120,7 +120,7 @@ def _cases(
     looks = {k.id: k.look for k in scene.known}
     of_masks = np.stack([looks[k] for k in scene.ids])
     pixels = [o.pixel_count for o in scene.objects]
-    sizes_m = np.array([size_in_sight(o.points) for o in scene.objects])
+    sizes_m = [size_in_sight(o.points) for o in scene.objects]
     cases = []
     for model in dict.fromkeys(models):
         pictures = references(model)

@@ -13,6 +13,7 @@ from scipy.optimize import minimize
 
 from tools.grasp_model.scenes import SceneConfig, make_scene
 from torc.episode.identity import shown_by
+from torc.geometry.extent import Extent
 from torc.objects.library import load_object
 from torc.perception.embedded.crops import crop
 from torc.perception.embedded.model import describe
@@ -45,7 +46,7 @@ class Case:
 
     looks: Float32[np.ndarray, "n d"]
     pixels: tuple[int, ...]
-    sizes_m: Float[np.ndarray, "n 2"]
+    sizes_m: list[Extent]
     references: Float32[np.ndarray, "m d"]
     size_m: tuple[float, float]
     right: int | None
@@ -102,7 +103,7 @@ def scene_cases(rng: np.random.Generator, workspace: Workspace, held_out: bool) 
 
 def _seen(
     problem: Problem, workspace: Workspace
-) -> tuple[Float32[np.ndarray, "n d"], tuple[int, ...], Float[np.ndarray, "n 2"], tuple[int, ...]]:
+) -> tuple[Float32[np.ndarray, "n d"], tuple[int, ...], list[Extent], tuple[int, ...]]:
     """What each mask looks like, its pixels, its size, and what it shows."""
     with SimulatedCamera(build_world(problem, None, workspace), rig=StereoRig()) as camera:
         observation = camera.capture()
@@ -115,7 +116,7 @@ def _seen(
     return (
         np.stack([looks[k] for k in scene.ids]),
         tuple(o.pixel_count for o in scene.objects),
-        np.array([size_in_sight(o.points) for o in scene.objects]),
+        [size_in_sight(o.points) for o in scene.objects],
         tuple(shows[k] for k in scene.ids),
     )
 

@@ -1,5 +1,7 @@
 """How large things in sight are, beside how large the target is."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 
@@ -15,10 +17,7 @@ def size_in_sight(points: Float[np.ndarray, "n 3"]) -> Extent:
     return extent(points, _FLYING)
 
 
-def stretch(seen_m: Float[np.ndarray, "n 2"], told_m: tuple[float, float] | None) -> Float[np.ndarray, "n 2"]:
-    """Logarithms of how much longer and thicker things look than the target is; 0 where nobody told how large that
-    is.
-    """
-    if told_m is None:
-        return np.zeros(seen_m.shape)
-    return np.asarray(np.log(np.maximum(seen_m, _LEAST_M) / np.maximum(told_m, _LEAST_M)))
+def stretch(seen_m: Sequence[tuple[float, float]], told_m: tuple[float, float]) -> Float[np.ndarray, "n 2"]:
+    """Logarithms of how much longer and thicker things look than the target is."""
+    sizes_m = np.array(seen_m).reshape(-1, 2)
+    return np.asarray(np.log(np.maximum(sizes_m, _LEAST_M) / np.maximum(told_m, _LEAST_M)))

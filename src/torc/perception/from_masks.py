@@ -71,12 +71,12 @@ class Masks:
 
 
 class _Seen(NamedTuple):
-    """The masks that are reported as objects: their numbers, what they look like, pixels, sizes; ids and memory."""
+    """The masks that are reported as objects: their numbers, what they look like, pixels, clouds; ids and memory."""
 
     masks: list[int]
     looks: Float32[np.ndarray, "n d"]
     pixels: list[int]
-    sizes_m: Float[np.ndarray, "n 2"]
+    clouds: list[Float32[np.ndarray, "k 3"]]
     ids: list[int]
     known: tuple[KnownObject, ...]
 
@@ -166,14 +166,14 @@ class FromMasks(ABC):
             overlap = agreement(len(sureness), label, carried, before)[masks]
         ids, known = same_ids(seen, overlap, before, observation, config.tracking)
         pixels = [o.pixel_count for o in found.objects]
-        sizes_m = np.array([size_in_sight(o.points) for o in found.objects]).reshape(-1, 2)
-        return _Seen(masks, looks, pixels, sizes_m, ids, known)
+        return _Seen(masks, looks, pixels, [o.points for o in found.objects], ids, known)
 
     def _target_p(self, masks: Masks, seen: _Seen, wanted: Wanted) -> Float[np.ndarray, "n"] | None:
         """How surely each object in sight is the target; None if nothing but a mark tells."""
         if wanted.pictures:
             references = self._described(wanted)
-            stretched = stretch(seen.sizes_m, wanted.size_m)
+            told = wanted.size_m
+            stretched = None if told is None else stretch([size_in_sight(c) for c in seen.clouds], told)
             return target_probabilities(seen.looks, seen.pixels, references, self.config.target, stretched)
         if masks.wanted_p is not None:
             return by_words(masks.label, masks.wanted_p, seen.masks)

@@ -31,6 +31,10 @@ class Wanted:
                 f"The target's size is {self.size_m[0]:g} by {self.size_m[1]:g} m; it is its length, and the width of "
                 "the narrowest tube that it goes through, in metres, up to 2."
             )
+        if self.size_m is not None and not self.pictures:
+            raise InputError(
+                "--target-size goes with --reference pictures of the target: add some, or leave it out."
+            )
         if len(self.mark) not in (0, 2, 4):
             raise InputError(f"A mark is x,y or a box x,y,x,y in pixels, not {self.mark}.")
         if len(self.mark) == 4 and not (self.mark[0] < self.mark[2] and self.mark[1] < self.mark[3]):
