@@ -1,13 +1,24 @@
 """A laboratory of twins."""
 
 from contextlib import contextmanager
+from functools import partial
 
 import pytest
 
+from torc.lab import supervisor
 from torc.lab.devices import connect_arm, connect_gripper
 from torc.lab.lab_file import example_labs, load_lab
+from torc.lab.supervisor import SupervisorConfig
 from torc.lab.twin.rehearsal import rehearsal, write_lab
 from torc.problems.problem import load_problem
+
+
+@pytest.fixture
+def patient(monkeypatch):
+    """The supervisor waits longer: twins share the interpreter with torc here, and a busy machine's pauses are not
+    the arm's silence.
+    """
+    monkeypatch.setattr(supervisor, "SupervisorConfig", partial(SupervisorConfig, stale_s=3.0, lag_s=3.0))
 
 
 @pytest.fixture

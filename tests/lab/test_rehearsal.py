@@ -39,7 +39,7 @@ def played(lab, out, ask=lambda question: False, listeners=(), **options):
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", [name for name in example_labs() if name != "ur5e-rtde"])
-def test_picks_over_the_wires_bring_what_they_say(name, rehearsed, tmp_path):
+def test_picks_over_the_wires_bring_what_they_say(name, rehearsed, patient, tmp_path):
     with rehearsed(name) as (there, lab):
         trial = played(lab, tmp_path / "trial")
         truth = there.world.truth()
@@ -139,7 +139,9 @@ def test_faults_at_random_moments(wire, name, rehearsed, tmp_path):
 
 
 @pytest.mark.long
-def test_somebody_resumes_after_an_e_stop_and_the_episode_goes_on_unscored(rehearsed, tmp_path, robot):
+def test_somebody_resumes_after_an_e_stop_and_the_episode_goes_on_unscored(
+    rehearsed, patient, tmp_path, robot
+):
     questions = []
     with rehearsed() as (there, lab):
 
