@@ -73,6 +73,7 @@ TASK_PLANNERS = PartKind(
         "random": "torc.task_planning.random_choice:RandomPlanner",
         "dg-select": "torc.task_planning.dg_select:DgSelectPlanner",
         "belief": "torc.task_planning.belief.planner:BeliefPlanner",
+        "learned": "torc.task_planning.learned.planner:LearnedPlanner",
         "vlm-select": "torc.vlm.select:VlmSelectPlanner",
         "vlm-grasps": "torc.vlm.select:VlmGraspsPlanner",
         "vlm-fixes-dg": "torc.vlm.fixes_dg:VlmFixesDgPlanner",

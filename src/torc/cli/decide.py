@@ -52,8 +52,8 @@ class DecideCommand:
     frame: tyro.conf.Positional[Path]
     """The frame: .npz file or directory."""
     planner: str = "dg-select"
-    """Task planner: dg-select, belief, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm), or your
-    own as module:Class or path/to/file.py:Class."""
+    """Task planner: dg-select, belief, learned, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm),
+    or your own as module:Class or path/to/file.py:Class."""
     robot: str = "none"
     """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, ur5e_2f85, panda_hand, or a robot
     description file. With a robot the world is its base frame."""

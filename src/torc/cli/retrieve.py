@@ -45,8 +45,8 @@ class RetrieveCommand:
     """How long the target is, corner to corner, and the width of the narrowest tube it goes through, in metres, beside
     pictures of it; that tells things apart that look alike."""
     planner: str = "dg-select"
-    """Task planner: dg-select, belief, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm), or your
-    own as module:Class or path/to/file.py:Class."""
+    """Task planner: dg-select, belief, learned, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm),
+    or your own as module:Class or path/to/file.py:Class."""
     planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)
     """Settings of the task planner by dotted path: --planner.SETTING VALUE."""
     confirm: Literal["motion", "pick", "never"] = "motion"

@@ -27,8 +27,8 @@ class RunCommand:
     problem: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[PROBLEM]")] = "structured-01"
     """Name of a shipped problem (`torc problems list`) or a problem file."""
     planner: str = "dg-select"
-    """Task planner: dg-select, belief, random, oracle (tries picks out in the simulation), informed (the same, but does
-    not foresee luck), vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your own as
+    """Task planner: dg-select, belief, learned, random, oracle (tries picks out in the simulation), informed (the same,
+    but does not foresee luck), vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your own as
     module:Class or path/to/file.py:Class."""
     planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)
     """Settings of the task planner by dotted path: --planner.SETTING VALUE."""

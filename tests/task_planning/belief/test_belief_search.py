@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from torc.task_planning.belief.costs import (
-    LEAST_P,
     UNREMOVABLE,
     Ways,
     as_bits,
     clearing_costs,
+    opened_grasps,
     removal_costs,
     target_costs,
 )
@@ -23,11 +23,11 @@ from torc.task_planning.belief.search import (
     plan_search,
     sets_up_to,
 )
-from torc.task_planning.belief.settings import HidingConfig, PriceConfig
+from torc.task_planning.belief.settings import HidingConfig, OpeningConfig, PriceConfig
 from torc.task_planning.expected_picks import expected_picks
 
 NEVER = 0xFFFFFFFF
-CERTAIN = PriceConfig(grasp_survives=1.0, worth_waiting=0.0)
+CERTAIN = PriceConfig(opening=OpeningConfig(0.0, (40.0, 0.0, 0.0), (0.0, 0.0, 1.0)), worth_waiting=0.0)
 
 
 def random_places(rng: np.random.Generator, n: int, places: int) -> Places:
@@ -204,11 +204,43 @@ def test_a_doubtful_target_waits_for_a_better_grasp(p, waits):
 def test_clearing_an_object_counts_what_blocks_its_cheapest_grasp():
     others = {1: ways(0.0, (0.5, 0b100), (0.8, 0b1100)), 2: ways(0.5, (0.5, 0)), 3: ways(0.0)}
     masks = sets_up_to(2, 2).masks
-    costs = clearing_costs(others, (1, 2), as_bits(masks, (1, 2)), PriceConfig())
-    by_one, by_both = 1 / 0.5 + 1 / 0.5, 1 / 0.8 + 1 / 0.5 + 1 / LEAST_P
+    costs = clearing_costs(others, (1, 2), as_bits(masks, (1, 2)), CERTAIN)
+    by_one, by_both = 1 / 0.5 + 1 / 0.5, 1 / 0.8 + 1 / 0.5 + UNREMOVABLE
     assert costs[0, 0] == pytest.approx(min(by_one, by_both))
     assert costs[list(masks).index(0b10), 0] == pytest.approx(1 / 0.5)
-    assert clearing_costs(others, (3,), np.zeros(1, np.uint64), PriceConfig())[0, 0] == UNREMOVABLE
+    assert clearing_costs(others, (3,), np.zeros(1, np.uint64), CERTAIN)[0, 0] == UNREMOVABLE
+
+
+def test_the_more_grasps_are_opened_the_surer_one_is_there():
+    counts, best = np.array([0.0, 1.0, 3.0, 30.0]), np.array([0.0, 0.4, 0.4, 0.4])
+    there, holds = opened_grasps(counts, best, OpeningConfig())
+    assert there[0] == holds[0] == 0.0
+    assert (np.diff(there) > 0).all()
+    assert there[-1] < 1
+    # A grasp is scored with the clutter around it, so it holds better once that is gone.
+    assert (holds[1:] > best[1:]).all()
+    assert (holds < 1).all()
+
+
+def test_removals_never_make_a_grasp_worse_that_is_there_now():
+    way = ways(0.7, (0.7, 0), (0.1, 0b10), (0.9, 0b1100))
+    gone = np.array([0, 0b10, 0b100, 0b1100, 0b1110], dtype=np.uint64)
+    there, holds = way.after(gone, OpeningConfig())
+    assert (there == 1).all()
+    assert holds[0] == holds[2] == pytest.approx(0.7)
+    assert (holds >= 0.7).all()
+    assert holds[4] >= holds[3] > 0.7
+
+
+def test_a_doubtful_opening_costs_more():
+    gone = np.array([0, 0b10], dtype=np.uint32)
+    prices = [
+        removal_costs(
+            {3: ways(0.0, *[(0.3, 0b100)] * n), 2: ways(1.0, (1.0, 0))}, (3, 2), gone, PriceConfig()
+        )[1, 0]
+        for n in (1, 5, 40)
+    ]
+    assert prices[0] > prices[1] > prices[2] > 1
 
 
 def test_what_shows_nothing_is_not_removed_before_the_way_to_what_does():

@@ -97,7 +97,7 @@ class Branches:
             return Options(())
 
     def _options(self, state: SimulatedState, context: PlanningContext) -> Options:
-        options = _options(context)
+        options = options_of(context)
         if not self._sandbox.nowhere(state, context):
             return options
         choices = (GIVE_UP, *options.choices)
@@ -115,7 +115,7 @@ class Branches:
         return self._looks[key][1]
 
 
-def _options(context: PlanningContext) -> Options:
+def options_of(context: PlanningContext) -> Options:
     """What can be picked: the visible objects that have a valid grasp; where none has, a pick can only pass.
 
     The target comes first, then by the dependency graph.

@@ -4,15 +4,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int64, UInt32, UInt64
+from jaxtyping import Float, Int64, UInt32, UInt64
 
 from torc.records import GraspStatus, PlanningContext
-from torc.task_planning.belief.settings import PriceConfig
+from torc.task_planning.belief.settings import OpeningConfig, PriceConfig
 from torc.task_planning.expected_picks import expected_picks
 from torc.task_planning.graph import DependencyEdge, EdgeKind
 
 LEAST_P = 0.05
 """No grasp is taken to be worse than this."""
+_MOST_P = 0.98
+_FEW = 0.05
+"""Keeps the logarithm of no grasps finite."""
 UNREMOVABLE = 10.0
 """What it costs at most to clear an object away that no known grasp removes."""
 
@@ -47,13 +50,34 @@ class Ways:
         counts = np.bincount(inverse.ravel(), minlength=len(sets)).astype(np.int64)
         return cls(max(now, LEAST_P) if now else 0.0, sets, best, counts, on_it)
 
-    def open_after(self, gone: UInt64[np.ndarray, "s"]) -> Bool[np.ndarray, "s g"]:
-        """Which sets of blockers are gone with each set of objects."""
-        return (self.blockers[None] & ~gone[:, None]) == 0
+    def after(
+        self, gone: UInt64[np.ndarray, "s"], opening: OpeningConfig
+    ) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s"]]:
+        """Once these objects are gone: how surely the object has a valid grasp, and how surely the best one holds; 0
+        where no grasp is known.
+        """
+        blocked = self.blockers != 0
+        left = np.bitwise_count(self.blockers[blocked][None] & ~gone[:, None])
+        nearly = opening.nearly ** left.astype(float) @ self.counts[blocked]
+        best = ((left == 0) * self.best[blocked][None]).max(axis=1, initial=0.0)
+        there, holds = opened_grasps(nearly, best, opening)
+        if not self.now:
+            return there, holds
+        return np.ones(len(gone)), self.now + there * np.maximum(holds - self.now, 0.0)
 
-    def after(self, gone: UInt64[np.ndarray, "s"]) -> Float[np.ndarray, "s"]:
-        """The best probability once these objects are gone; 0 where there is no grasp then."""
-        return (self.open_after(gone) * self.best[None]).max(axis=1, initial=0.0)
+
+def opened_grasps(
+    nearly: Float[np.ndarray, "*s"], best: Float[np.ndarray, "*s"], config: OpeningConfig
+) -> tuple[Float[np.ndarray, "*s"], Float[np.ndarray, "*s"]]:
+    """How surely so many blocked grasps (s in `OpeningConfig`), the best free one of which promises so much, leave a
+    valid one, and how surely that one holds; 0 where there are none.
+    """
+    number = np.log(nearly + _FEW)
+    a, b, c = config.there
+    there = 1 / (1 + np.exp(-(a + b * number + c * best)))
+    a, b, c = config.holds
+    holds = np.clip(a + b * number + c * best, LEAST_P, _MOST_P)
+    return np.where(nearly > 0, there, 0.0), np.where(nearly > 0, holds, 0.0)
 
 
 def ways_of(context: PlanningContext, relations: Sequence[DependencyEdge]) -> dict[int, Ways]:
@@ -88,11 +112,10 @@ def removal_costs(
     gone = as_bits(masks, candidates)
     out = np.full((len(masks), len(candidates)), np.inf)
     for column, k in enumerate(candidates):
-        p = np.where(masks == 0, ways[k].now, ways[k].after(gone))
+        there, after = ways[k].after(gone, config.opening)
+        p = np.where(masks == 0, ways[k].now, after)
         possible = (p > 0) & (masks >> np.uint32(column) & np.uint32(1) == 0)
-        price = 1 / np.maximum(p, LEAST_P) if config.hold else np.ones(len(p))
-        if not ways[k].now:
-            price = price + _missing(ways[k], gone, config)
+        price = _tries(p, config) + _missing(there, config)
         out[:, column] = np.where(possible, price + config.dropped * _count(ways[k].on_it, gone), np.inf)
     return out
 
@@ -104,13 +127,14 @@ def clearing_costs(
     its cheapest grasp, each of whose blockers costs as much as by its own best one. A guess for what is not planned.
     """
     out = np.full((len(gone), len(wanted)), UNREMOVABLE)
-    fees = {k: 1 / max(way.best.max(initial=0.0), LEAST_P) if config.hold else 1.0 for k, way in ways.items()}
+    by_set = {k: _price_by_set(way, config) for k, way in ways.items()}
+    fees = {k: float(prices.min(initial=UNREMOVABLE)) for k, prices in by_set.items()}
     for column, k in enumerate(wanted):
         way = ways[k]
         if not len(way.best):
             continue
         left = way.blockers[None] & ~gone[:, None]
-        price = np.tile(1 / way.best if config.hold else np.ones(len(way.best)), (len(gone), 1))
+        price = np.tile(by_set[k], (len(gone), 1))
         for j, fee in fees.items():
             price += fee * ((left >> np.uint64(j)) & np.uint64(1))
         out[:, column] = np.minimum(price.min(axis=1), UNREMOVABLE)
@@ -122,17 +146,28 @@ def target_costs(
 ) -> Float[np.ndarray, "s"]:
     """Picks to take a target in sight after each set of candidates is gone; infinite where it has no grasp then."""
     gone = as_bits(masks, candidates)
-    p = np.where(masks == 0, way.now, way.after(gone))
-    missing = np.where(masks == 0, 0.0, _missing(way, gone, config))
+    there, after = way.after(gone, config.opening)
+    p = np.where(masks == 0, way.now, after)
+    missing = np.where(masks == 0, 0.0, _missing(there, config))
     left = np.maximum(picks_left - np.bitwise_count(masks).astype(int), 0)
     tries = [expected_picks(float(row), config.lost_share, int(picks)) for row, picks in zip(p, left)]
     return np.array(tries) + missing + config.loaded * _count(way.on_it, gone)
 
 
-def _missing(way: Ways, gone: UInt64[np.ndarray, "s"], config: PriceConfig) -> Float[np.ndarray, "s"]:
-    """The price of having counted on grasps that are blocked now: of few, none may be there in the end."""
-    count = way.open_after(gone) @ way.counts
-    return (1 - config.grasp_survives) ** count * config.fewest_grasps
+def _price_by_set(way: Ways, config: PriceConfig) -> Float[np.ndarray, "g"]:
+    """Picks to remove an object by the grasps that each set blocks, once that is gone."""
+    there, holds = way.after(way.blockers, config.opening)
+    free = way.blockers == 0
+    return np.where(free, _tries(way.best, config), _tries(holds, config) + _missing(there, config))
+
+
+def _missing(there: Float[np.ndarray, "*s"], config: PriceConfig) -> Float[np.ndarray, "*s"]:
+    """What it takes until a grasp is there, if each further removal gives as good a chance."""
+    return np.minimum(config.missing * (1 - there) / np.maximum(there, LEAST_P), UNREMOVABLE)
+
+
+def _tries(p: Float[np.ndarray, "*s"], config: PriceConfig) -> Float[np.ndarray, "*s"]:
+    return 1 / np.maximum(p, LEAST_P) if config.hold else np.ones(p.shape)
 
 
 def as_bits(masks: UInt32[np.ndarray, "s"], candidates: Sequence[int]) -> UInt64[np.ndarray, "s"]:

@@ -26,7 +26,7 @@ class Access:
         order: ids of the objects to remove before it is taken, in this order.
         picks: expected picks, the target's own included; infinite where no removal is known to help.
         now: expected picks if it is taken at once; infinite where it cannot be.
-        frees: whether it can be grasped after these removals, as far as is known; else they only make way.
+        frees: whether nothing blocks one of its grasps after these removals, as far as is known; else they make way.
     """
 
     order: tuple[int, ...]
@@ -56,5 +56,6 @@ def free_target(context: PlanningContext, ways: dict[int, Ways], config: BeliefC
         return Access((), now, now)
     if not plan.order:
         return Access((), np.inf, now)
-    end = int(np.flatnonzero(sets.masks == sum(1 << i for i in plan.order))[0])
-    return Access(tuple(candidates[i] for i in plan.order), plan.price, now, bool(frees[end]))
+    order = tuple(candidates[i] for i in plan.order)
+    left = ways[TARGET_ID].blockers & ~np.uint64(sum(1 << k for k in order))
+    return Access(order, plan.price, now, frees=bool((left == 0).any()))

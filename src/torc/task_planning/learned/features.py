@@ -1,0 +1,184 @@
+"""What the learned picker knows of each object that can be picked: no picture, only what the planners reckon with."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float32, UInt64
+
+from torc.occlusion.volume import hidden_near_m3, hidden_volumes_m3
+from torc.records import TARGET_ID, GraspStatus, PlanningContext
+from torc.task_planning.belief.costs import Ways, ways_of
+from torc.task_planning.belief.hidden_target import search_target
+from torc.task_planning.belief.settings import BeliefConfig
+from torc.task_planning.belief.target_in_sight import free_target
+from torc.task_planning.dg_select import decide_by_graph
+from torc.task_planning.graph import DependencyEdge, EdgeKind
+from torc.task_planning.graph_building import build_dependency_graph
+from torc.task_planning.random_choice import graspable_ids
+from torc.task_planning.relations import find_relations
+
+FEATURE_NAMES = (
+    "target in sight",
+    "is the target",
+    "objects in sight",
+    "picks so far",
+    "probability by the graph",
+    "chosen by the graph",
+    "share of hidden volume",
+    "hidden volume, litres",
+    "share of the belief behind",
+    "share of the belief revealed",
+    "first of belief's order",
+    "picks above belief's best",
+    "hold",
+    "valid grasps, log",
+    "lies below others",
+    "lies on the target",
+    "in front of the target",
+    "in the way of the target's grasps",
+    "alone in the way of the target's grasps",
+    "in the way of all grasps",
+    "distance beyond the nearest, m",
+    "top over the support, m",
+    "share of the picture of objects",
+)
+_REACH_M = 0.05
+"""How far around what is in sight of the target hidden volume counts, as in the dependency graph."""
+
+
+@dataclass(frozen=True)
+class _Reckoned:
+    """What BELIEF reckons: per object the share behind it, the share that it reveals, and the picks if it is next."""
+
+    behind: dict[int, float] = field(default_factory=dict)
+    reveals: dict[int, float] = field(default_factory=dict)
+    picks: dict[int, float] = field(default_factory=dict)
+    first: int | None = None
+
+
+def features_of(
+    context: PlanningContext, config: BeliefConfig, rng: np.random.Generator
+) -> tuple[tuple[int, ...], Float32[np.ndarray, "k f"]]:
+    """Ids of the objects that can be picked, and a row of features for each; NaN where something is not known."""
+    ids = graspable_ids(context)
+    relations = find_relations(context.scene, config.fallback.relations)
+    ways = ways_of(context, relations)
+    columns = {
+        **_of_the_scene(context, ids),
+        **_by_graph(context, config, relations, ids),
+        **_by_belief(_reckon(context, ways, config, rng), ids),
+        **_by_grasps(context, ways, ids),
+        **_by_relations(relations, ids),
+    }
+    rows = np.array([columns[name] for name in FEATURE_NAMES], dtype=np.float32).T
+    return ids, rows.reshape(len(ids), len(FEATURE_NAMES))
+
+
+def _of_the_scene(context: PlanningContext, ids: tuple[int, ...]) -> dict[str, list[float]]:
+    scene, volume = context.scene, context.volume
+    camera = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]
+    objects = {o.id: o for o in scene.objects}
+    away = {k: float(np.linalg.norm(np.median(o.points, axis=0) - camera)) for k, o in objects.items()}
+    all_px = max(sum(o.pixel_count for o in scene.objects), 1)
+    if scene.target_id is None:
+        hidden = hidden_volumes_m3(volume, scene.ids)
+    else:
+        hidden = hidden_near_m3(volume, scene.ids, objects[scene.target_id].points, _REACH_M)
+    own = dict(zip(scene.ids, hidden.tolist()))
+    return {
+        "target in sight": [float(scene.target_id is not None)] * len(ids),
+        "is the target": [float(k == scene.target_id) for k in ids],
+        "objects in sight": [float(len(scene.ids))] * len(ids),
+        "picks so far": [float(len(context.history))] * len(ids),
+        "share of hidden volume": [own[k] / max(sum(own.values()), 1e-12) for k in ids],
+        "hidden volume, litres": [1e3 * own[k] for k in ids],
+        "distance beyond the nearest, m": [away[k] - min(away.values()) for k in ids],
+        "top over the support, m": [
+            float(objects[k].points[:, 2].max() - volume.grid.origin[2]) for k in ids
+        ],
+        "share of the picture of objects": [objects[k].pixel_count / all_px for k in ids],
+    }
+
+
+def _by_graph(
+    context: PlanningContext,
+    config: BeliefConfig,
+    relations: tuple[DependencyEdge, ...],
+    ids: tuple[int, ...],
+) -> dict[str, list[float]]:
+    graph = build_dependency_graph(context, config.fallback.relations, relations)
+    decision = decide_by_graph(graph, context, config.fallback.paths)
+    p = decision.evidence["probabilities"]
+    return {
+        "probability by the graph": [float(p.get(str(k), 0.0)) for k in ids],
+        "chosen by the graph": [float(k == decision.object_id) for k in ids],
+    }
+
+
+def _reckon(
+    context: PlanningContext, ways: dict[int, Ways], config: BeliefConfig, rng: np.random.Generator
+) -> _Reckoned:
+    if context.scene.target_id is not None:
+        access = free_target(context, ways, config)
+        if not np.isfinite(access.picks):
+            return _Reckoned()
+        first = access.order[0] if access.order else TARGET_ID
+        picks = {first: access.picks} | ({TARGET_ID: access.now} if np.isfinite(access.now) else {})
+        return _Reckoned(picks=picks, first=first)
+    search = search_target(context, ways, config, rng)
+    behind = search.belief.mass_behind()
+    each = dict(zip(search.candidates, search.plan.each.tolist()))
+    return _Reckoned(
+        behind={k: float(behind[k]) for k in ways},
+        reveals={k: search.reveals((k,)) for k in search.candidates},
+        picks={k: price for k, price in each.items() if np.isfinite(price)},
+        first=search.order[0] if search.order else None,
+    )
+
+
+def _by_belief(reckoned: _Reckoned, ids: tuple[int, ...]) -> dict[str, list[float]]:
+    least = min(reckoned.picks.values(), default=0.0)
+    nan = float("nan")
+    return {
+        "share of the belief behind": [reckoned.behind.get(k, nan) for k in ids],
+        "share of the belief revealed": [reckoned.reveals.get(k, nan) for k in ids],
+        "first of belief's order": [float(k == reckoned.first) for k in ids],
+        "picks above belief's best": [reckoned.picks.get(k, nan) - least for k in ids],
+    }
+
+
+def _by_grasps(
+    context: PlanningContext, ways: dict[int, Ways], ids: tuple[int, ...]
+) -> dict[str, list[float]]:
+    report, target = context.report, context.scene.target_id
+    valid = dict(zip(report.object_ids, report.valid_total.tolist()))
+    blocked = report.status == GraspStatus.BLOCKED
+    of_target = (
+        report.blockers[blocked & (context.grasps.object_ids == target)] if target is not None else None
+    )
+    return {
+        "hold": [ways[k].now for k in ids],
+        "valid grasps, log": [float(np.log1p(valid.get(k, 0))) for k in ids],
+        "lies below others": [float(ways[k].on_it.bit_count()) for k in ids],
+        "in the way of the target's grasps": [_share(of_target, k) for k in ids],
+        "alone in the way of the target's grasps": [_share(of_target, k, alone=True) for k in ids],
+        "in the way of all grasps": [_share(report.blockers[blocked], k) for k in ids],
+    }
+
+
+def _share(blockers: UInt64[np.ndarray, "g"] | None, object_id: int, alone: bool = False) -> float:
+    """The share of these grasps that the object blocks; NaN where there is none."""
+    if blockers is None or not len(blockers):
+        return float("nan")
+    bit = np.uint64(1) << np.uint64(object_id)
+    return float(np.mean(blockers == bit if alone else (blockers & bit) != 0))
+
+
+def _by_relations(relations: tuple[DependencyEdge, ...], ids: tuple[int, ...]) -> dict[str, list[float]]:
+    after = {
+        kind: {r.target for r in relations if r.kind == kind and r.source == TARGET_ID} for kind in EdgeKind
+    }
+    return {
+        "lies on the target": [float(k in after[EdgeKind.BELOW]) for k in ids],
+        "in front of the target": [float(k in after[EdgeKind.BEHIND]) for k in ids],
+    }
