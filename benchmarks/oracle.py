@@ -53,7 +53,8 @@ def solve(problem_name: str, seed: int, budget: float, likely: bool, robot: str 
     from torc.problems.problem import load_problem
     from torc.specs.conditions import Conditions
 
-    problem, system = load_problem(problem_name), build_system(Conditions(robot=robot))
+    problem = load_problem(problem_name)
+    system = build_system(Conditions(robot=robot).at(problem.workspace))
     config = EpisodeConfig(seed=seed)
     start, first = time.process_time(), []
 

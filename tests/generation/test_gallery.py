@@ -34,7 +34,7 @@ def make(monkeypatch, tmp_path):
     def made(*problems, orders=None, title="A set", out=tmp_path):
         stated = [replace(p, origin={**p.origin, **d.facts()}) for p, d in zip(problems, (HIDDEN, PARTLY))]
         told = []
-        cards = make_gallery(title, stated, None, out, orders or {}, told.append)
+        cards = make_gallery(title, stated, lambda _: None, out, orders or {}, told.append)
         assert told == stated
         assert [card.problem for card in cards] == stated
         return tmp_path
@@ -77,7 +77,7 @@ def test_words_from_strangers_do_no_harm(make):
 
 def test_two_problems_of_one_name_are_refused(make, tmp_path):
     with pytest.raises(InputError, match="same name: structured-04"):
-        make_gallery("", [A, B, A], None, tmp_path / "g", {})
+        make_gallery("", [A, B, A], lambda _: None, tmp_path / "g", {})
     assert not (tmp_path / "g").exists()
 
 

@@ -221,6 +221,8 @@ def problem_fingerprint(problem: Problem) -> str:
     facts: dict[str, Any] = {"description": problem.description, "target": problem.target, "objects": objects}
     if problem.absent:
         facts["target_model"] = problem.target_model
+    if problem.workspace:
+        facts["workspace"] = problem.workspace
     return fingerprint(facts | {"models": {name: _own_object(name) for name in sorted(own)}})
 
 

@@ -63,8 +63,7 @@ class ValidateCommand:
 
         if not self.problems:
             raise InputError("Name at least one problem, e.g. `torc problems validate structured-01`.")
-        inspector = inspector_for(self.robot, self.workspace)
-        resolve = None if self.no_oracle else oracle_check(inspector, self.seed, self.budget, tell)
+        conditions = Conditions(robot=self.robot, workspace=self.workspace)
         names = [name for given in self.problems for name in select_problems(given)]
         problems = {name: load_problem(name) for name in dict.fromkeys(names)}
         reports: dict[str, ValidationReport] = {}
@@ -76,6 +75,8 @@ class ValidateCommand:
         with announced_compilation(tell):
             for name, problem in problems.items():
                 say(f"{name}: {problem.description}")
+                inspector = inspector_for(self.robot, conditions.at(problem.workspace).workspace)
+                resolve = None if self.no_oracle else oracle_check(inspector, self.seed, self.budget, tell)
                 if hint := robot_hint(problem, inspector.robot.name, inspector.robot.source):
                     say(f"  {hint}")
                 report = validate_problem(problem, inspector, resolve=resolve, progress=progress)
@@ -135,6 +136,7 @@ class GalleryCommand:
         """Draw and write."""
         from torc.generation.gallery import HTML, MARKDOWN, make_gallery
         from torc.generation.generator import inspector_for
+        from torc.generation.inspection import Inspector
         from torc.generation.oracle_orders import orders_from
         from torc.pipeline.warm_up import announced_compilation
         from torc.problems.problem import Problem, load_problem
@@ -143,7 +145,11 @@ class GalleryCommand:
         problems = [load_problem(name) for name in select_problems(self.problems)]
         orders = orders_from(self.answers, problems) if self.answers else {}
         title = self.title or f"{self.problems}: {len(problems)} problem{'s' if len(problems) > 1 else ''}"
-        inspector, names = inspector_for(self.robot, self.workspace), [problem.name for problem in problems]
+        names = [problem.name for problem in problems]
+        conditions = Conditions(robot=self.robot, workspace=self.workspace)
+
+        def inspector(problem: Problem) -> Inspector:
+            return inspector_for(self.robot, conditions.at(problem.workspace).workspace)
 
         def progress(problem: Problem) -> None:
             tell(f"{names.index(problem.name) + 1} of {len(names)}: {problem.name}")
@@ -183,7 +189,8 @@ class SolveCommand:
         from torc.pipeline.warm_up import announced_compilation
         from torc.problems.problem import load_problem, robot_hint
 
-        problem, system = load_problem(self.problem), build_system(self.conditions)
+        problem = load_problem(self.problem)
+        system = build_system(self.conditions.at(problem.workspace))
         if hint := robot_hint(problem, system.robot.name, system.robot.source):
             tell(hint)
         with announced_compilation(tell):

@@ -17,7 +17,7 @@ from torc.specs.conditions import DEFAULT_WORKSPACE
 
 if TYPE_CHECKING:
     from torc.generation.generator import Job
-    from torc.robots.description import RobotDescription
+    from torc.generation.inspection import Inspector
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,8 @@ class GenerateCommand:
     """Robot that the problems are made for: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own
     (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
-    """Table, bin and camera: paper, or a workspace file of your own (docs/workspaces.md)."""
+    """Table, bin, camera and walls: paper, deep-box (a box on the table, for piles), deep-shelf (a shelf with a roof;
+    --structured), or a workspace file of your own (docs/workspaces.md)."""
     attempts: int = 60
     """Scenes tried for each problem before it is given up."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("problems")
@@ -94,11 +95,11 @@ class GenerateCommand:
         from torc.specs.conditions import Conditions
 
         conditions = Conditions(robot=self.robot, workspace=self.workspace)
-        robot = inspector_for(self.robot, self.workspace).robot  # an unknown one is refused before any work
+        inspector = inspector_for(self.robot, self.workspace)  # what is unknown is refused before any work
         say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
         jobs = {job: self.out / f"{problem_name(job.config, job.seed)}.yaml" for job in self._jobs()}
         self.out.mkdir(parents=True, exist_ok=True)
-        there = [job for job, path in jobs.items() if self._is_there(job, path, robot)]
+        there = [job for job, path in jobs.items() if self._is_there(job, path, inspector)]
         if there:
             say(f"{len(there)} of {len(jobs)} are in {self.out} already.")
         left = [job for job in jobs if job not in there]
@@ -177,14 +178,15 @@ class GenerateCommand:
         seeds = range(self.seed, self.seed + self.count)
         return [Job(configs[seed % len(configs)], seed) for seed in seeds]
 
-    def _is_there(self, job: "Job", path: Path, robot: "RobotDescription") -> bool:
+    def _is_there(self, job: "Job", path: Path, inspector: "Inspector") -> bool:
         """Whether the problem of this job has a file. Raises InputError where the file is another one's."""
-        from torc.generation.generator import is_made_from
+        from torc.generation.generator import is_made_from, named
         from torc.problems.problem import load_problem
 
         if self.overwrite or not path.exists():
             return False
-        if not is_made_from(load_problem(str(path)), job.config, job.seed, robot):
+        robot, workspace = inspector.robot, named(inspector.workspace)
+        if not is_made_from(load_problem(str(path)), job.config, job.seed, robot, workspace):
             raise InputError(
                 f"{path} exists and was made otherwise. Choose another --out or --seed, or replace what is there "
                 "with --overwrite."

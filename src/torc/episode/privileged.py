@@ -157,9 +157,13 @@ class Privileged(Protocol):
 
 
 @contextmanager
-def open_sandbox(problem: Problem, system: System, config: EpisodeConfig) -> Iterator[Sandbox]:
-    """A sandbox for a problem, in which it is looked, planned and picked as in a trial with these parts."""
+def open_sandbox(
+    problem: Problem, system: System, config: EpisodeConfig, *, color: bool = False
+) -> Iterator[Sandbox]:
+    """A sandbox for a problem, in which it is looked, planned and picked as in a trial with these parts. `color`:
+    pictures are not black, even if no part needs them.
+    """
     # The color picture takes most of the camera's time.
-    with simulated_robot(system, problem, color=needs_color(system)) as simulated:
+    with simulated_robot(system, problem, color=color or needs_color(system)) as simulated:
         steps = Steps(pick_parts(system, simulated), Wanted(problem.description), config)
         yield Sandbox(simulated, steps)

@@ -3,7 +3,7 @@
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +87,7 @@ def run_trial(
     """
     recording = recording or Recording()
     problem = load_problem(spec.problem)
+    spec = replace(spec, conditions=spec.conditions.at(problem.workspace))
     asked, system = spec.planner.vlm, build_system(spec.conditions)
     situations = Situations() if asked is not None and asked.simulated else None
     truth = None if situations is None else situations.situation

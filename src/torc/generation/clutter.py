@@ -16,7 +16,7 @@ from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import COARSE, DumpConfig, SettleConfig, dump, settle_problem, with_poses_of
 from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
 from torc.sim.world import World, build_world
-from torc.workspace.description import Workspace
+from torc.workspace.description import Room, Workspace
 
 MAX_OVERLAP_M = 0.0015
 """Objects at rest are less than half as deep in each other; more are wedged, and jump apart when one is picked up."""
@@ -82,9 +82,28 @@ LARGE_PILE = ClutterConfig(
 high too much creeps: here they are poured in layers, as wide as the arm reaches, and with more of them to spare."""
 
 
-def clutter_config(category: Category, count: int) -> ClutterConfig:
-    """How a scene with so many objects is made."""
-    return LARGE_PILE if category == "unstructured" and count > MANY else ClutterConfig()
+_FROM_WALL_M = 0.012
+"""Distance of standing objects from the walls of a room."""
+
+
+def clutter_config(category: Category, count: int, room: Room | None = None) -> ClutterConfig:
+    """How a scene with so many objects is made. Raises InputError for a pile in a room with a roof."""
+    config = LARGE_PILE if category == "unstructured" and count > MANY else ClutterConfig()
+    if room is None:
+        return config
+    if category == "unstructured" and not room.open_above:
+        raise InputError("Nothing can be dumped under a roof: --structured.")
+    (x, y), (lx, ly) = room.center, room.size
+    standing = replace(config.arrangement, margin_m=0.0)
+    return replace(
+        config,
+        center_xy=room.center,
+        region_m=(lx - 2 * _FROM_WALL_M, ly - 2 * _FROM_WALL_M),
+        fill=(*config.fill, 0.34, 0.28, 0.22),
+        walls_m=room.size,
+        arrangement=standing,
+        reach_xy=((x - lx / 2, x + lx / 2), (y - ly / 2, y + ly / 2)),
+    )
 
 
 @dataclass(frozen=True)

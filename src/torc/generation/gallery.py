@@ -27,7 +27,7 @@ _INTRO = (
 def make_gallery(
     title: str,
     problems: Sequence[Problem],
-    inspector: Inspector,
+    inspector: Callable[[Problem], Inspector],
     out: Path,
     orders: Mapping[str, OracleOrder],
     progress: Callable[[Problem], None] = lambda _: None,
@@ -35,7 +35,8 @@ def make_gallery(
     """Draws a card per problem into `out/cards`, then writes the pages; files of the same names are replaced.
 
     Where `orders` (by the problem's name) has none, the one that the problem states is shown. `progress` is told of
-    each problem first. Raises InputError for two problems of one name, or if `out` cannot be written.
+    each problem first; `inspector` gives the one for a problem. Raises InputError for two problems of one name, or if
+    `out` cannot be written.
     """
     twice = [name for name, count in Counter(problem.name for problem in problems).items() if count > 1]
     if twice:
@@ -48,7 +49,7 @@ def make_gallery(
         for problem in problems:
             progress(problem)
             order = orders.get(problem.name) or stated_order(problem)
-            cards.append(Card(problem, difficulty_of(problem, inspector), order))
+            cards.append(Card(problem, difficulty_of(problem, inspector(problem)), order))
             draw_card(cards[-1]).save(out / _file(cards[-1]), quality=72, optimize=True)
         (out / MARKDOWN).write_text(_markdown_page(title, cards), encoding="utf-8")
         (out / HTML).write_text(_html_page(title, cards), encoding="utf-8")

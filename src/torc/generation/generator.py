@@ -44,6 +44,7 @@ from torc.sim.settling import UNSEEN, with_poses_of
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import build_world
 from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
+from torc.workspace.description import Workspace
 
 STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
 """How still a generated problem is: within what is allowed after 10 s, by a margin, since the watch may end early."""
@@ -90,7 +91,8 @@ def generate_problem(
     """
     low, high = config.objects
     count = int(stage_rng(seed, 0, "object count").integers(low, high + 1))
-    models, rejections = allowed_models(config), Counter[Reason]()
+    room, rejections = inspector.workspace.room, Counter[Reason]()
+    models = allowed_models(config, np.inf if room is None else room.height_m)
     for attempt in range(config.attempts):
         try:
             problem, difficulty = _attempt(config, count, models, seed, attempt, inspector)
@@ -101,7 +103,9 @@ def generate_problem(
             continue
         origin = _asked(config, seed, inspector.robot) | {"attempt": attempt, "target": problem.target}
         origin |= difficulty.facts()
-        problem = replace(problem, name=problem_name(config, seed), origin=origin)
+        problem = replace(
+            problem, name=problem_name(config, seed), origin=origin, workspace=named(inspector.workspace)
+        )
         return GeneratedProblem(problem, difficulty, attempt + 1, dict(rejections))
     return NotGenerated(config.attempts, dict(rejections))
 
@@ -112,11 +116,20 @@ def problem_name(config: GenerationConfig, seed: int) -> str:
     return f"{family}{config.category}-s{seed:04d}"
 
 
-def is_made_from(problem: Problem, config: GenerationConfig, seed: int, robot: RobotDescription) -> bool:
-    """Whether a problem is the one that belongs to a configuration and a seed, as far as its file says."""
+def named(workspace: Workspace) -> str:
+    """What a problem's file says of the workspace that it is for: nothing of the default one."""
+    return "" if workspace.name == DEFAULT_WORKSPACE else workspace.name
+
+
+def is_made_from(
+    problem: Problem, config: GenerationConfig, seed: int, robot: RobotDescription, workspace: str = ""
+) -> bool:
+    """Whether a problem is the one that belongs to a configuration and a seed, as far as its file says; `workspace` is
+    what it says of that.
+    """
     asked = _asked(config, seed, robot)
     stated = {name: value for name, value in problem.origin.items() if name not in _FOUND}
-    return stated == asked and problem.name == problem_name(config, seed)
+    return (stated, problem.name, problem.workspace) == (asked, problem_name(config, seed), workspace)
 
 
 def _for_gripper(
@@ -140,9 +153,8 @@ def _attempt(
     inspector: Inspector,
 ) -> tuple[Problem, Difficulty]:
     """One scene, and a target in it. Raises RejectedError or PhysicsError."""
-    clutter = _for_gripper(
-        clutter_config(config.category, count), inspector.robot.gripper, RULES[config.family]
-    )
+    usual = clutter_config(config.category, count, inspector.workspace.room)
+    clutter = _for_gripper(usual, inspector.robot.gripper, RULES[config.family])
     spare = max(2, round(clutter.spare * count)) if config.category == "unstructured" else 0
     # As far as there are enough models none occurs twice: the target's description must be unique.
     dumped = min(count + spare, MAX_OBJECTS, len(models))

@@ -10,6 +10,7 @@ from torc.generation.config import GenerationConfig
 from torc.objects.library import (
     builtin_object_names,
     has_object,
+    load_object,
     object_facts,
     object_names,
     store_directories,
@@ -53,8 +54,8 @@ def placement_names(models: Sequence[str]) -> list[str]:
     return names
 
 
-def allowed_models(config: GenerationConfig) -> tuple[str, ...]:
-    """Names of the object models that a configuration lets be used.
+def allowed_models(config: GenerationConfig, highest_m: float = np.inf) -> tuple[str, ...]:
+    """Names of the object models that a configuration lets be used, of those that stand no higher than that.
 
     Raises:
         UnknownNameError: it names a kind or a model that there is not (kinds of own objects: among those asked for).
@@ -78,7 +79,9 @@ def allowed_models(config: GenerationConfig) -> tuple[str, ...]:
     names = tuple(
         f.name
         for f in facts
-        if config.held_out in (None, f.held_out) and (not config.kinds or f.kind in config.kinds)
+        if config.held_out in (None, f.held_out)
+        and (not config.kinds or f.kind in config.kinds)
+        and (highest_m == np.inf or load_object(f.name).size_m[2] <= highest_m)
     )
     if len(names) < config.objects[1]:
         raise InputError(

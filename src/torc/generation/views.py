@@ -15,6 +15,7 @@ from torc.records import TARGET_ID
 from torc.sim.rendering import CameraRenderer, View
 from torc.sim.state import restore_state, save_state
 from torc.sim.world import Presence, World, build_world
+from torc.specs.conditions import DEFAULT_WORKSPACE
 from torc.workspace.description import CameraMount, Workspace
 from torc.workspace.files import load_workspace
 
@@ -43,17 +44,20 @@ class ViewConfig:
 def problem_views(
     problem: Problem, workspace: Workspace | None = None, config: ViewConfig | None = None
 ) -> dict[ViewName, View]:
-    """What the robot's camera sees, and nearer views: front (from there), side (from the robot's right) and top (the
-    robot below).
+    """What the robot's camera sees, and nearer views without further boxes of the workspace: front (from there), side
+    (from the robot's right) and top (the robot below).
 
     The whole target is outlined in the colour images: solid where it is in sight, dashed where something hides it.
     """
-    workspace, config = workspace or load_workspace(), config or ViewConfig()
+    workspace = workspace or load_workspace(problem.workspace or DEFAULT_WORKSPACE)
+    config = config or ViewConfig()
     world = build_world(problem, None, workspace)
     near = _near_poses(world, workspace, config)
+    # Walls and roofs would hide what is among them from the side and from above.
+    bare = build_world(replace(problem, workspace=""), None, replace(workspace, obstacles=()))
     own = replace(workspace.camera, width=config.width, height=config.height)
     mount = CameraMount(near["front"], config.width, config.height, config.vertical_fov_rad)
-    views = _render(world, own, {"robot": own.T_world_camera}, config) | _render(world, mount, near, config)
+    views = _render(world, own, {"robot": own.T_world_camera}, config) | _render(bare, mount, near, config)
     return {name: views[name] for name in VIEW_NAMES}
 
 

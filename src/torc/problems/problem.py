@@ -24,7 +24,7 @@ from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.objects.models import Quat, Vec3
 from torc.problems.schema import FORMAT, Category, Scalar, read_problem_file
-from torc.problems.sets import problem_names, problem_sets, shipped_path
+from torc.problems.sets import is_problem_set, problem_names, shipped_path
 from torc.robots.names import robot_names
 
 ROBOT_KEYS = NAME_KEY, SOURCE_KEY = "robot", "robot_source"
@@ -64,6 +64,7 @@ class Problem:
     notes: str = ""
     origin: dict[str, Scalar] = field(default_factory=dict)
     target_model: str = ""
+    workspace: str = ""
 
     @property
     def absent(self) -> bool:
@@ -99,7 +100,7 @@ def parse_problem(text: str, source: str = "problem") -> Problem:
             "target_model of a target that is not there."
         )
     objects = tuple(ObjectPlacement(o.name, o.model, o.position, o.wxyz) for o in parsed.objects)
-    facts = ("name", "category", "description", "target", "notes", "origin", "target_model")
+    facts = ("name", "category", "description", "target", "notes", "origin", "target_model", "workspace")
     return Problem(objects=objects, **{fact: getattr(parsed, fact) for fact in facts})
 
 
@@ -114,6 +115,8 @@ def problem_text(problem: Problem) -> str:
     data["target"] = problem.target
     if problem.absent:
         data["target_model"] = problem.target_model
+    if problem.workspace:
+        data["workspace"] = problem.workspace
     for o in problem.objects:
         pose = {"position": [float(v) for v in o.position], "wxyz": [float(v) for v in o.wxyz]}
         data.setdefault("objects", []).append({"name": o.name, "model": o.model, **pose})
@@ -138,14 +141,14 @@ def _find(name_or_path: str | os.PathLike[str]) -> Path:
     path = Path(name_or_path)
     if os.path.isfile(path):  # unlike Path.is_file, False for names that no file can have
         return path
-    if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
-        raise InputError(f"There is no problem file {path}. `torc problems list` shows the shipped problems.")
     name = str(path)
-    if name in problem_sets():
+    if is_problem_set(name):
         raise InputError(
             f"{name} is a set of {len(problem_names(name))} problems: name one of them (torc problems list {name}), "
             f"or play all with torc bench --problems {name}."
         )
+    if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
+        raise InputError(f"There is no problem file {path}. `torc problems list` shows the shipped problems.")
     shipped = shipped_path(name)
     if shipped is None:
         raise UnknownNameError("problem", name, list(problem_names()), lister="torc problems list")

@@ -82,6 +82,7 @@ class ProblemFile(BaseModel):
     origin: dict[_Text, Scalar] = Field(default_factory=dict, max_length=_MAX_ORIGIN)
     target: _Name
     target_model: _Name | Literal[""] = ""
+    workspace: Annotated[str, Field(pattern=r"^(\w[\w .+-]{0,63})?$")] = ""
     objects: Annotated[list[_ObjectFile], Field(min_length=1, max_length=MAX_OBJECTS)]
 
     @field_validator("origin")

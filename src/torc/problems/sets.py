@@ -1,5 +1,6 @@
 """The problem sets that come with torc: `torc40` to compare task planners on, `validation` to tune them on, and
-`validation-ur5e` and `validation-panda`, which are made for other robots. A set may lie in a directory of sets."""
+`validation-ur5e` and `validation-panda`, which are made for other robots. Sets may lie in a group: `torc-hard/absent`
+is one of harder problems, `torc-hard` all of these."""
 
 import os
 from functools import cache
@@ -16,11 +17,19 @@ def problem_sets() -> tuple[str, ...]:
     return tuple(sorted({_set_of(path) for path in _paths().values()}))
 
 
+def is_problem_set(name: str) -> bool:
+    """Whether this is a shipped set, or a group of them."""
+    return any(name in (known, known.split("/")[0]) for known in problem_sets())
+
+
 def problem_names(problem_set: str | None = None) -> tuple[str, ...]:
-    """Names of the problems of a shipped set, or of all sets; no two are the same. Raises UnknownNameError."""
-    if problem_set is not None and problem_set not in problem_sets():
+    """Names of the problems of a shipped set, of a group of sets, or of all; no two are the same. Raises
+    UnknownNameError.
+    """
+    if problem_set is not None and not is_problem_set(problem_set):
         raise UnknownNameError("problem set", problem_set, list(problem_sets()))
-    return tuple(name for name, path in _paths().items() if problem_set in (None, _set_of(path)))
+    wanted = [known for known in problem_sets() if problem_set in (None, known, known.split("/")[0])]
+    return tuple(name for known in wanted for name, path in _paths().items() if _set_of(path) == known)
 
 
 def shipped_path(name: str) -> Path | None:
@@ -35,7 +44,7 @@ def select_problems(selection: str) -> tuple[str, ...]:
     """
     chosen: list[str] = []
     for part in (p.strip() for p in selection.split(",") if p.strip()):
-        if part in problem_sets():
+        if is_problem_set(part):
             chosen += problem_names(part)
         elif part in _paths() or os.path.isfile(part):  # False for names that no file can have
             chosen.append(part)
@@ -55,7 +64,7 @@ def select_problems(selection: str) -> tuple[str, ...]:
 
 @cache
 def _paths() -> dict[str, Path]:
-    return {p.stem: p for p in sorted(_SHIPPED.rglob("*.yaml"))}
+    return {p.stem: p for p in sorted(_SHIPPED.rglob("*.yaml"), key=lambda p: (p.parent, p.stem))}
 
 
 def _set_of(path: Path) -> str:

@@ -187,10 +187,15 @@ def build_world(
 ) -> World:
     """The world of a problem at its first state: objects where the problem puts them, the arm at rest. Without a robot
     it is faster, for settling. `extra` are further fixed boxes; `load_model` finds the model of a name. Raises
-    InputError for too many objects, or a model that MuJoCo does not accept.
+    InputError for too many objects, a problem of another workspace, or a model that MuJoCo does not accept.
     """
     if (n := len(problem.ordered())) > MAX_OBJECTS:
         raise InputError(f"{problem.name}: {n} objects; at most {MAX_OBJECTS} are possible.")
+    if problem.workspace not in ("", workspace.name):
+        raise InputError(
+            f"{problem.name} is made for the workspace '{problem.workspace}', not for '{workspace.name}': give it with "
+            "--workspace, or leave --workspace out."
+        )
     models = tuple(load_model(placement.model) for placement in problem.ordered())
     try:
         with warnings_in_the_log():

@@ -1,7 +1,7 @@
 """All that is around the task planner: what trials must share to be compared."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +72,13 @@ class Conditions(PipelineSpec):
             raise InputError(f"--friction {self.friction} is not between .1 and 10.")
         if self.max_picks < 1:
             raise InputError("--max-picks must be at least 1.")
+
+    def at(self, workspace: str) -> "Conditions":
+        """These conditions for a problem that names its workspace ("" for one that does not). Another one than the
+        default was asked for, and stays: `build_world` says if it is the wrong one.
+        """
+        wanted = workspace and self.workspace == DEFAULT_WORKSPACE
+        return replace(self, workspace=workspace) if wanted else self
 
     def facts(self, sources: Mapping[str, str]) -> dict[str, Any]:
         """What differs from the defaults: plain data, in which parts of a user's own count by what is in their files:

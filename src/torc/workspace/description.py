@@ -59,10 +59,22 @@ class CameraMount:
 
 
 @dataclass(frozen=True)
+class Room:
+    """Where generated problems put their objects: centre and lengths along x and y, metres, world frame; how high an
+    object may be; and whether objects can be let fall into it from above (there is no roof)."""
+
+    center: tuple[float, float]
+    size: tuple[float, float]
+    height_m: float
+    open_above: bool
+
+
+@dataclass(frozen=True)
 class Workspace:
     """Where the task takes place. The upper side of the table's board is the support surface and the floor of the grid,
     the region that the occlusion volume covers. Above the bin the gripper opens with its TCP at `drop_position`.
-    `source` is the fingerprint of the file."""
+    `source` is the fingerprint of the file. `room` is for generated problems; without one they use the middle of the
+    paper's table."""
 
     table: Box
     bin: Bin
@@ -72,6 +84,7 @@ class Workspace:
     obstacles: tuple[Box, ...]
     name: str
     source: str
+    room: Room | None = None
 
     @property
     def support_z_m(self) -> float:

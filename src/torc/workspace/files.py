@@ -12,7 +12,7 @@ from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
 from torc.fingerprints import fingerprint
 from torc.geometry.transforms import look_at
 from torc.records import VoxelGrid
-from torc.workspace.description import Bin, Box, CameraMount, Workspace
+from torc.workspace.description import Bin, Box, CameraMount, Room, Workspace
 
 DATA = Path(__file__).parent / "data"
 """Where the shipped workspaces are."""
@@ -104,6 +104,16 @@ class _RegionEntry(_Strict):
     shape: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]]
 
 
+class _RoomEntry(_Strict):
+    center: tuple[Number, Number]
+    size: tuple[Positive, Positive]
+    height: Positive
+    open_above: bool = True
+
+    def room(self) -> Room:
+        return Room(self.center, self.size, self.height, self.open_above)
+
+
 class _WorkspaceFile(_Strict):
     """The whole file."""
 
@@ -114,6 +124,7 @@ class _WorkspaceFile(_Strict):
     camera: _CameraEntry
     region: _RegionEntry
     obstacles: list[_Obstacle] = []
+    room: _RoomEntry | None = None
 
     @model_validator(mode="after")
     def _fits(self) -> "_WorkspaceFile":
@@ -153,5 +164,7 @@ def _read(path: Path) -> Workspace:
         drop_position=bin_.drop_position,
         obstacles=tuple(Box(o.name, o.center, o.size) for o in entry.obstacles),
         name=entry.name,
-        source=fingerprint(entry.model_dump()),
+        # A file without a room is what it was before there were any.
+        source=fingerprint(entry.model_dump(exclude=set() if entry.room else {"room"})),
+        room=None if entry.room is None else entry.room.room(),
     )
