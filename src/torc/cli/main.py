@@ -17,6 +17,7 @@ from torc.cli.doctor import DoctorCommand
 from torc.cli.export import ExportCommand
 from torc.cli.human import HumanCommand
 from torc.cli.lab import LAB
+from torc.cli.next_object import NEXT_OBJECT
 from torc.cli.objects import OBJECTS
 from torc.cli.perception import PERCEPTION
 from torc.cli.printing import tell
@@ -27,6 +28,7 @@ from torc.cli.run import RunCommand
 from torc.cli.serve import ServeCommand
 from torc.cli.settings import SettingsCommand
 from torc.cli.view import ViewCommand
+from torc.cli.vlm_eval import VlmEvalCommand
 from torc.errors import InputError, TorcError
 
 TORC = Group(
@@ -35,9 +37,11 @@ TORC = Group(
         "run": ("one retrieval in simulation, with pictures", RunCommand),
         "bench": ("task planners against each other on many problems", BenchCommand),
         "report": ("which of them is best: a page, figures, tables", ReportCommand),
+        "vlm-eval": ("how well a VLM chooses objects, on recorded decisions", VlmEvalCommand),
         "human": ("choose the objects yourself, in a browser", HumanCommand),
         "view": ("look at recorded trials, pick by pick, in a browser", ViewCommand),
         "export": ("recorded trials as data to train on", ExportCommand),
+        "next-object": ("which object first: a data set, scored without a simulator", NEXT_OBJECT),
         "decide": ("only the decision, for your own camera's frame", DecideCommand),
         "retrieve": ("one retrieval with a real robot, or its twin", RetrieveCommand),
         "lab": ("real arm, gripper and camera; twins to rehearse with", LAB),

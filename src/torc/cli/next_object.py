@@ -1,0 +1,161 @@
+"""`torc next-object`: the data set torc-next-object, made, checked and scored."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from torc.cli.commands import Group
+from torc.cli.printing import print_json, printable
+from torc.errors import InputError
+
+
+@dataclass(frozen=True)
+class MakeCommand:
+    """Make decisions with the value of every choice, as Parquet files.
+
+    Of every problem it takes the first look, and looks on the way of dg-select
+    and random; each takes some tens of looks of the simulation. Stop it at any
+    time: rows are kept beside --out, and the same command goes on. For example:
+
+      torc next-object make --problems torc40 --decisions 100 --out next_object
+      torc problems generate --structured --count 20 --seed 91 --out fresh
+      torc next-object make --problems fresh --hidden-seed SECRET --out hidden
+
+    A hidden set needs problems that nobody else has: the seed of `torc problems
+    generate` is as secret as --hidden-seed.
+    """
+
+    problems: Annotated[str, tyro.conf.arg(metavar="SET")]
+    """Sets, problems, problem files or directories of them, comma-separated."""
+    out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
+    """The directory to make, or to go on with."""
+    decisions: int | None = None
+    """Make at most so many new ones; if not given, all."""
+    per_problem: int = 5
+    """Decisions of each problem, at most."""
+    looks: int = 40
+    """Looks of each search for values; more make its intervals narrower, and take longer."""
+    hidden_seed: str | None = None
+    """Make the split "hidden": a word that the host keeps. It decides numbers and ids, and is written nowhere."""
+
+    def run(self) -> int:
+        """Make the rows."""
+        from torc.next_object.building import build
+        from torc.next_object.making import MakingConfig
+        from torc.problems.sets import select_problems
+
+        options: dict[str, Any] = {"per_problem": self.per_problem, "most_looks": self.looks}
+        if self.hidden_seed is not None:
+            options |= {"key": self.hidden_seed, "hidden": True}
+        files = select_problems(self.problems)
+        built = build(
+            files,
+            self.out,
+            MakingConfig(**options),
+            self.decisions,
+            lambda t: print(printable(t), flush=True),
+        )
+        counts = ", ".join(f"{split} {n}" for split, n in built.splits.items())
+        print(f"{built.new} new decisions. In {self.out}: {counts}")
+        return 0
+
+
+@dataclass(frozen=True)
+class CheckCommand:
+    """Check a set before it is published: types, values, ids, and signs that
+    give the answer away. Exit code 1 if something is wrong.
+    """
+
+    directory: tyro.conf.Positional[Path]
+    """What `torc next-object make` wrote, or one Parquet file."""
+
+    def run(self) -> int:
+        """Check; print what is wrong, and the scores of the baselines."""
+        from torc.next_object.checking import check_directory, leaks
+        from torc.next_object.publishing import baseline_scores, scores_table
+
+        rows, faults = check_directory(self.directory)
+        for fault in faults:
+            print(printable(fault))
+        problems = len({row.scene for row in rows})
+        print(f"{len(rows)} decisions of {problems} problems: {len(faults) or 'no'} faults.")
+        for what, signs in leaks(rows).items():
+            print(f"  {what}: {signs:+.1f} standard errors from chance")
+        print(scores_table(baseline_scores(rows)))
+        return 1 if faults else 0
+
+
+@dataclass(frozen=True)
+class ScoreCommand:
+    """Score replies of a model, whoever asked it.
+
+    REPLIES has a line for each decision: {"id": "...", "reply": "...Answer: 7"}.
+    The reply's number is found as `torc.next_object.replies` says.
+    """
+
+    directory: tyro.conf.Positional[Path]
+    """The rows that were asked about."""
+    replies: tyro.conf.Positional[Path]
+    """JSON lines."""
+    split: str = "test"
+    """Which rows count; "" for all. One without a reply counts as an invalid answer."""
+    json: Annotated[bool, tyro.conf.arg(help="Print all scores as JSON.")] = False
+
+    def run(self) -> int:
+        """Score. Exit code 2 for replies that cannot be read."""
+        from torc.next_object.publishing import baseline_scores, scores_table
+        from torc.next_object.replies import read_number
+        from torc.next_object.scoring import score_answers
+        from torc.next_object.tables import read_rows
+
+        rows = [row for row in read_rows(self.directory) if self.split in ("", row.split)]
+        if not rows:
+            raise InputError(f"'{self.directory}' has no rows of the split '{self.split}'.")
+        replies = read_replies(self.replies)
+        unknown = sorted(set(replies) - {row.id for row in rows})
+        if unknown and len(unknown) == len(replies):
+            raise InputError(f"'{self.replies}' is of other rows: none has the id '{printable(unknown[0])}'.")
+        answers = [(row.to_dict(), read_number(replies.get(row.id), row.numbers)) for row in rows]
+        scores = score_answers(answers).to_dict()
+        missing = sum(row.id not in replies for row in rows)
+        if self.json:
+            print_json(scores | {"missing": missing})
+            return 0
+        print(scores_table({"replies": scores, **baseline_scores(rows)}))
+        if missing or unknown:
+            print(f"{missing} rows have no reply; {len(unknown)} replies are of other rows.")
+        return 0
+
+
+def read_replies(path: Path) -> dict[str, str]:
+    """Replies by the id of their row. Raises InputError."""
+    found: dict[str, str] = {}
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"'{path}' cannot be read: {error}.") from None
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        try:
+            entry = json.loads(line)
+            key, reply = entry["id"], entry["reply"]
+        except (ValueError, KeyError, TypeError, RecursionError):
+            raise InputError(f'\'{path}\', line {number}: it must be {{"id": ..., "reply": ...}}.') from None
+        if key in found:
+            raise InputError(f"'{path}', line {number}: a second reply to '{printable(str(key))}'.")
+        found[str(key)] = reply
+    return found
+
+
+NEXT_OBJECT = Group(
+    "Which object to remove first: a data set with the value of every choice, and its scores.",
+    {
+        "make": ("decisions from problems, as Parquet files", MakeCommand),
+        "check": ("whether a set is whole and gives no answer away", CheckCommand),
+        "score": ("replies of a model, without a simulator", ScoreCommand),
+    },
+)

@@ -1,0 +1,189 @@
+"""From a problem to rows: its decisions, each with pictures, what may be told, and the value of every choice."""
+
+import hashlib
+import hmac
+import json
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+import numpy as np
+
+from torc.episode.ideal import MAX_PICKS
+from torc.episode.privileged import open_sandbox
+from torc.episode.steps import EpisodeConfig
+from torc.episode.trial import situation_of
+from torc.errors import InputError
+from torc.next_object.baselines import Baselines
+from torc.next_object.looks import Looks
+from torc.next_object.numbering import drawn_numbers, renumbered
+from torc.next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
+from torc.next_object.valuing import Valued, value_choices
+from torc.next_object.visits import visits
+from torc.objects.library import load_object
+from torc.pipeline.building import build_system
+from torc.problems.problem import Problem, problem_text
+from torc.problems.sets import problem_names
+from torc.records import TARGET_ID, PlanningContext
+from torc.records.files import png_bytes
+from torc.sim.portraits import turn_table
+from torc.specs.conditions import Conditions
+from torc.task_planning.random_choice import graspable_ids
+from torc.task_planning.relations import behind_candidates, find_adjacencies
+from torc.vlm.picture_config import PictureConfig
+from torc.vlm.pictures import pictures_of
+from torc.vlm.select import grasp_facts
+from torc.vlm.simulated.situation import Situation
+
+PUBLIC_KEY = "torc-next-object"
+PICTURE = PictureConfig(plain=True, crop_px=24, longest_side_px=768)
+TEST_SHARE = 0.5
+_SIDES, _SIDE_PX = 2, 160
+_WHITE = 255
+_DIGITS = 4
+
+
+@dataclass(frozen=True)
+class MakingConfig:
+    """How rows are made.
+
+    Attributes:
+        key: of all hashes and draws; secret where rows are to be kept from those who could make them again.
+        hidden: all rows are of the split "hidden".
+        per_problem: decisions of a problem, at most.
+        most_looks: of each decision's search for values; more make intervals narrower.
+    """
+
+    key: str = PUBLIC_KEY
+    hidden: bool = False
+    per_problem: int = 5
+    most_looks: int = 40
+
+    def __post_init__(self) -> None:
+        if self.per_problem < 1 or self.most_looks < 1:
+            raise InputError("A problem needs one decision, and a decision one look, at least.")
+
+    def digest(self, *parts: str) -> str:
+        """A hash that tells nothing of the parts."""
+        told = "\x00".join(parts).encode()
+        return hmac.new(self.key.encode(), told, hashlib.sha256).hexdigest()[:24]
+
+
+class RowMaker:
+    """Makes rows, problem by problem; its parts are built once."""
+
+    def __init__(self, config: MakingConfig) -> None:
+        self.config = config
+        self._system = build_system(Conditions())
+        self._baselines = Baselines()
+
+    def scene(self, problem: Problem) -> str:
+        """The key that a problem's rows share."""
+        return self.config.digest("scene", problem_text(problem))
+
+    def rows(self, problem: Problem, made: Callable[[str], bool]) -> Iterator[NextObjectRow]:
+        """A problem's rows as they come, but for those that are `made`, by their id. Raises InputError for a problem
+        whose target is not there, and PhysicsError.
+        """
+        if problem.absent:
+            raise InputError(f"{problem.name}: its target is not there, so no order leads to it.")
+        config, scene = self.config, self.scene(problem)
+        episode = EpisodeConfig(MAX_PICKS, 0)
+        with ExitStack() as stack:
+            # Pictures in color take long, and the search for values needs none.
+            looks = Looks(stack.enter_context(open_sandbox(problem, self._system, episode)))
+            seeing = Looks(stack.enter_context(open_sandbox(problem, self._system, episode, color=True)))
+            references = _references(problem)
+            chosen = visits(looks.context, config.per_problem, self._rng(scene))
+            for gone in chosen:
+                key = config.digest("row", scene, *map(str, sorted(gone)))
+                if made(key):
+                    continue
+                context, truth = seeing.context_and_truth(gone)
+                if len(context.scene.ids) > MOST_CHOICES or len(graspable_ids(context)) < 2:
+                    continue
+                valued = value_choices(looks.seen, gone, context.scene.ids, config.most_looks)
+                part = _Decision(context, situation_of(context, truth), valued, len(gone))
+                yield self._row(problem, key, part, references)
+
+    def _rng(self, key: str) -> np.random.Generator:
+        return np.random.default_rng(list(bytes.fromhex(self.config.digest("draws", key))))
+
+    def _row(
+        self, problem: Problem, key: str, part: "_Decision", references: tuple[bytes, ...]
+    ) -> NextObjectRow:
+        rng, scene = self._rng(key), self.scene(problem)
+        to_number = drawn_numbers(part.context.scene.ids, rng)
+        shown = renumbered(part.context, to_number)
+        marked, plain = pictures_of(shown.scene, PICTURE)
+        numbers = shown.scene.ids
+        back = {number: k for k, number in to_number.items()}
+        prices = [part.valued.values[back[n]] for n in numbers]
+        values = tuple(round(p.mean, _DIGITS) for p in prices)
+        graspable = tuple(n in graspable_ids(shown) for n in numbers)
+        relations = [(r.source, r.target) for r in behind_candidates(find_adjacencies(shown.scene))]
+        chosen = self._baselines.choices(part.context, part.situation, rng)
+        chosen["first"] = min(numbers)
+        return NextObjectRow(
+            id=key,
+            split="hidden" if self.config.hidden else split_of(problem, scene),
+            scene=scene,
+            source=source_of(problem),
+            category=problem.category,
+            picks_taken=part.picks_taken,
+            target_hidden=TARGET_ID not in numbers,
+            description=problem.description,
+            image=marked.png,
+            image_plain=plain.png,
+            references=references,
+            numbers=numbers,
+            graspable=graspable,
+            facts="\n".join(grasp_facts(shown)),
+            relations=json.dumps([{"source": s, "relation": "behind", "target": t} for s, t in relations]),
+            relations_true=tuple(_is_behind(part.situation, back[s], back[t]) for s, t in relations),
+            values=values,
+            values_low=tuple(min(v, round(p.low, _DIGITS)) for v, p in zip(values, prices)),
+            values_high=tuple(max(v, round(p.high, _DIGITS)) for v, p in zip(values, prices)),
+            best=best_numbers(numbers, values),
+            random_value=round(random_value(graspable, values), _DIGITS),
+            baselines=json.dumps(
+                {name: to_number.get(k) if k is not None else None for name, k in chosen.items()}
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class _Decision:
+    """A look with all that is known of it, by the simulator's ids."""
+
+    context: PlanningContext
+    situation: Situation
+    valued: Valued
+    picks_taken: int
+
+
+def source_of(problem: Problem) -> str:
+    """Where a problem comes from: "torc40", "hard" (one of the harder families), or "generated"."""
+    if problem.name in problem_names("torc40"):
+        return "torc40"
+    return "hard" if problem.origin.get("wanted_family") or problem.origin.get("family") else "generated"
+
+
+def split_of(problem: Problem, scene: str) -> str:
+    """ "test" for all of torc40, on which planners are compared, and part of the others; else "train"."""
+    if source_of(problem) == "torc40":
+        return "test"
+    return "test" if int(scene[:8], 16) / 16**8 < TEST_SHARE else "train"
+
+
+def _is_behind(situation: Situation, source: int, front: int) -> bool:
+    """Whether the front one hides part of the source or is in the way of its grasps, and neither lies on the other."""
+    stacked = {(source, front), (front, source)} & situation.lies_on
+    return not stacked and ((front, source) in situation.hides or (front, source) in situation.blocks)
+
+
+def _references(problem: Problem) -> tuple[bytes, ...]:
+    """The target from the front and the back, on white."""
+    model = load_object(problem.ordered()[TARGET_ID].model)
+    pictures = turn_table(model, _SIDES, _SIDE_PX)
+    return tuple(png_bytes(np.where(p[..., 3:] > 0, p[..., :3], _WHITE).astype(np.uint8)) for p in pictures)
