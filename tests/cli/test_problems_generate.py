@@ -39,7 +39,7 @@ def jobs(monkeypatch):
         made = replace(SHIPPED, name=f"p{seed}", origin={"made from": str((config, seed))})
         return GeneratedProblem(made, DIFFICULTY, 2, {Reason.TRIVIAL: 1})
 
-    def same(problem, config, seed, robot):
+    def same(problem, config, seed, robot, workspace):
         return problem.origin.get("made from") == str((config, seed))
 
     monkeypatch.setattr(generator, "generate_problem", fake)

@@ -22,9 +22,11 @@ def harness_python(name: str) -> Path:
     return python
 
 
-def run_in_harness(name: str, arguments: list[str], tmp_path: Path, **variables: str) -> dict:
+def run_in_harness(
+    name: str, arguments: list[str], tmp_path: Path, more_paths: tuple[Path, ...] = (), **variables: str
+) -> dict:
     """Runs a module or script there; the JSON on its last line."""
-    paths = os.pathsep.join(map(str, (ROOT / "src", ROOT)))
+    paths = os.pathsep.join(map(str, (*more_paths, ROOT / "src", ROOT)))
     environment = {
         **{k: v for k, v in os.environ.items() if "API_KEY" not in k},
         "PYTHONPATH": paths,

@@ -13,7 +13,7 @@ def all_kernels() -> dict[str, Any]:
     """All kernels that torc uses when it plays or decides, by module and name."""
     found = {}
     for info in pkgutil.walk_packages(torc.__path__, "torc."):
-        if info.ispkg or info.name.startswith(("torc.testing.", "torc.cli.")):
+        if info.ispkg or info.name.startswith(("torc.testing.", "torc.cli.", "torc.next_object.")):
             continue
         for name, value in vars(importlib.import_module(info.name)).items():
             if isinstance(value, CPUDispatcher) and value.__module__ == info.name:

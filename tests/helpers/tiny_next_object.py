@@ -5,10 +5,9 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
-from torc.next_object.schema import FEATURES, NextObjectRow, best_numbers, random_value
+from torc.next_object.schema import NextObjectRow, best_numbers, random_value
+from torc.next_object.tables import write_rows
 from torc.records.files import png_bytes
 
 REPLIES = (
@@ -45,20 +44,9 @@ def tiny_replies(rows: list[NextObjectRow]) -> dict[str, str]:
 
 def write_tiny(directory: Path, rows: list[NextObjectRow]) -> Path:
     """The rows as Parquet, as `torc next-object make` writes them; the directory."""
-    directory.mkdir(parents=True, exist_ok=True)
     for split in {row.split for row in rows}:
-        some = [_for_parquet(row) for row in rows if row.split == split]
-        table = pa.Table.from_pylist(some)
-        facts = json.dumps({"info": {"features": {k: dict(v) for k, v in FEATURES.items()}}})
-        pq.write_table(table.replace_schema_metadata({"huggingface": facts}), directory / f"{split}.parquet")
+        write_rows(directory / f"{split}.parquet", [row for row in rows if row.split == split])
     return directory
-
-
-def _for_parquet(row: NextObjectRow) -> dict:
-    plain = row.to_dict()
-    for name in ("image", "image_plain"):
-        plain[name] = {"bytes": plain[name], "path": None}
-    return plain | {"references": [{"bytes": png, "path": None} for png in row.references]}
 
 
 def _row(i: int, split: str, rng: np.random.Generator) -> NextObjectRow:

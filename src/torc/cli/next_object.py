@@ -3,7 +3,7 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import tyro
 
@@ -130,6 +130,34 @@ class ScoreCommand:
         return 0
 
 
+@dataclass(frozen=True)
+class ExportCommand:
+    """Write what an evaluation harness wants, and say how to run it.
+
+    lmms-eval gets YAML files and their functions, VLMEvalKit TSV files and
+    their class; inspect_ai needs no files, but gets its samples as JSON lines:
+
+      torc next-object export next_object --harness lmms-eval --out lmms_tasks
+    """
+
+    data: tyro.conf.Positional[str]
+    """The data set: a folder of Parquet files, or OWNER/NAME on the Hugging Face hub."""
+    harness: Literal["lmms-eval", "vlmevalkit", "inspect"]
+    """Which harness."""
+    out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
+    """The folder to make."""
+    split: Literal["train", "test", "hidden"] = "test"
+    """Part of the data set."""
+
+    def run(self) -> int:
+        """Write, and print the command."""
+        from torc.next_object.exporting import export_for
+
+        for line in export_for(self.harness, self.data, self.out, self.split):
+            print(printable(line))
+        return 0
+
+
 def read_replies(path: Path) -> dict[str, str]:
     """Replies by the id of their row. Raises InputError."""
     found: dict[str, str] = {}
@@ -157,5 +185,6 @@ NEXT_OBJECT = Group(
         "make": ("decisions from problems, as Parquet files", MakeCommand),
         "check": ("whether a set is whole and gives no answer away", CheckCommand),
         "score": ("replies of a model, without a simulator", ScoreCommand),
+        "export": ("for inspect_ai, lmms-eval or VLMEvalKit", ExportCommand),
     },
 )

@@ -151,6 +151,8 @@ class GalleryCommand:
         def inspector(problem: Problem) -> Inspector:
             return inspector_for(self.robot, conditions.at(problem.workspace).workspace)
 
+        inspector_for(self.robot, self.workspace)  # what is unknown is refused before any work
+
         def progress(problem: Problem) -> None:
             tell(f"{names.index(problem.name) + 1} of {len(names)}: {problem.name}")
 

@@ -31,8 +31,10 @@ class VlmEvalCommand:
     No simulation runs: the data set knows what every choice is worth. It tells a guess of the tokens and the cost, and
     asks before it begins. Each reply is kept as it comes; the same command again goes on where it was.
 
-      torc vlm-eval --vlm openai:qwen2.5-vl@http://localhost:8000/v1 --data next_object --out runs/qwen
-      torc vlm-eval --vlm gemini:MODEL --data next_object --variant grasps --limit 50 --vlm-prices 0.3,2.5 --out runs/g
+      torc vlm-eval --vlm openai:MODEL@http://localhost:8000/v1 \\
+          --data next_object --out runs/local
+      torc vlm-eval --vlm gemini:MODEL --vlm-prices 0.3,2.5 --variant grasps \\
+          --limit 50 --data next_object --out runs/gemini
 
     It writes scores.json (a leaderboard takes it), worst.html (the worst mistakes with their pictures), replies.jsonl
     and failures.jsonl. Regret is 0 for the best choices and 1 for random ones. A reply without a valid number counts as
