@@ -14,6 +14,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pandas
 from vlmeval import dataset as benchmarks
 from vlmeval.dataset.image_base import ImageBaseDataset
 from vlmeval.smp import LMUDataRoot, load
@@ -49,7 +50,8 @@ class TorcNextObject(ImageBaseDataset):
 
     def evaluate(self, eval_file: str, **_: Any) -> dict[str, float | int | None]:
         """Scores of the replies in a file of the kit's. A question that the server did not answer counts as nothing."""
-        table = load(eval_file)
+        # Of JSON the kit makes a list of lines.
+        table = pandas.DataFrame(load(eval_file))
         replied = [
             (json.loads(row), str(reply))
             for row, reply in zip(table["row"], table["prediction"], strict=True)
