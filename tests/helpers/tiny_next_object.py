@@ -8,7 +8,7 @@ import numpy as np
 
 from torc.next_object.schema import NextObjectRow, best_numbers, random_value
 from torc.next_object.tables import write_rows
-from torc.records.files import png_bytes
+from torc.records.files import jpeg_bytes
 
 REPLIES = (
     "Answer: {best}",
@@ -54,7 +54,7 @@ def _row(i: int, split: str, rng: np.random.Generator) -> NextObjectRow:
     numbers = (4, 7, 11) if hidden else (0, 3, 8, 9)
     values = tuple(float(v) for v in np.round(rng.uniform(1, 5, len(numbers)), 3))
     graspable = tuple(n != 11 for n in numbers)
-    pictures = [png_bytes(rng.integers(0, 256, (24, 32, 3), dtype=np.uint8)) for _ in range(3)]
+    pictures = [jpeg_bytes(rng.integers(0, 256, (24, 32, 3), dtype=np.uint8)) for _ in range(3)]
     relations = [{"source": numbers[0], "relation": "behind", "target": numbers[1]}]
     return NextObjectRow(
         id=hashlib.sha256(f"row {i}".encode()).hexdigest()[:16],

@@ -161,7 +161,7 @@ def _read_gemini(path: str, headers: Mapping[str, str], body: Any) -> Asked:
     parts = last["parts"]
     system = "".join(p["text"] for p in body.get("systemInstruction", {"parts": []})["parts"])
     blobs = [p["inlineData"] for p in parts if "inlineData" in p]
-    images = tuple(_png(b["mimeType"], b["data"]) for b in blobs)
+    images = tuple(_picture(b["mimeType"], b["data"]) for b in blobs)
     options = dict(body.get("generationConfig", {}))
     schema = options.pop("responseJsonSchema", None)
     if schema is not None and options["responseMimeType"] != "application/json":
@@ -179,7 +179,7 @@ def _read_openai(path: str, headers: Mapping[str, str], body: Any) -> Asked:
     system = "".join(m["content"] for m in before if m["role"] == "system")
     turns = _turns((m["role"], [{"text": m["content"]}]) for m in before if m["role"] != "system")
     urls = [part["image_url"]["url"] for part in message["content"] if part["type"] == "image_url"]
-    images = tuple(_png(*url.removeprefix("data:").split(";base64,")) for url in urls)
+    images = tuple(_picture(*url.removeprefix("data:").split(";base64,")) for url in urls)
     text = "".join(part["text"] for part in message["content"] if part["type"] == "text")
     schema = body["response_format"]["json_schema"]["schema"] if "response_format" in body else None
     options = {k: v for k, v in body.items() if k not in ("messages", "model", "response_format")}
@@ -194,7 +194,7 @@ def _read_anthropic(path: str, headers: Mapping[str, str], body: Any) -> Asked:
     *before, message = body["messages"]
     turns = _turns((m["role"], [{"text": m["content"]}]) for m in before)
     sources = [p["source"] for p in message["content"] if p["type"] == "image"]
-    images = tuple(_png(source["media_type"], source["data"]) for source in sources)
+    images = tuple(_picture(source["media_type"], source["data"]) for source in sources)
     text = "".join(p["text"] for p in message["content"] if p["type"] == "text")
     output = dict(body.get("output_config", {}))
     schema = output.pop("format", {}).get("schema")
@@ -258,10 +258,12 @@ def _error(provider: str, fail: Fail) -> Raw:
     return Raw(json.dumps({"error": {**error, "details": details}}).encode(), status, headers)
 
 
-def _png(kind: str, data: str) -> bytes:
-    if kind != "image/png":
+def _picture(kind: str, data: str) -> bytes:
+    """Servers look at the file, not only at what is said of it."""
+    picture = base64.b64decode(data, validate=True)
+    if kind != ("image/jpeg" if picture.startswith(b"\xff\xd8\xff") else "image/png"):
         raise ValueError(kind)
-    return base64.b64decode(data, validate=True)
+    return picture
 
 
 def _bearer(headers: Mapping[str, str]) -> str:

@@ -38,23 +38,29 @@ class MakeCommand:
     """Decisions of each problem, at most."""
     looks: int = 40
     """Looks of each search for values; more make its intervals narrower, and take longer."""
+    values: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
+    """Values that were found before, and need no search: results/next-object/values.jsonl has those of the published
+    set. Those of further decisions are added."""
     hidden_seed: str | None = None
     """Make the split "hidden": a word that the host keeps. It decides numbers and ids, and is written nowhere."""
 
     def run(self) -> int:
         """Make the rows."""
         from torc.next_object.building import build
-        from torc.next_object.making import MakingConfig
+        from torc.next_object.known_values import KnownValues
+        from torc.next_object.making import MakingConfig, RowMaker
         from torc.problems.sets import select_problems
 
         options: dict[str, Any] = {"per_problem": self.per_problem, "most_looks": self.looks}
         if self.hidden_seed is not None:
+            if self.values is not None:
+                raise InputError("The values of a hidden set belong into no file: leave out --values.")
             options |= {"key": self.hidden_seed, "hidden": True}
         files = select_problems(self.problems)
         built = build(
             files,
             self.out,
-            MakingConfig(**options),
+            RowMaker(MakingConfig(**options), KnownValues(self.values)),
             self.decisions,
             lambda t: print(printable(t), flush=True),
         )

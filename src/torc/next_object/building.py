@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from torc.errors import InputError, PhysicsError
-from torc.next_object.making import MakingConfig, RowMaker
+from torc.next_object.making import RowMaker
 from torc.next_object.publishing import publish
 from torc.next_object.schema import NextObjectRow
 from torc.next_object.tables import read_rows, write_rows, write_splits
@@ -24,7 +24,11 @@ class Built:
 
 
 def build(
-    problems: Sequence[str], out: Path, config: MakingConfig, most: int | None, say: Callable[[str], None]
+    problems: Sequence[str],
+    out: Path,
+    maker: RowMaker,
+    most: int | None,
+    say: Callable[[str], None],
 ) -> Built:
     """Make what is missing of the problems' rows, at most `most` new ones, and write all that there are. Rows are kept
     in a directory beside `out`, each as it comes. Raises InputError where there is no row at all.
@@ -32,7 +36,7 @@ def build(
     aside = out.with_name(out.name + ASIDE)
     aside.mkdir(parents=True, exist_ok=True)
     skipped, new = list[str](), 0
-    for row in _new_rows(problems, aside, config, skipped, say):
+    for row in _new_rows(problems, aside, maker, skipped, say):
         write_rows(aside / f"{row.id}.parquet", [row])
         new += 1
         if most is not None and new >= most:
@@ -41,18 +45,18 @@ def build(
         raise InputError(f"No decision could be made of these problems. {' '.join(skipped)}")
     rows = read_rows(aside)
     splits = write_splits(out, rows)
-    publish(out, rows, config.hidden)
+    publish(out, rows, maker.config.hidden)
     return Built(splits, new, tuple(skipped))
 
 
 def _new_rows(
     problems: Sequence[str],
     aside: Path,
-    config: MakingConfig,
+    maker: RowMaker,
     skipped: list[str],
     say: Callable[[str], None],
 ) -> Iterator[NextObjectRow]:
-    maker = RowMaker(config)
+    config = maker.config
     for number, file in enumerate(problems, start=1):
         problem = load_problem(file)
         done = aside / f"{maker.scene(problem)}-{config.per_problem}.done"

@@ -1,9 +1,11 @@
 """What an evaluation will take, before it begins: a guess, or the mean of the replies that are there."""
 
-import struct
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from typing import Any
+
+from PIL import Image
 
 from torc.next_object.prompting import prompt_text, sent_pictures
 from torc.next_object.recorded_replies import RecordedReply
@@ -57,13 +59,14 @@ def estimate(
 
 
 def _tokens(row: Mapping[str, Any], variant: str) -> int:
-    pictures = sum(_pixels(png) for png in sent_pictures(row)) // PIXELS_PER_TOKEN
+    pictures = sum(_pixels(picture) for picture in sent_pictures(row)) // PIXELS_PER_TOKEN
     return pictures + len(prompt_text(row, variant)) // CHARACTERS_PER_TOKEN
 
 
-def _pixels(png: bytes) -> int:
-    """From the header of a PNG file."""
-    if len(png) < 24:
+def _pixels(picture: bytes) -> int:
+    """From the file's header; 0 of what is no picture."""
+    try:
+        with Image.open(BytesIO(picture)) as opened:
+            return int(opened.width * opened.height)
+    except OSError:
         return 0
-    width, height = struct.unpack(">II", png[16:24])
-    return int(width) * int(height)

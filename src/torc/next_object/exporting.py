@@ -14,6 +14,7 @@ import yaml
 from torc.errors import InputError
 from torc.next_object.opening import open_rows
 from torc.next_object.prompting import VARIANTS, prompt_name, prompt_text, sent_pictures
+from torc.records.files import data_url
 
 LMMS_EVAL, VLMEVALKIT, INSPECT = "lmms-eval", "vlmevalkit", "inspect"
 _TEMPLATE = "_next_object_template_yaml"
@@ -80,7 +81,7 @@ def _vlmevalkit(source: str, rows: Sequence[Mapping[str, Any]], directory: Path,
 
 def _line(index: int, row: Mapping[str, Any], variant: str, split: str) -> dict[str, Any]:
     """Several pictures are a list, as Python writes one."""
-    pictures = [base64.b64encode(png).decode() for png in sent_pictures(row)]
+    pictures = [base64.b64encode(picture).decode() for picture in sent_pictures(row)]
     return {
         "index": index,
         "image": pictures[0] if len(pictures) == 1 else str(pictures),
@@ -106,8 +107,7 @@ def _inspect(source: str, rows: Sequence[Mapping[str, Any]], directory: Path, sp
 
 
 def _sample(row: Mapping[str, Any], variant: str) -> dict[str, Any]:
-    urls = ["data:image/png;base64," + base64.b64encode(png).decode() for png in sent_pictures(row)]
-    content = [{"type": "image", "image": url} for url in urls]
+    content = [{"type": "image", "image": data_url(picture)} for picture in sent_pictures(row)]
     return {
         "id": row["id"],
         "input": [

@@ -5,7 +5,6 @@
 A data set may also be named by the environment variable TORC_NEXT_OBJECT, and be one on the Hugging Face hub.
 """
 
-import base64
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,6 +20,7 @@ from torc.next_object.opening import open_rows
 from torc.next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures
 from torc.next_object.replies import read_number
 from torc.next_object.scoring import Scored, score_answer, summary
+from torc.records.files import data_url
 
 _INSTALLED = {"site-packages", "dist-packages"} & set(Path(__file__).parts)
 PACKAGE = "" if _INSTALLED else "torc/"
@@ -105,7 +105,7 @@ def _task(variant: str, data: str | None, split: str) -> Task:
 
 
 def _sample(row: Mapping[str, Any], variant: str) -> Sample:
-    pictures = [ContentImage(image=data_url(png)) for png in sent_pictures(row)]
+    pictures = [ContentImage(image=data_url(picture)) for picture in sent_pictures(row)]
     text = ContentText(text=prompt_text(row, variant))
     return Sample(
         id=str(row["id"]),
@@ -113,11 +113,6 @@ def _sample(row: Mapping[str, Any], variant: str) -> Sample:
         target=[str(number) for number in row["best"]],
         metadata={name: row[name] for name in SCORED},
     )
-
-
-def data_url(png: bytes) -> str:
-    """A picture in the form in which messages carry it."""
-    return "data:image/png;base64," + base64.b64encode(png).decode()
 
 
 def _scored(one: SampleScore) -> Scored:

@@ -3,7 +3,7 @@
 import hashlib
 import hmac
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 
@@ -15,28 +15,29 @@ from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import situation_of
 from torc.errors import InputError
 from torc.next_object.baselines import Baselines
+from torc.next_object.known_values import KnownValues
 from torc.next_object.looks import Looks
 from torc.next_object.numbering import drawn_numbers, renumbered
 from torc.next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
-from torc.next_object.valuing import Valued, value_choices
+from torc.next_object.valuing import Price, value_choices
 from torc.next_object.visits import visits
 from torc.objects.library import load_object
 from torc.pipeline.building import build_system
 from torc.problems.problem import Problem, problem_text
 from torc.problems.sets import problem_names
 from torc.records import TARGET_ID, PlanningContext
-from torc.records.files import png_bytes
+from torc.records.files import jpeg_bytes
 from torc.sim.portraits import turn_table
 from torc.specs.conditions import Conditions
 from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.vlm.picture_config import PictureConfig
-from torc.vlm.pictures import pictures_of
+from torc.vlm.pictures import drawn_pictures
 from torc.vlm.select import grasp_facts
 from torc.vlm.simulated.situation import Situation
 
 PUBLIC_KEY = "torc-next-object"
-PICTURE = PictureConfig(plain=True, crop_px=24, longest_side_px=768)
+PICTURE = PictureConfig(marks="outlines", plain=True, crop_px=24, longest_side_px=768)
 TEST_SHARE = 0.5
 _SIDES, _SIDE_PX = 2, 160
 _WHITE = 255
@@ -72,8 +73,8 @@ class MakingConfig:
 class RowMaker:
     """Makes rows, problem by problem; its parts are built once."""
 
-    def __init__(self, config: MakingConfig) -> None:
-        self.config = config
+    def __init__(self, config: MakingConfig, known: KnownValues | None = None) -> None:
+        self.config, self._known = config, known or KnownValues(None)
         self._system = build_system(Conditions())
         self._baselines = Baselines()
 
@@ -102,8 +103,11 @@ class RowMaker:
                 context, truth = seeing.context_and_truth(gone)
                 if len(context.scene.ids) > MOST_CHOICES or len(graspable_ids(context)) < 2:
                     continue
-                valued = value_choices(looks.seen, gone, context.scene.ids, config.most_looks)
-                part = _Decision(context, situation_of(context, truth), valued, len(gone))
+                values = self._known.get(key)
+                if values is None:
+                    values = value_choices(looks.seen, gone, context.scene.ids, config.most_looks).values
+                    self._known.add(key, values)
+                part = _Decision(context, situation_of(context, truth), values, len(gone))
                 yield self._row(problem, key, part, references)
 
     def _rng(self, key: str) -> np.random.Generator:
@@ -115,10 +119,10 @@ class RowMaker:
         rng, scene = self._rng(key), self.scene(problem)
         to_number = drawn_numbers(part.context.scene.ids, rng)
         shown = renumbered(part.context, to_number)
-        marked, plain = pictures_of(shown.scene, PICTURE)
+        images = drawn_pictures(shown.scene, PICTURE)
         numbers = shown.scene.ids
         back = {number: k for k, number in to_number.items()}
-        prices = [part.valued.values[back[n]] for n in numbers]
+        prices = [part.values[back[n]] for n in numbers]
         values = tuple(round(p.mean, _DIGITS) for p in prices)
         graspable = tuple(n in graspable_ids(shown) for n in numbers)
         relations = [(r.source, r.target) for r in behind_candidates(find_adjacencies(shown.scene))]
@@ -133,8 +137,8 @@ class RowMaker:
             picks_taken=part.picks_taken,
             target_hidden=TARGET_ID not in numbers,
             description=problem.description,
-            image=marked.png,
-            image_plain=plain.png,
+            image=jpeg_bytes(images["marked"]),
+            image_plain=jpeg_bytes(images["plain"]),
             references=references,
             numbers=numbers,
             graspable=graspable,
@@ -158,7 +162,7 @@ class _Decision:
 
     context: PlanningContext
     situation: Situation
-    valued: Valued
+    values: Mapping[int, Price]
     picks_taken: int
 
 
@@ -186,4 +190,4 @@ def _references(problem: Problem) -> tuple[bytes, ...]:
     """The target from the front and the back, on white."""
     model = load_object(problem.ordered()[TARGET_ID].model)
     pictures = turn_table(model, _SIDES, _SIDE_PX)
-    return tuple(png_bytes(np.where(p[..., 3:] > 0, p[..., :3], _WHITE).astype(np.uint8)) for p in pictures)
+    return tuple(jpeg_bytes(np.where(p[..., 3:] > 0, p[..., :3], _WHITE).astype(np.uint8)) for p in pictures)

@@ -1,6 +1,5 @@
 """The page of a model's worst mistakes: picture, choice, and what would have been best."""
 
-import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -9,6 +8,7 @@ from typing import Any
 from torc.next_object.recorded_replies import RecordedReply
 from torc.next_object.replies import read_number
 from torc.next_object.scoring import score_answer
+from torc.records.files import data_url
 
 Row = Mapping[str, Any]
 _LONGEST_REPLY = 3_000
@@ -78,7 +78,7 @@ def _article(mistake: Mistake) -> str:
     row = mistake.row
     chose = "No valid choice" if mistake.number is None else f"Chose {mistake.number}"
     where = "out of sight" if row["target_hidden"] else "in sight as 0"
-    references = "".join(_picture(png, "the target alone") for png in row["references"] or ())
+    references = "".join(_picture(picture, "the target alone") for picture in row["references"] or ())
     pictures = _picture(row["image"], "what the model saw") + (
         f'<div class="references">{references}</div>' if references else ""
     )
@@ -110,8 +110,8 @@ def _values(row: Row, number: int | None) -> str:
     return f"<table><tr><th>object</th><th>expected picks</th><th></th></tr>{''.join(lines)}</table>"
 
 
-def _picture(png: bytes, what: str) -> str:
-    return f'<img alt="{what}" src="data:image/png;base64,{base64.b64encode(png).decode()}">'
+def _picture(picture: bytes, what: str) -> str:
+    return f'<img alt="{what}" src="{data_url(picture)}">'
 
 
 def _shortened(text: str) -> str:

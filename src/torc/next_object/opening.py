@@ -12,7 +12,7 @@ VARIABLE = "TORC_NEXT_OBJECT"
 
 
 def open_rows(source: str | Path | None = None, split: str = "test") -> list[dict[str, Any]]:
-    """The rows of a split as plain data, pictures as PNG files, in the order of the files. Without a source, VARIABLE
+    """The rows of a split as plain data, pictures as files, in the order of the files. Without a source, VARIABLE
     names it. Raises InputError where there are none.
     """
     named = str(source) if source is not None else os.environ.get(VARIABLE, "")

@@ -18,8 +18,8 @@ VERSION = 1
 """Of the prompts. A changed prompt is a new file with the next number; results name theirs."""
 _TARGET = 0
 _MARKED = (
-    "The picture is what the camera of a robot arm sees. Each object in it is tinted and outlined in a colour of its "
-    "own, and carries its number in white on a black square near its centre of mass."
+    "The picture is what the camera of a robot arm sees. Each object in it is outlined in a colour of its own, and "
+    "carries its number in white on a black square, or beside it with a line that leads to it."
 )
 _REFERENCE = " The second picture shows the target alone: look for it in the first."
 _REFERENCES = " The further pictures show the target alone: look for it in the first."

@@ -17,6 +17,7 @@ TARGET_NUMBER = 0
 BEST_WITHIN = 0.05
 """Choices whose value is this near the best one's, in picks, are as good."""
 _ROUNDING = 1e-6
+_JPEG = b"\xff\xd8\xff"
 
 
 @dataclass(frozen=True)
@@ -31,8 +32,8 @@ class NextObjectRow:
         picks_taken: objects that are gone already.
         target_hidden: whether the target is out of sight.
         description: the target, in words.
-        image, image_plain: the marked picture and the same without marks, PNG.
-        references: pictures of the target, PNG; may be empty.
+        image, image_plain: the picture with outlines and numbers, and the same without, JPEG.
+        references: pictures of the target alone, JPEG; may be empty.
         numbers: the marks in sight, rising: the choices. TARGET_NUMBER is the target's; the others are drawn anew for
             every decision and mean nothing.
         graspable: per number, whether the robot has a grasp for it.
@@ -180,8 +181,8 @@ def row_faults(row: NextObjectRow) -> Iterator[str]:
         yield "a value lies outside its own interval"
     if row.source not in SOURCES or row.category not in CATEGORIES:
         yield "source or category is none of those declared"
-    if not all(png.startswith(b"\x89PNG") for png in (row.image, row.image_plain, *row.references)):
-        yield "a picture is no PNG"
+    if not all(p.startswith(_JPEG) for p in (row.image, row.image_plain, *row.references)):
+        yield "a picture is no JPEG"
     yield from _text_faults(row)
 
 

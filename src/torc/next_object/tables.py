@@ -77,12 +77,12 @@ def _for_parquet(row: NextObjectRow) -> dict[str, Any]:
     plain = row.to_dict()
     for name in PICTURES:
         one = plain[name]
-        plain[name] = [_picture(png) for png in one] if isinstance(one, list) else _picture(one)
+        plain[name] = [_picture(file) for file in one] if isinstance(one, list) else _picture(one)
     return plain
 
 
-def _picture(png: bytes) -> dict[str, Any]:
-    return {"bytes": png, "path": None}
+def _picture(file: bytes) -> dict[str, Any]:
+    return {"bytes": file, "path": None}
 
 
 def _arrow() -> tuple[Any, Any]:

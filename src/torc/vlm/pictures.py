@@ -33,10 +33,15 @@ class SentPicture:
 
 def pictures_of(scene: SegmentedScene, config: PictureConfig) -> tuple[SentPicture, ...]:
     """The pictures of a scene, in the order in which they are sent: the marked one, then the plain one if asked for."""
+    drawn = drawn_pictures(scene, config)
+    return tuple(SentPicture(k, png_bytes(v), v.shape[1], v.shape[0]) for k, v in drawn.items())
+
+
+def drawn_pictures(scene: SegmentedScene, config: PictureConfig) -> dict[str, UInt8[np.ndarray, "h w 3"]]:
+    """The same as arrays, by what they show: "marked", and "plain" if asked for."""
     rgb, label = shown_part(scene, config)
     marked = mark_pixels(rgb, label, {i: i for i in scene.ids}, outlines_only=config.marks == "outlines")
-    images = {"marked": marked} | ({"plain": rgb} if config.plain else {})
-    return tuple(SentPicture(k, png_bytes(v), v.shape[1], v.shape[0]) for k, v in images.items())
+    return {"marked": marked} | ({"plain": rgb} if config.plain else {})
 
 
 def shown_part(

@@ -14,7 +14,7 @@ class Question:
 
     Attributes:
         prompt: the text; it follows the images.
-        images: PNG files.
+        images: PNG or JPEG files.
         schema: JSON schema of the answer, for servers that can hold a model to one; None for free text.
         repeat: tells one asking of the same question from another: part of the cache's key, and the sampling seed
             where the configuration says so. At least 0, below 2**31.

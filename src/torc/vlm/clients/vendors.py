@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from torc.records.files import data_url, media_type
 from torc.vlm.config import PROVIDERS, VlmConfig
 from torc.vlm.protocol import Finish, Question, Reply, Tokens
 from torc.vlm.replies import reply_of
@@ -44,7 +45,7 @@ class Vendor(NamedTuple):
 
 def _post_gemini(c: VlmConfig, question: Question, key: str | None) -> Post:
     parts: list[Any] = [
-        {"inlineData": {"mimeType": "image/png", "data": _base64(png)}} for png in question.images
+        {"inlineData": {"mimeType": media_type(p), "data": _base64(p)}} for p in question.images
     ]
     options: dict[str, Any] = {"temperature": c.temperature, "maxOutputTokens": c.max_output_tokens}
     options["seed"] = question.repeat if c.seeded else None
@@ -86,8 +87,9 @@ def _read_gemini(answer: Any) -> Reply:
 
 
 def _post_openai(c: VlmConfig, question: Question, key: str | None) -> Post:
-    urls = ["data:image/png;base64," + _base64(png) for png in question.images]
-    content: list[dict[str, Any]] = [{"type": "image_url", "image_url": {"url": url}} for url in urls]
+    content: list[dict[str, Any]] = [
+        {"type": "image_url", "image_url": {"url": data_url(picture)}} for picture in question.images
+    ]
     content.append({"type": "text", "text": question.prompt})
     messages: list[dict[str, Any]] = (
         [{"role": "system", "content": question.system}] if question.system else []
@@ -130,7 +132,7 @@ def _read_openai(answer: Any) -> Reply:
 
 def _post_anthropic(c: VlmConfig, question: Question, key: str | None) -> Post:
     """Claude's own protocol: the vendor's OpenAI-compatible layer ignores schemas."""
-    sources = [{"type": "base64", "media_type": "image/png", "data": _base64(png)} for png in question.images]
+    sources = [{"type": "base64", "media_type": media_type(p), "data": _base64(p)} for p in question.images]
     content: list[dict[str, Any]] = [{"type": "image", "source": source} for source in sources]
     content.append({"type": "text", "text": question.prompt})
     messages: list[dict[str, Any]] = [{"role": r, "content": t} for r, t in _turns(question, "assistant")]
@@ -184,8 +186,8 @@ def _given(options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _base64(png: bytes) -> str:
-    return base64.b64encode(png).decode()
+def _base64(picture: bytes) -> str:
+    return base64.b64encode(picture).decode()
 
 
 def _finish(reason: Any) -> Finish:
