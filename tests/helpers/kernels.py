@@ -9,11 +9,15 @@ from numba.core.registry import CPUDispatcher
 import torc
 
 
+_NONE = ("torc.testing.", "torc.cli.", "torc.next_object.", "torc.gym_env.embodiment")
+"""They have none, and some need what is not installed here."""
+
+
 def all_kernels() -> dict[str, Any]:
     """All kernels that torc uses when it plays or decides, by module and name."""
     found = {}
     for info in pkgutil.walk_packages(torc.__path__, "torc."):
-        if info.ispkg or info.name.startswith(("torc.testing.", "torc.cli.", "torc.next_object.")):
+        if info.ispkg or info.name.startswith(_NONE):
             continue
         for name, value in vars(importlib.import_module(info.name)).items():
             if isinstance(value, CPUDispatcher) and value.__module__ == info.name:

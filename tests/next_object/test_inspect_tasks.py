@@ -56,3 +56,27 @@ def test_inspect_counts_a_row_once_however_often_it_is_asked(prepared):
     found = _run(prepared, "torc/next_object_grasps", "3")
     assert found["metrics"]["regret"] == _scores()["regret"]
     assert found["metrics"]["invalid"] == _scores()["invalid"]
+
+
+@pytest.mark.long
+def test_inspect_plays_a_retrieval_with_a_picture_every_turn(tmp_path):
+    arguments = ["-m", "tests.helpers.run_inspect_retrieval", "validation-structured-01", tmp_path / "logs"]
+    replies = ["Answer: 99", "Answer: 1", "I would rather not.", "Answer: 2"]
+    found = run_in_harness("inspect", [*map(str, arguments), *replies], tmp_path)
+    asked = found["asked"]
+    assert [one["kinds"] for one in asked] == [["image", "text"]] * 4
+    assert [one["turns"] for one in asked] == [1, 3, 5, 7]
+    assert "4 tries left" in asked[0]["text"]
+    for before, one in zip(["no valid choice", "removed", "no valid choice"], asked[1:]):
+        assert f"ended as: {before}" in one["text"]
+    # What was taken is no choice any more.
+    assert "choices are: 1, 2" in asked[1]["text"]
+    assert "choices are: 2" in asked[2]["text"]
+    assert found["end"] == "budget spent"
+    assert found["value"] == {
+        "retrieved": 0.0,
+        "picks": 4.0,
+        "drops": found["value"]["drops"],
+        "invalid": 2.0,
+    }
+    assert found["metrics"]["picks"]["mean"] == 4.0

@@ -1,5 +1,6 @@
 """What inspect_ai finds under the name torc: `inspect eval torc/next_object_image`."""
 
+from torc.next_object.inspect_retrieval import retrieval, retrieve, retrieved
 from torc.next_object.inspect_tasks import (
     next_object,
     next_object_grasps,
@@ -14,4 +15,7 @@ __all__ = [
     "next_object_image",
     "next_object_relations",
     "next_object_scores",
+    "retrieval",
+    "retrieve",
+    "retrieved",
 ]

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -125,7 +126,8 @@ class RowMaker:
         prices = [part.values[back[n]] for n in numbers]
         values = tuple(round(p.mean, _DIGITS) for p in prices)
         graspable = tuple(n in graspable_ids(shown) for n in numbers)
-        relations = [(r.source, r.target) for r in behind_candidates(find_adjacencies(shown.scene))]
+        told = told_of(shown)
+        relations = [(r["source"], r["target"]) for r in json.loads(told["relations"])]
         chosen = self._baselines.choices(part.context, part.situation, rng)
         chosen["first"] = min(numbers)
         return NextObjectRow(
@@ -135,15 +137,15 @@ class RowMaker:
             source=source_of(problem),
             category=problem.category,
             picks_taken=part.picks_taken,
-            target_hidden=TARGET_ID not in numbers,
+            target_hidden=told["target_hidden"],
             description=problem.description,
             image=jpeg_bytes(images["marked"]),
             image_plain=jpeg_bytes(images["plain"]),
             references=references,
             numbers=numbers,
             graspable=graspable,
-            facts="\n".join(grasp_facts(shown)),
-            relations=json.dumps([{"source": s, "relation": "behind", "target": t} for s, t in relations]),
+            facts=told["facts"],
+            relations=told["relations"],
             relations_true=tuple(_is_behind(part.situation, back[s], back[t]) for s, t in relations),
             values=values,
             values_low=tuple(min(v, round(p.low, _DIGITS)) for v, p in zip(values, prices)),
@@ -164,6 +166,18 @@ class _Decision:
     situation: Situation
     values: Mapping[int, Price]
     picks_taken: int
+
+
+def told_of(context: PlanningContext) -> dict[str, Any]:
+    """What a prompt may tell of a look, by the columns of a row."""
+    behind = behind_candidates(find_adjacencies(context.scene))
+    relations = [{"source": r.source, "relation": "behind", "target": r.target} for r in behind]
+    return {
+        "numbers": context.scene.ids,
+        "target_hidden": TARGET_ID not in context.scene.ids,
+        "facts": "\n".join(grasp_facts(context)),
+        "relations": json.dumps(relations),
+    }
 
 
 def source_of(problem: Problem) -> str:
