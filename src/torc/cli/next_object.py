@@ -81,7 +81,8 @@ class CheckCommand:
     def run(self) -> int:
         """Check; print what is wrong, and the scores of the baselines."""
         from torc.next_object.checking import check_directory, leaks
-        from torc.next_object.publishing import baseline_scores, scores_table
+        from torc.next_object.publishing import scores_table
+        from torc.next_object.standing import baseline_scores
 
         rows, faults = check_directory(self.directory)
         for fault in faults:
@@ -90,7 +91,7 @@ class CheckCommand:
         print(f"{len(rows)} decisions of {problems} problems: {len(faults) or 'no'} faults.")
         for what, signs in leaks(rows).items():
             print(f"  {what}: {signs:+.1f} standard errors from chance")
-        print(scores_table(baseline_scores(rows)))
+        print(scores_table(baseline_scores([row.to_dict() for row in rows])))
         return 1 if faults else 0
 
 
@@ -112,9 +113,10 @@ class ScoreCommand:
 
     def run(self) -> int:
         """Score. Exit code 2 for replies that cannot be read."""
-        from torc.next_object.publishing import baseline_scores, scores_table
+        from torc.next_object.publishing import scores_table
         from torc.next_object.replies import read_number
         from torc.next_object.scoring import score_answers
+        from torc.next_object.standing import baseline_scores
         from torc.next_object.tables import read_rows
 
         rows = [row for row in read_rows(self.directory) if self.split in ("", row.split)]
@@ -130,7 +132,7 @@ class ScoreCommand:
         if self.json:
             print_json(scores | {"missing": missing})
             return 0
-        print(scores_table({"replies": scores, **baseline_scores(rows)}))
+        print(scores_table({"replies": scores, **baseline_scores([row for row, _ in answers])}))
         if missing or unknown:
             print(f"{missing} rows have no reply; {len(unknown)} replies are of other rows.")
         return 0

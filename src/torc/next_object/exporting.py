@@ -14,6 +14,7 @@ import yaml
 from torc.errors import InputError
 from torc.next_object.opening import open_rows
 from torc.next_object.prompting import VARIANTS, prompt_name, prompt_text, sent_pictures
+from torc.next_object.scoring import COLUMNS
 from torc.records.files import data_url
 
 LMMS_EVAL, VLMEVALKIT, INSPECT = "lmms-eval", "vlmevalkit", "inspect"
@@ -21,7 +22,6 @@ _TEMPLATE = "_next_object_template_yaml"
 _KIT = "vlmevalkit.py"
 TSV_COLUMNS = ("index", "image", "question", "answer", "category", "split", "row")
 """`row` is JSON: what scoring needs."""
-SCORED = ("id", "scene", "source", "category", "target_hidden", "numbers", "values", "random_value")
 
 
 def export_for(harness: str, source: str, directory: Path, split: str) -> list[str]:
@@ -89,7 +89,7 @@ def _line(index: int, row: Mapping[str, Any], variant: str, split: str) -> dict[
         "answer": ", ".join(str(number) for number in row["best"]),
         "category": row["category"],
         "split": split,
-        "row": json.dumps({name: row[name] for name in SCORED}),
+        "row": json.dumps({name: row[name] for name in COLUMNS}),
     }
 
 
@@ -114,7 +114,7 @@ def _sample(row: Mapping[str, Any], variant: str) -> dict[str, Any]:
             {"role": "user", "content": [*content, {"type": "text", "text": prompt_text(row, variant)}]}
         ],
         "target": [str(number) for number in row["best"]],
-        "metadata": {"prompt": prompt_name(variant)} | {name: row[name] for name in (*SCORED, "best")},
+        "metadata": {"prompt": prompt_name(variant)} | {name: row[name] for name in (*COLUMNS, "best")},
     }
 
 

@@ -19,14 +19,14 @@ from inspect_ai.solver import TaskState, generate
 from torc.next_object.opening import open_rows
 from torc.next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures
 from torc.next_object.replies import read_number
-from torc.next_object.scoring import Scored, score_answer, summary
+from torc.next_object.scoring import COLUMNS, Scored, score_answer, summary
 from torc.records.files import data_url
 
 _INSTALLED = {"site-packages", "dist-packages"} & set(Path(__file__).parts)
 PACKAGE = "" if _INSTALLED else "torc/"
 """inspect_ai prefixes names with an installed package's; of an editable one it does so only where the distribution is
 called as the import."""
-SCORED = ("id", "scene", "source", "category", "target_hidden", "numbers", "values", "random_value", "best")
+IN_METADATA = (*COLUMNS, "best")
 """Columns that go into a sample's metadata, which no model sees."""
 _GROUPS = (("difficulty", "hard"), ("target", "hidden"), ("target", "visible"))
 _SHOWN = ("regret", "regret_low", "regret_high", "top1", "top1_low", "top1_high", "lost", "invalid")
@@ -111,7 +111,7 @@ def _sample(row: Mapping[str, Any], variant: str) -> Sample:
         id=str(row["id"]),
         input=[ChatMessageUser(content=[*pictures, text])],
         target=[str(number) for number in row["best"]],
-        metadata={name: row[name] for name in SCORED},
+        metadata={name: row[name] for name in IN_METADATA},
     )
 
 

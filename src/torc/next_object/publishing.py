@@ -1,6 +1,5 @@
 """What lies beside the rows: the card, the hub's evaluation file, and recorded replies with their scores."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,13 +8,13 @@ import yaml
 
 from torc.next_object.replies import read_number
 from torc.next_object.schema import FEATURES, FORMAT, NAME, NextObjectRow
-from torc.next_object.scoring import score_answers
+from torc.next_object.scoring import COLUMNS, score_answers
+from torc.next_object.standing import baseline_scores
 from torc.next_object.tables import DATA
 from torc.records.files import write_json
 
 REFERENCE = "reference.json"
 _REFERENCE_ROWS = 12
-SCORED = ("id", "scene", "source", "category", "target_hidden", "numbers", "values", "random_value")
 REPLIES = (
     "Answer: {best}",
     "{last} stands before it.\n\n**Answer: {last}**",
@@ -55,7 +54,7 @@ def reference(rows: Sequence[NextObjectRow]) -> dict[str, Any]:
     right.
     """
     chosen = sorted(rows, key=lambda row: row.id)[:_REFERENCE_ROWS]
-    plain = [{name: row.to_dict()[name] for name in SCORED} for row in chosen]
+    plain = [{name: row.to_dict()[name] for name in COLUMNS} for row in chosen]
     replies = {
         row.id: REPLIES[i % len(REPLIES)].format(best=row.best[0], last=row.numbers[-1])
         for i, row in enumerate(chosen)
@@ -63,16 +62,6 @@ def reference(rows: Sequence[NextObjectRow]) -> dict[str, Any]:
     named = {row.id: read_number(replies[row.id], row.numbers) for row in chosen}
     scores = score_answers((row, named[row["id"]]) for row in plain)
     return {"format": FORMAT, "rows": plain, "replies": replies, "numbers": named, "scores": scores.to_dict()}
-
-
-def baseline_scores(rows: Sequence[NextObjectRow]) -> dict[str, dict[str, Any]]:
-    """Scores of the choices that the rows hold, by the baseline's name."""
-    chosen = {row.id: json.loads(row.baselines) for row in rows}
-    names = list(dict.fromkeys(name for found in chosen.values() for name in found))
-    plain = [row.to_dict() for row in rows]
-    return {
-        name: score_answers((row, chosen[row["id"]].get(name)) for row in plain).to_dict() for name in names
-    }
 
 
 def scores_table(scores: Mapping[str, Mapping[str, Any]]) -> str:
@@ -136,7 +125,13 @@ def card(rows: Sequence[NextObjectRow]) -> str:
         hidden = sum(r.target_hidden for r in some)
         lines.append(f"| {split} | {len(some)} | {len({r.scene for r in some})} | {hidden} |")
     head = yaml.safe_dump(header, sort_keys=False)
-    parts = (f"---\n{head}---\n", _ABOUT, "\n".join(lines), _SCORES, scores_table(baseline_scores(rows)))
+    parts = (
+        f"---\n{head}---\n",
+        _ABOUT,
+        "\n".join(lines),
+        _SCORES,
+        scores_table(baseline_scores([row.to_dict() for row in rows])),
+    )
     return "\n".join(parts) + "\n"
 
 

@@ -1,7 +1,6 @@
 """Scores of answers, without a simulator: plain functions of rows and numbers, the same in every harness.
 
-A row here is any mapping with the columns `id`, `scene`, `source`, `category`, `target_hidden`, `numbers`, `values` and
-`random_value` of `torc.next_object.schema`. Nothing but NumPy is needed.
+A row here is any mapping with COLUMNS, which `torc.next_object.schema` explains. Nothing but NumPy is needed.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -10,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+COLUMNS = ("id", "scene", "source", "category", "target_hidden", "numbers", "values", "random_value")
+"""What scoring needs of a row."""
 BEST_WITHIN = 0.05
 """In picks: choices that near the best are as good, and rows whose random choice is, do not count for the regret."""
 DIFFICULTIES = (("easy", 0.5), ("medium", 1.0), ("hard", float("inf")))

@@ -7,10 +7,9 @@ from typing import Any
 
 from torc.next_object.prompting import prompt_text, sent_pictures
 from torc.next_object.replies import read_number
-from torc.next_object.scoring import score_answers
+from torc.next_object.scoring import COLUMNS, score_answers
 
 METRICS = ("regret", "regret_low", "regret_high", "top1", "lost", "invalid")
-_SCORED = ("id", "scene", "source", "category", "target_hidden", "numbers", "values", "random_value")
 Doc = Mapping[str, Any]
 
 
@@ -41,7 +40,7 @@ def target(doc: Doc) -> str:
 
 def results(doc: Doc, replies: Sequence[str]) -> dict[str, Any]:
     """What the measures are made of, once for each of them."""
-    row = {name: doc[name] for name in _SCORED}
+    row = {name: doc[name] for name in COLUMNS}
     number = read_number(replies[0], [int(n) for n in doc["numbers"]])
     return {name: {"row": row, "number": number} for name in METRICS}
 
