@@ -37,8 +37,8 @@ class Baselines:
         found: dict[str, int | None] = {
             "random": int(rng.choice(graspable)) if graspable else None,
             "first": min(context.scene.ids, default=None),
-            "largest": max(graspable, key=lambda k: (context.scene.object(k).pixel_count, -k), default=None),
-            "nearest": min(graspable, key=lambda k: (_distance(context, k), k), default=None),
+            "largest": largest(context),
+            "nearest": nearest(context),
         }
         for name, planner in self._planners.items():
             found[name] = planner.decide(context, np.random.default_rng(0)).object_id
@@ -46,6 +46,17 @@ class Baselines:
         for accuracy in ACCURACIES:
             found[f"simulated-{accuracy}"] = _simulated(context, lambda: situation, accuracy, repeat)
         return found
+
+
+def largest(context: PlanningContext) -> int | None:
+    """Of what is graspable, the object with the most pixels; None where nothing is."""
+    graspable = graspable_ids(context)
+    return max(graspable, key=lambda k: (context.scene.object(k).pixel_count, -k), default=None)
+
+
+def nearest(context: PlanningContext) -> int | None:
+    """Of what is graspable, the object nearest to the camera; None where nothing is."""
+    return min(graspable_ids(context), key=lambda k: (_distance(context, k), k), default=None)
 
 
 def _distance(context: PlanningContext, object_id: int) -> float:
