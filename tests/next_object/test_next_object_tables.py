@@ -9,7 +9,7 @@ import pytest
 from tests.helpers.tiny_next_object import tiny_rows
 from torc.cli.main import main as run_main
 from torc.errors import InputError
-from torc.next_object.checking import check_directory, leaks, set_faults
+from torc.next_object.checking import blind_scores, check_directory, leaks, set_faults
 from torc.next_object.opening import open_rows
 from torc.next_object.publishing import REFERENCE, publish
 from torc.next_object.replies import read_number
@@ -153,3 +153,18 @@ def test_files_for_harnesses_are_written_once(harness, published, tmp_path, caps
     assert any(out.iterdir())
     assert main(arguments) == 2
     assert "not empty" in capsys.readouterr().err
+
+
+def test_answers_without_the_picture_are_scored_and_a_rigged_set_shows():
+    fair = blind_scores(tiny_rows(300))
+    assert all(s["regret_low"] < 1.15 and s["regret_high"] > 0.85 for s in fair.values())
+    lowest = [
+        replace(
+            row,
+            values=tuple(1.0 + i for i in range(len(row.numbers))),
+            random_value=2.0,
+            best=row.numbers[:1],
+        )
+        for row in tiny_rows(40)
+    ]
+    assert blind_scores(lowest)["the lowest"]["regret"] == 0

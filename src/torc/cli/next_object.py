@@ -80,7 +80,7 @@ class CheckCommand:
 
     def run(self) -> int:
         """Check; print what is wrong, and the scores of the baselines."""
-        from torc.next_object.checking import check_directory, leaks
+        from torc.next_object.checking import blind_scores, check_directory, leaks
         from torc.next_object.publishing import scores_table
         from torc.next_object.standing import baseline_scores
 
@@ -91,6 +91,9 @@ class CheckCommand:
         print(f"{len(rows)} decisions of {problems} problems: {len(faults) or 'no'} faults.")
         for what, signs in leaks(rows).items():
             print(f"  {what}: {signs:+.1f} standard errors from chance")
+        print("Without the picture, where 1 is right:")
+        print(scores_table(blind_scores(rows)))
+        print("With it:")
         print(scores_table(baseline_scores([row.to_dict() for row in rows])))
         return 1 if faults else 0
 

@@ -4,10 +4,12 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from torc.next_object.schema import FEATURES, TARGET_NUMBER, NextObjectRow, row_faults
+from torc.next_object.scoring import score_answers
 from torc.next_object.tables import declared, read_rows
 
 SIGNS = 4.0
@@ -71,6 +73,28 @@ def leaks(rows: Sequence[NextObjectRow]) -> dict[str, float]:
         "the order of ids (picks taken)": _trend([row.picks_taken for row in by_id]),
         "the order of ids (picks to lose)": _trend(lost),
     }
+
+
+def blind_scores(rows: Sequence[NextObjectRow]) -> dict[str, dict[str, Any]]:
+    """Scores of what one may answer without the picture, from the prompt of the variant "image" alone, and of one who
+    is shown the picture of another decision. All must be as random choices: 1 within their intervals.
+    """
+    rng = np.random.default_rng(0)
+    others = [rows[i] for i in rng.permutation(len(rows))]
+    drawn = [int(rng.choice(row.numbers)) for row in rows]
+    answers: dict[str, list[int]] = {
+        "the target's number, else any": [
+            TARGET_NUMBER if TARGET_NUMBER in row.numbers else d for row, d in zip(rows, drawn)
+        ],
+        "any number": drawn,
+        "the lowest": [row.numbers[0] for row in rows],
+        "the highest": [row.numbers[-1] for row in rows],
+        "the best of another picture": [
+            other.best[0] if other.best[0] in row.numbers else d for row, other, d in zip(rows, others, drawn)
+        ],
+    }
+    plain = [row.to_dict() for row in rows]
+    return {name: score_answers(zip(plain, given)).to_dict() for name, given in answers.items()}
 
 
 def _trend(values: Sequence[float]) -> float:
