@@ -63,11 +63,13 @@ Peek = Callable[[Gone], Seen]
 
 @dataclass(frozen=True)
 class Valued:
-    """Value of each choice by object id, with its interval; `looks` that it took, and whether every interval is as
-    narrow as p(hold) allows.
+    """Value of each choice by object id, with its interval; the order that it is the price of, for what can be picked
+    (the choice first, the target last; empty where none was found); `looks` that it took, and whether every interval is
+    as narrow as p(hold) allows.
     """
 
     values: Mapping[int, Price]
+    orders: Mapping[int, tuple[int, ...]]
     looks: int
     proved: bool
 
@@ -98,11 +100,11 @@ def value_choices(peek: Peek, gone: Gone, visible: tuple[int, ...], most_looks: 
     """
     search = _Search(peek, gone, most_looks)
     search.run()
-    graspable = search.values()
+    graspable, orders = search.values()
     best = min(graspable.values(), key=lambda price: price.mean)
     wasted = Price(1.0, 1.0, 1.0) + Price(best.mean, min(p.low for p in graspable.values()), best.high)
     values = {k: graspable.get(k, wasted) for k in visible}
-    return Valued(values, search.spent, not any(b.open for b in search.branches))
+    return Valued(values, orders, search.spent, not any(b.open for b in search.branches))
 
 
 @dataclass(frozen=True)
@@ -162,19 +164,22 @@ class _Search:
                 leader = min(self.branches, key=lambda b: b.cost.mean + (b.found or _NEVER).mean)
                 self._carry_over((leader.first, *leader.order))
 
-    def values(self) -> dict[int, Price]:
-        """Of everything that can be picked."""
+    def values(self) -> tuple[dict[int, Price], dict[int, tuple[int, ...]]]:
+        """Of everything that can be picked, with their orders."""
         found = {b.first: self._value(b) for b in self.branches}
+        orders = {b.first: (b.first, *b.order) if b.order else () for b in self.branches}
         if self._now.target is not None:
-            found[TARGET_ID] = self._now.target
+            found[TARGET_ID], orders[TARGET_ID] = self._now.target, (TARGET_ID,)
         # Something that is taken to no end cannot make what was found for the rest worse than it is.
-        best = min(found.values(), key=lambda price: price.mean)
+        first = min(found, key=lambda k: found[k].mean)
+        best = found[first]
         for b in self.branches:
             if b.found is None or b.found.mean > best.mean:
                 rest = b.cost + best
                 if rest.mean < found[b.first].mean:
                     found[b.first] = Price(rest.mean, min(found[b.first].low, rest.low), rest.high)
-        return found
+                    orders[b.first] = (b.first, *orders[first])
+        return found, orders
 
     def _value(self, b: _Branch) -> Price:
         rest = b.found or _NEVER
