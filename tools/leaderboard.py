@@ -16,7 +16,9 @@ import tyro
 import yaml
 
 from torc.errors import InputError
+from torc.next_object.evaluation import data_digest
 from torc.next_object.opening import open_rows
+from torc.next_object.prompting import VARIANTS
 from torc.next_object.standing import FORMAT as SCORES_FORMAT
 from torc.next_object.standing import baseline_scores, shown
 
@@ -56,7 +58,7 @@ This page is made of [results/leaderboard.yaml](../results/leaderboard.yaml), wh
 def read(file: Path = FILE) -> dict[str, Any]:
     """The leaderboard, empty where there is no file. Raises InputError for another file."""
     if not file.exists():
-        return {"format": FORMAT, "split": SPLIT, "baselines": {}, "models": []}
+        return {"format": FORMAT, "split": SPLIT, "data_sha256": {}, "baselines": {}, "models": []}
     found = yaml.safe_load(file.read_text(encoding="utf-8"))
     if not isinstance(found, dict) or found.get("format") != FORMAT:
         raise InputError(f"'{file}' is no leaderboard of the format {FORMAT}.")
@@ -79,6 +81,8 @@ def entry(scores: Mapping[str, Any], by: str, board: Mapping[str, Any]) -> dict[
     whole = _size(board)["rows"]
     if scores["not_answered"] or scores["answered"] != whole:
         raise InputError(f"All {whole} decisions must be answered; here {scores['answered']} are.")
+    if scores["data_sha256"] != board["data_sha256"][scores["variant"]]:
+        raise InputError("These scores are of other data than the leaderboard's.")
     if scores["model"].startswith("simulated"):
         raise InputError("The simulated VLM is told the truth: it is a baseline, no model.")
     used = {name: scores["use"].get(name) for name in ("tokens_sent", "tokens_written", "cost", "currency")}
@@ -134,9 +138,19 @@ class Baselines:
 
     def run(self) -> None:
         """Score and write."""
-        found = baseline_scores(open_rows(self.data, SPLIT))
-        board = read() | {"baselines": {name: line(scores) for name, scores in found.items()}}
-        write(board | {"baselines_date": datetime.now(UTC).date().isoformat()})
+        rows = open_rows(self.data, SPLIT)
+        found = baseline_scores(rows)
+        board = {
+            "format": FORMAT,
+            "split": SPLIT,
+            "baselines_date": datetime.now(UTC).date().isoformat(),
+            "data_sha256": {variant: data_digest(rows, variant) for variant in VARIANTS},
+            "baselines": {name: line(scores) for name, scores in found.items()},
+        }
+        old = read()
+        if old["models"] and old["data_sha256"] != board["data_sha256"]:
+            raise InputError("The models were run on other data; theirs would stand beside other baselines.")
+        write(board | {"models": old["models"]})
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ ROWS = [row.to_dict() for row in tiny_rows(24)]
 BOARD = {
     "baselines": {name: line(scores) for name, scores in baseline_scores(ROWS).items()},
     "models": [],
+    "data_sha256": {"image": "cd"},
 }
 
 
@@ -42,6 +43,7 @@ def test_a_model_stands_with_its_provenance(scores):
         ({"not_answered": 1}, "must be answered"),
         ({"answered": 3}, "must be answered"),
         ({"model": "simulated:0.9"}, "told the truth"),
+        ({"data_sha256": "ef"}, "other data"),
     ],
 )
 def test_what_may_not_stand_is_refused(scores, change, why):

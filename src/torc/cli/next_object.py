@@ -91,7 +91,7 @@ class CheckCommand:
         print(f"{len(rows)} decisions of {problems} problems: {len(faults) or 'no'} faults.")
         for what, signs in leaks(rows).items():
             print(f"  {what}: {signs:+.1f} standard errors from chance")
-        print("Without the picture, where 1 is right:")
+        print("Without the picture, where about 1 is right:")
         print(scores_table(blind_scores(rows)))
         print("With it:")
         print(scores_table(baseline_scores([row.to_dict() for row in rows])))
