@@ -233,3 +233,44 @@ def test_an_object_that_something_in_front_cuts_in_two_keeps_both_parts():
 def test_small_objects_keep_what_there_is_of_them():
     view = synthetic_observation([SyntheticBox(1, (0.7, 0.0, 1.06), (0.01, 0.15, 0.02))])
     assert len(perceive(view, piece_px=5).object(1).points) == len(perceive(view).object(1).points)
+
+
+def twice_as_fine(view):
+    """The same view by a camera with four pixels for each."""
+    K = np.array(
+        [
+            [2 * view.K[0, 0], 0, 2 * view.K[0, 2] + 0.5],
+            [0, 2 * view.K[1, 1], 2 * view.K[1, 2] + 0.5],
+            [0, 0, 1],
+        ]
+    )
+    images = {
+        name: getattr(view, name).repeat(2, 0).repeat(2, 1) for name in ("rgb", "depth_m", "label_image")
+    }
+    return replace(view, K=K, **images)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_finer_camera_sees_the_same_clouds_with_the_same_settings(shape):
+    view, wrong = fattened(shape.id, 3)
+    settings = {"edge_slope": 4.0, "piece_px": 5, "rim_px": 2}
+    plain, fine = perceive(view, **settings), perceive(twice_as_fine(view), **settings)
+    torn = wrong.repeat(2, 0).repeat(2, 1)
+    assert np.count_nonzero(torn[tuple(fine.object(shape.id).pixels.T)]) < 0.03 * np.count_nonzero(torn)
+    for s in (plain, fine):
+        assert s.ids == tuple(sorted(o.id for o in SHAPES))
+    for a, b in zip(plain.objects, fine.objects, strict=True):
+        assert len(b.points) == pytest.approx(len(a.points), rel=0.03)
+        np.testing.assert_allclose(b.points.min(axis=0), a.points.min(axis=0), atol=0.004)
+        np.testing.assert_allclose(b.points.max(axis=0), a.points.max(axis=0), atol=0.004)
+        assert b.pixel_count == 4 * a.pixel_count
+    assert len(fine.background_points) == pytest.approx(len(plain.background_points), rel=0.03)
+
+
+def test_settings_in_pixels_grow_with_the_focal_length_alone():
+    rough = PerceptionConfig.rough()
+    assert rough.at(286.02) is rough.at(150.0) is rough
+    fine = rough.at(2 * 286.0)
+    assert (fine.rim_px, fine.piece_px, fine.normal_radius_px, fine.stride) == (4, 10, 6, 2)
+    assert fine.min_pixels == 4 * rough.min_pixels
+    assert (fine.edge_slope, fine.min_points) == (rough.edge_slope, rough.min_points)

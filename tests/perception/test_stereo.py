@@ -83,3 +83,14 @@ def test_a_camera_without_a_pair_is_told_what_to_do():
 def test_settings_without_sense_are_refused(wrong):
     with pytest.raises(InputError):
         SgbmConfig(**wrong)
+
+
+def test_speckles_count_as_such_at_any_resolution():
+    """A patch of a surface that seems far off is no reading, however many pixels a camera has for it."""
+    for scale in (1, 2):
+        depth = np.full((160 * scale, 200 * scale), 0.7, np.float32)
+        rows, cols = (slice(a * scale, b * scale) for a, b in ((70, 78), (90, 98)))
+        depth[rows, cols] = 1.4
+        found = sgbm_depth(made_up_pair(depth, scale * 286.0, BASELINE), scale * 286.0, SgbmConfig())
+        assert np.mean(found[rows, cols] > 1.0) < 0.2, scale
+        assert np.mean(found[:, 80 * scale :] > 0) > 0.8

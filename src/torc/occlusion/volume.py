@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float, Float32, Int16, Int32, UInt64
 from numba import njit
 
 from torc.errors import InputError
+from torc.geometry.pixels import finer
 from torc.geometry.transforms import invert, kernel_array
 from torc.occlusion.holes import bridge_holes
 from torc.occlusion.kernels import (
@@ -42,9 +43,9 @@ class OcclusionConfig:
             reading where nothing is in range. Off, what lies behind such pixels stays unknown.
         out_of_view_is_free: take what the camera can never see as free instead of unknown. For a fixed camera
             whose image does not cover the grid: unknown there would stay for ever.
-        smooth_px: width of a median filter of the depth, 0 (none), 3 or 5: single lost or smeared readings would
-            leave unknown voxels all along their rays, and bar the arm's way. Surfaces are not smoothed. Background
-            pixels as close to an object hide what they hide as part of it.
+        smooth_px: width of a median filter of the depth, 0 (none), 3 or 5, and 5 where pixels are small: single lost or
+            smeared readings would leave unknown voxels all along their rays, and bar the arm's way. Surfaces are not
+            smoothed. Background pixels as close to an object hide what they hide as part of it.
         hole_rad: holes in the depth up to this wide, as an angle of view, are bridged from the readings around them,
             see `bridge_holes`; what is hidden there is hidden by what lies around. .035 is 2.5 cm at a distance of
             70 cm. 0 leaves them open: all of their rays stay unknown.
@@ -158,7 +159,7 @@ def _rays(volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfi
     if config.empty_pixels_are_free:
         depth_m[(depth_m == 0) & (label == BACKGROUND)] = config.max_depth_m
     if config.smooth_px:
-        depth_m = cv2.medianBlur(depth_m, config.smooth_px)
+        depth_m = cv2.medianBlur(depth_m, _smooth_px(scene, config))
     return _Rays(
         kernel_array(depth_m, np.float32),
         kernel_array(_bits_by_label(scene)[label.astype(np.uint8)], np.uint64),
@@ -181,8 +182,15 @@ def _labels(scene: SegmentedScene, config: OcclusionConfig) -> Int16[np.ndarray,
     label = kernel_array(scene.label_image, np.int16)
     if config.smooth_px == 0:
         return label
-    spread = cv2.dilate(label, np.ones((config.smooth_px, config.smooth_px), dtype=np.uint8))
+    width = _smooth_px(scene, config)
+    spread = cv2.dilate(label, np.ones((width, width), dtype=np.uint8))
     return kernel_array(np.where(label == BACKGROUND, spread, label), np.int16)
+
+
+def _smooth_px(scene: SegmentedScene, config: OcclusionConfig) -> int:
+    """The filter's width, which is odd and at most 5."""
+    s = finer(float(min(scene.observation.K[0, 0], scene.observation.K[1, 1])))
+    return min(2 * round(s * config.smooth_px / 2 - 0.5) + 1, 5)
 
 
 def _bits_by_label(scene: SegmentedScene) -> UInt64[np.ndarray, "256"]:

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int16, Int32
 
 from torc.errors import InputError
+from torc.geometry.pixels import finer
 from torc.geometry.transforms import kernel_array
 from torc.perception.kernels import estimate_normals, find_pieces, keep_background, keep_objects, lift_pixels
 from torc.records import (
@@ -23,6 +24,8 @@ from torc.records import (
 @dataclass(frozen=True)
 class PerceptionConfig:
     """How clouds are made.
+
+    What is in pixels is meant for a focal length of FOCAL_PX; see `at`.
 
     Attributes:
         min_depth_m, max_depth_m: readings outside are no readings.
@@ -54,6 +57,18 @@ class PerceptionConfig:
     background_stride: int = 3
     rim_px: int = 0
     piece_px: int = 0
+
+    def at(self, focal_px: float) -> "PerceptionConfig":
+        """The same for a camera with smaller pixels: so many more of them show the same patch of a surface, and make
+        the same error of a matcher's or a mask's. Coarser cameras change nothing.
+        """
+        s = finer(focal_px)
+        if s == 1:
+            return self
+        lengths = ("normal_radius_px", "rim_px", "piece_px", "stride", "background_stride")
+        areas = ("min_pixels", "min_target_pixels")
+        changed = {name: round(s * getattr(self, name)) for name in lengths}
+        return replace(self, **changed, **{name: round(s * s * getattr(self, name)) for name in areas})
 
     @classmethod
     def rough(cls) -> "PerceptionConfig":
@@ -93,6 +108,7 @@ def segment(
     ids. The scene's observation has no depth where a mask holds readings of what lies behind it (`piece_px`).
     """
     counts = _pixel_counts(observation, label_image)
+    config = config.at(float(min(observation.K[0, 0], observation.K[1, 1])))
     depth = kernel_array(valid_depth(observation.depth_m, config.min_depth_m, config.max_depth_m), np.float32)
     label = kernel_array(label_image, np.int16)
     slope = config.edge_slope / float(min(observation.K[0, 0], observation.K[1, 1]))
