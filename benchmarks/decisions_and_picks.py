@@ -16,8 +16,8 @@ import numpy as np
 import tyro
 from scipy.stats import spearmanr
 
-from torc.next_object.baselines import largest, nearest
-from torc.next_object.opening import open_rows
+from torc.next_object.data.opening import open_rows
+from torc.next_object.making.baselines import largest, nearest
 from torc.next_object.scoring import score_answer
 from torc.records import Decision, PlanningContext
 

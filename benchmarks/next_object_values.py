@@ -17,9 +17,9 @@ from torc.episode.ideal import MAX_PICKS, best_hold
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import PhysicsError
-from torc.next_object.looks import Looks
-from torc.next_object.valuing import Gone, Price, value_choices
-from torc.next_object.visits import visits
+from torc.next_object.making.looks import Looks
+from torc.next_object.making.valuing import Gone, Price, value_choices
+from torc.next_object.making.visits import visits
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import load_problem

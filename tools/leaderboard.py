@@ -16,11 +16,12 @@ import tyro
 import yaml
 
 from torc.errors import InputError
-from torc.next_object.evaluation import data_digest
-from torc.next_object.opening import open_rows
+from torc.next_object.asking.evaluation import data_digest
+from torc.next_object.asking.standing import FORMAT as SCORES_FORMAT
+from torc.next_object.asking.standing import shown
+from torc.next_object.data.opening import open_rows
 from torc.next_object.prompting import VARIANTS
-from torc.next_object.standing import FORMAT as SCORES_FORMAT
-from torc.next_object.standing import baseline_scores, shown
+from torc.next_object.scoring import score_baselines
 
 FORMAT = "torc-leaderboard/1"
 ROOT = Path(__file__).parents[1]
@@ -139,7 +140,7 @@ class Baselines:
     def run(self) -> None:
         """Score and write."""
         rows = open_rows(self.data, SPLIT)
-        found = baseline_scores(rows)
+        found = score_baselines(rows)
         board = {
             "format": FORMAT,
             "split": SPLIT,

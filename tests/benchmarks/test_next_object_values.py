@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks import next_object_values
 from benchmarks.next_object_values import continued, within
-from torc.next_object.valuing import Price
+from torc.next_object.making.valuing import Price
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID
 from torc.task_planning.expected_picks import expected_picks

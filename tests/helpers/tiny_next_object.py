@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from torc.next_object.data.tables import write_rows
 from torc.next_object.schema import NextObjectRow, best_numbers, random_value
-from torc.next_object.tables import write_rows
 from torc.records.files import jpeg_bytes
 
 REPLIES = (

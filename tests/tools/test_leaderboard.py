@@ -7,12 +7,13 @@ import pytest
 from tests.helpers.tiny_next_object import tiny_replies, tiny_rows
 from tools.leaderboard import PAGE, SPLIT, entry, line, page, read
 from torc.errors import InputError
-from torc.next_object.recorded_replies import RecordedReply
-from torc.next_object.standing import FORMAT, baseline_scores, standing
+from torc.next_object.asking.recorded_replies import RecordedReply
+from torc.next_object.asking.standing import FORMAT, standing
+from torc.next_object.scoring import score_baselines
 
 ROWS = [row.to_dict() for row in tiny_rows(24)]
 BOARD = {
-    "baselines": {name: line(scores) for name, scores in baseline_scores(ROWS).items()},
+    "baselines": {name: line(scores) for name, scores in score_baselines(ROWS).items()},
     "models": [],
     "data_sha256": {"image": "cd"},
 }

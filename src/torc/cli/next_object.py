@@ -46,9 +46,9 @@ class MakeCommand:
 
     def run(self) -> int:
         """Make the rows."""
-        from torc.next_object.building import build
-        from torc.next_object.known_values import KnownValues
-        from torc.next_object.making import MakingConfig, RowMaker
+        from torc.next_object.making.building import build
+        from torc.next_object.making.known_values import KnownValues
+        from torc.next_object.making.rows import MakingConfig, RowMaker
         from torc.problems.sets import select_problems
 
         options: dict[str, Any] = {"per_problem": self.per_problem, "most_looks": self.looks}
@@ -80,9 +80,9 @@ class CheckCommand:
 
     def run(self) -> int:
         """Check; print what is wrong, and the scores of the baselines."""
-        from torc.next_object.checking import blind_scores, check_directory, leaks
-        from torc.next_object.publishing import scores_table
-        from torc.next_object.standing import baseline_scores
+        from torc.next_object.data.checking import blind_scores, check_directory, leaks
+        from torc.next_object.data.publishing import scores_table
+        from torc.next_object.scoring import score_baselines
 
         rows, faults = check_directory(self.directory)
         for fault in faults:
@@ -94,7 +94,7 @@ class CheckCommand:
         print("Without the picture, where about 1 is right:")
         print(scores_table(blind_scores(rows)))
         print("With it:")
-        print(scores_table(baseline_scores([row.to_dict() for row in rows])))
+        print(scores_table(score_baselines([row.to_dict() for row in rows])))
         return 1 if faults else 0
 
 
@@ -116,11 +116,10 @@ class ScoreCommand:
 
     def run(self) -> int:
         """Score. Exit code 2 for replies that cannot be read."""
-        from torc.next_object.publishing import scores_table
+        from torc.next_object.data.publishing import scores_table
+        from torc.next_object.data.tables import read_rows
         from torc.next_object.replies import read_number
-        from torc.next_object.scoring import score_answers
-        from torc.next_object.standing import baseline_scores
-        from torc.next_object.tables import read_rows
+        from torc.next_object.scoring import score_answers, score_baselines
 
         rows = [row for row in read_rows(self.directory) if self.split in ("", row.split)]
         if not rows:
@@ -135,7 +134,7 @@ class ScoreCommand:
         if self.json:
             print_json(scores | {"missing": missing})
             return 0
-        print(scores_table({"replies": scores, **baseline_scores([row for row, _ in answers])}))
+        print(scores_table({"replies": scores, **score_baselines([row for row, _ in answers])}))
         if missing or unknown:
             print(f"{missing} rows have no reply; {len(unknown)} replies are of other rows.")
         return 0
@@ -162,7 +161,7 @@ class ExportCommand:
 
     def run(self) -> int:
         """Write, and print the command."""
-        from torc.next_object.exporting import export_for
+        from torc.next_object.harnesses.exporting import export_for
 
         for line in export_for(self.harness, self.data, self.out, self.split):
             print(printable(line))

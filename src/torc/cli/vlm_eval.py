@@ -16,7 +16,7 @@ from torc.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from torc.next_object.evaluation import Asked, Row
+    from torc.next_object.asking.evaluation import Asked, Row
     from torc.vlm.config import VlmConfig
 
 _EVERY = 10
@@ -63,8 +63,8 @@ class VlmEvalCommand:
 
     def run(self) -> int:
         """Evaluate; returns the exit code."""
-        from torc.next_object.evaluation import ask_rows, begin, chosen_rows, data_digest
-        from torc.next_object.opening import open_rows
+        from torc.next_object.asking.evaluation import ask_rows, begin, chosen_rows, data_digest
+        from torc.next_object.data.opening import open_rows
         from torc.vlm.opening import open_client
 
         config = self._config()
@@ -93,7 +93,7 @@ class VlmEvalCommand:
         return config
 
     def _consent(self, config: VlmConfig, waiting: Sequence[Row], known: dict[str, Any]) -> None:
-        from torc.next_object.estimate import estimate
+        from torc.next_object.asking.estimate import estimate
 
         found = estimate(waiting, self.variant, known.values(), config.max_output_tokens)
         tell(f"{config.text}: {found.words(config.prices)}")
@@ -108,9 +108,9 @@ class VlmEvalCommand:
     def _results(self, config: VlmConfig, rows: Sequence[Row], asked: Asked) -> int:
         from datetime import UTC, datetime
 
-        from torc.next_object.mistakes import mistakes_page, worst_mistakes
+        from torc.next_object.asking.mistakes import mistakes_page, worst_mistakes
+        from torc.next_object.asking.standing import FORMAT, standing
         from torc.next_object.prompting import prompt_name
-        from torc.next_object.standing import FORMAT, standing
         from torc.records.files import write_json
 
         if not asked.replies:
@@ -134,7 +134,7 @@ class VlmEvalCommand:
         return 1 if facts["not_answered"] else 0
 
     def _print(self, config: VlmConfig, facts: dict[str, Any], asked: Asked) -> None:
-        from torc.next_object.standing import standing_table
+        from torc.next_object.asking.standing import standing_table
 
         if self.json:
             print_json(facts)
@@ -157,7 +157,7 @@ def _evaluation_facts(out: Path) -> dict[str, Any]:
     """What `begin` wrote of the data and the prompt."""
     import json
 
-    from torc.next_object.evaluation import FACTS
+    from torc.next_object.asking.evaluation import FACTS
 
     facts = json.loads((out / FACTS).read_text(encoding="utf-8"))
     return {name: facts[name] for name in ("prompt_sha256", "data_sha256", "temperature", "thinking")}

@@ -41,7 +41,7 @@ class NextObjectRow:
         relations: JSON, a list of {"source", "relation", "target"}: who seems to stand behind whom, by depth alone.
         relations_true: per relation, whether it is so.
         values: per number, the picks to be expected until the target is brought, if this is picked now.
-        values_low, values_high: how sure that is; see `torc.next_object.valuing`.
+        values_low, values_high: how sure that is; see `torc.next_object.making.valuing`.
         best: the numbers whose value is within BEST_WITHIN of the least.
         random_value: what is to be expected of one drawn from the graspable.
         baselines: JSON, what each baseline chooses, {name: number or null}.

@@ -3,6 +3,7 @@
 A row here is any mapping with COLUMNS, which `torc.next_object.schema` explains. Nothing but NumPy is needed.
 """
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -116,6 +117,21 @@ def score_answers(answers: Iterable[tuple[Row, int | None]]) -> Scores:
     if len({s.id for s in scored}) < len(scored):
         raise ValueError("A decision was answered twice; score one answer of each.")
     return summary(scored)
+
+
+def score_baselines(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
+    """Of each baseline that has chosen in every row (the column `baselines`), best first."""
+    chosen = [json.loads(row["baselines"] or "{}") for row in rows]
+    names = set(chosen[0]).intersection(*chosen) if chosen else set()
+    found = {
+        name: score_answers((row, choices[name]) for row, choices in zip(rows, chosen)).to_dict()
+        for name in names
+    }
+    return dict(sorted(found.items(), key=lambda item: (_worst_last(item[1]["regret"]), item[0])))
+
+
+def _worst_last(regret: float | None) -> float:
+    return float("inf") if regret is None else regret
 
 
 def summary(scored: Sequence[Scored]) -> Scores:

@@ -9,7 +9,7 @@ from tests.helpers.tiny_next_object import tiny_replies, tiny_rows, write_tiny
 from tests.helpers.vlm_server import Broken, Fail, FakeVlmServer, Raw, Say
 from torc.cli.main import parse
 from torc.errors import InputError
-from torc.next_object.evaluation import MOST_IN_A_ROW, data_digest, question_of
+from torc.next_object.asking.evaluation import MOST_IN_A_ROW, data_digest, question_of
 from torc.next_object.replies import read_number
 from torc.next_object.scoring import score_answers
 from torc.vlm.keys import OWN_SERVER_VARIABLE

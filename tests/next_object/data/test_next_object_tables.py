@@ -9,13 +9,13 @@ import pytest
 from tests.helpers.tiny_next_object import tiny_rows
 from torc.cli.main import main as run_main
 from torc.errors import InputError
-from torc.next_object.checking import blind_scores, check_directory, leaks, set_faults
-from torc.next_object.opening import open_rows
-from torc.next_object.publishing import REFERENCE, publish
+from torc.next_object.data.checking import blind_scores, check_directory, leaks, set_faults
+from torc.next_object.data.opening import open_rows
+from torc.next_object.data.publishing import REFERENCE, publish
+from torc.next_object.data.tables import read_rows, write_rows, write_splits
 from torc.next_object.replies import read_number
 from torc.next_object.schema import row_faults
 from torc.next_object.scoring import score_answers
-from torc.next_object.tables import read_rows, write_rows, write_splits
 
 ROWS = tiny_rows(20) + [
     replace(row, id=row.id[::-1], scene=row.scene[::-1], split="train") for row in tiny_rows(6)

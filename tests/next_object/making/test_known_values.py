@@ -3,8 +3,8 @@
 import pytest
 
 from torc.errors import InputError
-from torc.next_object.known_values import KnownValues
-from torc.next_object.valuing import Price
+from torc.next_object.making.known_values import KnownValues
+from torc.next_object.making.valuing import Price
 
 VALUES = {3: Price(2.5, 2.25, 2.75), 0: Price(1.0, 1.0, 15.0)}
 

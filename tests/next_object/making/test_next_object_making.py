@@ -8,10 +8,10 @@ import pytest
 from torc.cli.main import parse
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
-from torc.next_object.checking import check_directory
-from torc.next_object.looks import Looks
-from torc.next_object.numbering import drawn_numbers, renumbered
-from torc.next_object.visits import MOST_DEEP, visits
+from torc.next_object.data.checking import check_directory
+from torc.next_object.making.looks import Looks
+from torc.next_object.making.numbering import drawn_numbers, renumbered
+from torc.next_object.making.visits import MOST_DEEP, visits
 from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.records import TARGET_ID, GraspStatus

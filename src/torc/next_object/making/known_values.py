@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
-from torc.next_object.valuing import Price
+from torc.next_object.making.valuing import Price
 
 _DIGITS = 4
 

@@ -6,7 +6,7 @@ from itertools import chain, combinations
 import numpy as np
 import pytest
 
-from torc.next_object.valuing import CALIBRATION_ERROR, Price, Seen, value_choices
+from torc.next_object.making.valuing import CALIBRATION_ERROR, Price, Seen, value_choices
 from torc.records import TARGET_ID
 
 

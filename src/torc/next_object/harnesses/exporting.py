@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from torc.errors import InputError
-from torc.next_object.opening import open_rows
+from torc.next_object.data.opening import open_rows
 from torc.next_object.prompting import VARIANTS, prompt_name, prompt_text, sent_pictures
 from torc.next_object.scoring import COLUMNS
 from torc.records.files import data_url
@@ -37,7 +37,7 @@ def export_for(harness: str, source: str, directory: Path, split: str) -> list[s
 
 def _lmms_eval(source: str, rows: Sequence[Mapping[str, Any]], directory: Path, split: str) -> list[str]:
     """Its YAML files and their functions, copied; the data stay where they are."""
-    shipped = files("torc.next_object") / "lmms_eval"
+    shipped = files("torc.next_object.harnesses") / "lmms_eval"
     for file in shipped.iterdir():
         if file.name.endswith(".yaml") or file.name == "utils.py":
             (directory / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
@@ -70,7 +70,7 @@ def _vlmevalkit(source: str, rows: Sequence[Mapping[str, Any]], directory: Path,
             table = csv.DictWriter(file, TSV_COLUMNS, delimiter="\t")
             table.writeheader()
             table.writerows(_line(i, row, variant, split) for i, row in enumerate(rows))
-    shipped = files("torc.next_object") / _KIT
+    shipped = files("torc.next_object.harnesses") / _KIT
     (directory / _KIT).write_text(shipped.read_text(encoding="utf-8"), encoding="utf-8")
     tasks = " ".join(f"TorcNextObject_{variant}" for variant in VARIANTS)
     return [

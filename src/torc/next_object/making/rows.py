@@ -15,13 +15,13 @@ from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import situation_of
 from torc.errors import InputError
-from torc.next_object.baselines import Baselines
-from torc.next_object.known_values import KnownValues
-from torc.next_object.looks import Looks
-from torc.next_object.numbering import drawn_numbers, renumbered
+from torc.next_object.making.baselines import Baselines
+from torc.next_object.making.known_values import KnownValues
+from torc.next_object.making.looks import Looks
+from torc.next_object.making.numbering import drawn_numbers, renumbered
+from torc.next_object.making.valuing import Price, value_choices
+from torc.next_object.making.visits import visits
 from torc.next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
-from torc.next_object.valuing import Price, value_choices
-from torc.next_object.visits import visits
 from torc.objects.library import load_object
 from torc.pipeline.building import build_system
 from torc.problems.problem import Problem, problem_text

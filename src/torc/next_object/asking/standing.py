@@ -1,13 +1,12 @@
 """A model beside the baselines: scores of its replies, as a table and as data."""
 
-import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from torc.next_object.recorded_replies import RecordedReply, replies_digest
+from torc.next_object.asking.recorded_replies import RecordedReply, replies_digest
 from torc.next_object.replies import read_number
-from torc.next_object.scoring import score_answers
+from torc.next_object.scoring import score_answers, score_baselines
 from torc.vlm.prices import Prices
 
 FORMAT = "torc-next-object-scores/1"
@@ -33,19 +32,8 @@ def standing(
         "finishes": dict(sorted(Counter(reply.finish for reply in some).items())),
         "use": _use(some, prices),
         "scores": score_answers(zip(answered, numbers)).to_dict(),
-        "baselines": baseline_scores(answered),
+        "baselines": score_baselines(answered),
     }
-
-
-def baseline_scores(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
-    """Of each baseline that has chosen in every row, best first."""
-    chosen = [json.loads(row["baselines"] or "{}") for row in rows]
-    names = set(chosen[0]).intersection(*chosen) if chosen else set()
-    found = {
-        name: score_answers((row, choices[name]) for row, choices in zip(rows, chosen)).to_dict()
-        for name in names
-    }
-    return dict(sorted(found.items(), key=lambda item: (_worst_last(item[1]["regret"]), item[0])))
 
 
 def standing_table(model: str, found: Mapping[str, Any]) -> list[list[str]]:
@@ -66,10 +54,6 @@ def _line(name: str, scores: Mapping[str, Any]) -> list[str]:
 def shown(value: float | None) -> str:
     """A regret, or a dash where there is none."""
     return "-" if value is None else f"{value:.2f}"
-
-
-def _worst_last(regret: float | None) -> float:
-    return float("inf") if regret is None else regret
 
 
 def _use(replies: Sequence[RecordedReply], prices: Prices | None) -> dict[str, Any]:

@@ -7,8 +7,8 @@ from typing import Any
 
 from PIL import Image
 
+from torc.next_object.asking.recorded_replies import RecordedReply
 from torc.next_object.prompting import prompt_text, sent_pictures
-from torc.next_object.recorded_replies import RecordedReply
 from torc.vlm.prices import Prices
 
 CHARACTERS_PER_TOKEN = 4

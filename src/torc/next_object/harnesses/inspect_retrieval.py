@@ -21,7 +21,7 @@ from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import concurrency
 
 from torc.errors import InputError
-from torc.next_object.inspect_tasks import PACKAGE
+from torc.next_object.harnesses.inspect_tasks import PACKAGE
 from torc.next_object.prompting import VARIANTS, prompt_name, prompt_text
 from torc.next_object.replies import read_number
 
@@ -137,7 +137,7 @@ class _Table:
 
     def turn(self, variant: str) -> _Turn | None:
         """The next question; None at the end."""
-        from torc.next_object.making import PICTURE, told_of
+        from torc.next_object.making.rows import PICTURE, told_of
         from torc.records.files import data_url, jpeg_bytes
         from torc.vlm.pictures import drawn_pictures
 

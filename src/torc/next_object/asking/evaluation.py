@@ -11,8 +11,8 @@ from threading import Event
 from typing import Any
 
 from torc.errors import InputError, TorcError
+from torc.next_object.asking.recorded_replies import RecordedReply, ReplyFile, recorded_reply
 from torc.next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures
-from torc.next_object.recorded_replies import RecordedReply, ReplyFile, recorded_reply
 from torc.records.files import write_json
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import FailureKind, VlmError

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from torc.errors import InputError, PhysicsError
-from torc.next_object.making import RowMaker
-from torc.next_object.publishing import publish
+from torc.next_object.data.publishing import publish
+from torc.next_object.data.tables import read_rows, write_rows, write_splits
+from torc.next_object.making.rows import RowMaker
 from torc.next_object.schema import NextObjectRow
-from torc.next_object.tables import read_rows, write_rows, write_splits
 from torc.problems.problem import load_problem
 
 ASIDE = ".rows"

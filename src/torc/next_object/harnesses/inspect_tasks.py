@@ -16,7 +16,7 @@ from inspect_ai.model import ChatMessageUser, ContentImage, ContentText
 from inspect_ai.scorer import Metric, SampleScore, Score, Scorer, Target, metric, scorer
 from inspect_ai.solver import TaskState, generate
 
-from torc.next_object.opening import open_rows
+from torc.next_object.data.opening import open_rows
 from torc.next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures
 from torc.next_object.replies import read_number
 from torc.next_object.scoring import COLUMNS, Scored, score_answer, summary

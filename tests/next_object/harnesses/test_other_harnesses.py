@@ -8,7 +8,7 @@ import pytest
 
 from tests.helpers.harness_environments import VARIABLE, run_in_harness
 from tests.helpers.tiny_next_object import tiny_replies, tiny_rows, write_tiny
-from torc.next_object.exporting import export_for
+from torc.next_object.harnesses.exporting import export_for
 from torc.next_object.prompting import prompt_text
 from torc.next_object.replies import read_number
 from torc.next_object.scoring import score_answers

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from torc.next_object.data.tables import declared, read_rows
 from torc.next_object.schema import FEATURES, TARGET_NUMBER, NextObjectRow, row_faults
 from torc.next_object.scoring import score_answers
-from torc.next_object.tables import declared, read_rows
 
 SIGNS = 4.0
 """Standard errors from chance at which something counts as a sign: one of 16,000 fair sets goes beyond."""

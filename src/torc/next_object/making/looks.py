@@ -3,7 +3,7 @@
 from collections import OrderedDict
 
 from torc.episode.privileged import Sandbox, Truth
-from torc.next_object.valuing import Gone, Seen, seen_in
+from torc.next_object.making.valuing import Gone, Seen, seen_in
 from torc.records import PlanningContext
 
 _KEPT = 12

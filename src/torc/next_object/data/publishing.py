@@ -6,11 +6,10 @@ from typing import Any
 
 import yaml
 
+from torc.next_object.data.tables import DATA
 from torc.next_object.replies import read_number
 from torc.next_object.schema import FEATURES, FORMAT, NAME, NextObjectRow
-from torc.next_object.scoring import COLUMNS, score_answers
-from torc.next_object.standing import baseline_scores
-from torc.next_object.tables import DATA
+from torc.next_object.scoring import COLUMNS, score_answers, score_baselines
 from torc.records.files import write_json
 
 REFERENCE = "reference.json"
@@ -130,7 +129,7 @@ def card(rows: Sequence[NextObjectRow]) -> str:
         _ABOUT,
         "\n".join(lines),
         _SCORES,
-        scores_table(baseline_scores([row.to_dict() for row in rows])),
+        scores_table(score_baselines([row.to_dict() for row in rows])),
     )
     return "\n".join(parts) + "\n"
 

@@ -1,7 +1,7 @@
 """What inspect_ai finds under the name torc: `inspect eval torc/next_object_image`."""
 
-from torc.next_object.inspect_retrieval import retrieval, retrieve, retrieved
-from torc.next_object.inspect_tasks import (
+from torc.next_object.harnesses.inspect_retrieval import retrieval, retrieve, retrieved
+from torc.next_object.harnesses.inspect_tasks import (
     next_object,
     next_object_grasps,
     next_object_image,

@@ -1,0 +1,1 @@
+"""The set in other people's evaluation harnesses."""

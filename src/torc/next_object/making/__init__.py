@@ -1,0 +1,1 @@
+"""From problems to decisions: which looks, what each choice is worth, rows."""
