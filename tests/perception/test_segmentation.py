@@ -267,10 +267,10 @@ def test_a_finer_camera_sees_the_same_clouds_with_the_same_settings(shape):
     assert len(fine.background_points) == pytest.approx(len(plain.background_points), rel=0.03)
 
 
-def test_settings_in_pixels_grow_with_the_focal_length_alone():
+def test_settings_in_pixels_grow_with_the_picture_alone():
     rough = PerceptionConfig.rough()
-    assert rough.at(286.02) is rough.at(150.0) is rough
-    fine = rough.at(2 * 286.0)
+    assert rough.at((480, 640)) is rough.at((240, 424)) is rough
+    fine = rough.at((960, 1280))
     assert (fine.rim_px, fine.piece_px, fine.normal_radius_px, fine.stride) == (4, 10, 6, 2)
     assert fine.min_pixels == 4 * rough.min_pixels
     assert (fine.edge_slope, fine.min_points) == (rough.edge_slope, rough.min_points)

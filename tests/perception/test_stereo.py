@@ -88,9 +88,9 @@ def test_settings_without_sense_are_refused(wrong):
 def test_speckles_count_as_such_at_any_resolution():
     """A patch that seems to float before a surface is no reading, however many pixels a camera has for it."""
     for scale in (1, 2):
-        depth = np.full((160 * scale, 200 * scale), 0.7, np.float32)
-        rows, cols = (slice(a * scale, b * scale) for a, b in ((70, 78), (90, 98)))
+        depth = np.full((480 * scale, 640 * scale), 0.7, np.float32)
+        rows, cols = (slice(a * scale, b * scale) for a, b in ((200, 208), (300, 308)))
         depth[rows, cols] = 0.5
         found = sgbm_depth(made_up_pair(depth, scale * 286.0, BASELINE), scale * 286.0, SgbmConfig())
         assert np.mean((found[rows, cols] > 0) & (found[rows, cols] < 0.6)) < 0.2, scale
-        assert np.mean(found[:, 80 * scale :] > 0) > 0.8
+        assert np.mean(found[:, 150 * scale :] > 0) > 0.8

@@ -1,10 +1,9 @@
-"""How fine a camera's picture is: settings in pixels are meant for a certain focal length."""
+"""How fine a camera's picture is: settings in pixels are meant for a picture of a certain size."""
 
-FOCAL_PX = 286.0
-"""Of the paper's camera as torc simulates it, 640 x 480 at 80 degrees, for which such settings were chosen."""
+WIDTH_PX, HEIGHT_PX = 640, 480
+"""Of the picture for which settings in pixels were chosen."""
 
 
-def finer(focal_px: float) -> float:
-    """How many times as many pixels show the same, along a line; 1 for coarser cameras."""
-    # A whole percent: the focal length of the camera above is no round number.
-    return max(1.0, round(focal_px / FOCAL_PX, 2))
+def finer(shape: tuple[int, ...]) -> float:
+    """How many times as many pixels a picture (rows, columns) has along a line; 1 for smaller ones."""
+    return max(1.0, (shape[0] * shape[1] / (WIDTH_PX * HEIGHT_PX)) ** 0.5)

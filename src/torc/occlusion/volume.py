@@ -43,7 +43,7 @@ class OcclusionConfig:
             reading where nothing is in range. Off, what lies behind such pixels stays unknown.
         out_of_view_is_free: take what the camera can never see as free instead of unknown. For a fixed camera
             whose image does not cover the grid: unknown there would stay for ever.
-        smooth_px: width of a median filter of the depth, 0 (none), 3 or 5, and 5 where pixels are small: single lost or
+        smooth_px: width of a median filter of the depth, 0 (none), 3 or 5, and 5 for large pictures: single lost or
             smeared readings would leave unknown voxels all along their rays, and bar the arm's way. Surfaces are not
             smoothed. Background pixels as close to an object hide what they hide as part of it.
         hole_rad: holes in the depth up to this wide, as an angle of view, are bridged from the readings around them,
@@ -189,7 +189,7 @@ def _labels(scene: SegmentedScene, config: OcclusionConfig) -> Int16[np.ndarray,
 
 def _smooth_px(scene: SegmentedScene, config: OcclusionConfig) -> int:
     """The filter's width, which is odd and at most 5."""
-    s = finer(float(min(scene.observation.K[0, 0], scene.observation.K[1, 1])))
+    s = finer(scene.label_image.shape)
     return min(2 * round(s * config.smooth_px / 2 - 0.5) + 1, 5)
 
 

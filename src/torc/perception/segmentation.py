@@ -25,7 +25,7 @@ from torc.records import (
 class PerceptionConfig:
     """How clouds are made.
 
-    What is in pixels is meant for a focal length of FOCAL_PX; see `at`.
+    What is in pixels is meant for a picture of 640 x 480; see `at`.
 
     Attributes:
         min_depth_m, max_depth_m: readings outside are no readings.
@@ -58,11 +58,11 @@ class PerceptionConfig:
     rim_px: int = 0
     piece_px: int = 0
 
-    def at(self, focal_px: float) -> "PerceptionConfig":
-        """The same for a camera with smaller pixels: so many more of them show the same patch of a surface, and make
-        the same error of a matcher's or a mask's. Coarser cameras change nothing.
+    def at(self, shape: tuple[int, ...]) -> "PerceptionConfig":
+        """The same for a picture (rows, columns) with more pixels: so many more of them show the same patch of a
+        surface, and make the same error of a matcher's or a mask's. Smaller pictures change nothing.
         """
-        s = finer(focal_px)
+        s = finer(shape)
         if s == 1:
             return self
         lengths = ("normal_radius_px", "rim_px", "piece_px", "stride", "background_stride")
@@ -108,7 +108,7 @@ def segment(
     ids. The scene's observation has no depth where a mask holds readings of what lies behind it (`piece_px`).
     """
     counts = _pixel_counts(observation, label_image)
-    config = config.at(float(min(observation.K[0, 0], observation.K[1, 1])))
+    config = config.at(label_image.shape)
     depth = kernel_array(valid_depth(observation.depth_m, config.min_depth_m, config.max_depth_m), np.float32)
     label = kernel_array(label_image, np.int16)
     slope = config.edge_slope / float(min(observation.K[0, 0], observation.K[1, 1]))

@@ -35,7 +35,7 @@ class SgbmConfig:
         smooth_1, smooth_2: price of a disparity that changes by one pixel, and by more; times block_px squared.
         unique_percent: the best match must be better than any other by this.
         speckle_px, speckle_range: patches smaller than this whose disparity differs by more from all around are no
-            readings; for a focal length of FOCAL_PX, and more with smaller pixels.
+            readings; for pictures of 640 x 480, and more for larger ones.
         full: search paths in eight directions (twice the time) instead of three.
         min_depth_m, max_depth_m: nearer and further there is no reading. The nearer, the longer it takes.
     """
@@ -125,7 +125,7 @@ class SgbmDepth:
 def sgbm_depth(pair: StereoPair, fx: float, config: SgbmConfig) -> Float32[np.ndarray, "h w"]:
     """Depth of the left picture along its optical axis, metres; 0 for no reading."""
     disparities = int(np.ceil(fx * pair.baseline_m / config.min_depth_m))
-    s = finer(fx)
+    s = finer(pair.left.shape)
     config = replace(
         config, speckle_px=round(s * s * config.speckle_px), speckle_range=round(s * config.speckle_range)
     )
