@@ -189,7 +189,8 @@ def test_what_the_controller_refuses_is_told_in_words(arm, robot):
 
 def test_a_group_that_there_is_not_and_a_server_of_something_else(twin):
     motion_port, state_port = twin.ports
-    with pytest.raises(LabError, match="does not tell its state"):
+    # On a busy machine the twin may have closed the connection before that is noticed.
+    with pytest.raises(LabError, match=r"does not tell its state|is lost"):
         MotomanArm(MotomanConfig("127.0.0.1", 3, motion_port, state_port, 0.2), 7)
     with pytest.raises(LabError, match="cannot be reached"):
         MotomanArm(MotomanConfig("127.0.0.1", 1, state_port=9), 7)

@@ -260,17 +260,22 @@ def test_a_finer_camera_sees_the_same_clouds_with_the_same_settings(shape):
     for s in (plain, fine):
         assert s.ids == tuple(sorted(o.id for o in SHAPES))
     for a, b in zip(plain.objects, fine.objects, strict=True):
-        assert len(b.points) == pytest.approx(len(a.points), rel=0.03)
+        assert len(b.points) == pytest.approx(4 * len(a.points), rel=0.03)
         np.testing.assert_allclose(b.points.min(axis=0), a.points.min(axis=0), atol=0.004)
         np.testing.assert_allclose(b.points.max(axis=0), a.points.max(axis=0), atol=0.004)
         assert b.pixel_count == 4 * a.pixel_count
-    assert len(fine.background_points) == pytest.approx(len(plain.background_points), rel=0.03)
+    assert len(fine.background_points) == pytest.approx(4 * len(plain.background_points), rel=0.03)
 
 
 def test_settings_in_pixels_grow_with_the_picture_alone():
     rough = PerceptionConfig.rough()
     assert rough.at((480, 640)) is rough.at((240, 424)) is rough
     fine = rough.at((960, 1280))
-    assert (fine.rim_px, fine.piece_px, fine.normal_radius_px, fine.stride) == (4, 10, 6, 2)
+    assert (fine.rim_px, fine.piece_px, fine.normal_radius_px) == (4, 10, 6)
     assert fine.min_pixels == 4 * rough.min_pixels
-    assert (fine.edge_slope, fine.min_points) == (rough.edge_slope, rough.min_points)
+    # What is counted in points follows the picture's size where it is counted.
+    assert (fine.edge_slope, fine.min_points, fine.stride) == (
+        rough.edge_slope,
+        rough.min_points,
+        rough.stride,
+    )

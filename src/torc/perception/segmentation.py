@@ -65,7 +65,7 @@ class PerceptionConfig:
         s = finer(shape)
         if s == 1:
             return self
-        lengths = ("normal_radius_px", "rim_px", "piece_px", "stride", "background_stride")
+        lengths = ("normal_radius_px", "rim_px", "piece_px")
         areas = ("min_pixels", "min_target_pixels")
         changed = {name: round(s * getattr(self, name)) for name in lengths}
         return replace(self, **changed, **{name: round(s * s * getattr(self, name)) for name in areas})
