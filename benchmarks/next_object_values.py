@@ -1,10 +1,12 @@
 """Are the values of torc-next-object what they say? Each is compared with continuations whose grasps and outcomes are
-drawn anew: at every try the grasps come from one of five looks with other seeds, and hold as their scores say.
+drawn anew: at every try but the first the grasps come from one of five looks with other seeds, and hold as their scores
+say.
 
 python -m benchmarks.next_object_values --problems torc40 --decisions 200 --out build/values.jsonl
 """
 
 import json
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,8 +19,8 @@ from torc.episode.ideal import MAX_PICKS, best_hold
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import PhysicsError
-from torc.next_object.making.looks import Looks
-from torc.next_object.making.valuing import Gone, Price, value_choices
+from torc.next_object.making.looks import DRAWS, Looks
+from torc.next_object.making.valuing import Gone, Price, first_prices, value_choices
 from torc.next_object.making.visits import visits
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.building import System, build_system
@@ -50,16 +52,19 @@ class Args:
 
 
 def continued(
-    order: tuple[int, ...], gone: Gone, others: list[Looks], left: int, rng: np.random.Generator
+    order: tuple[int, ...], gone: Gone, looks: Sequence[Looks], left: int, rng: np.random.Generator
 ) -> float:
-    """Picks of one continuation along an order; a lost target costs all picks that are left."""
-    picks = 0
+    """Picks of one continuation along an order; a lost target costs all picks that are left. The first of the looks is
+    the one that is shown.
+    """
+    picks, (shown, *others) = 0, looks
     for k in order:
         while True:
             picks += 1
             if picks >= left:
                 return float(left)
-            p = best_hold(others[int(rng.integers(len(others)))].context(gone), k)
+            seen = shown if picks == 1 else others[int(rng.integers(len(others)))]
+            p = best_hold(seen.context(gone), k)
             if rng.random() < p:
                 break
             if k == TARGET_ID and rng.random() < BetConfig().lost_share:
@@ -107,17 +112,21 @@ def main() -> None:
 def _checked(name: str, system: System, args: Args) -> list[dict[str, Any]]:
     problem, rng = load_problem(name), np.random.default_rng([7, *name.encode()])
     with ExitStack() as stack:
-        looks, *others = (
-            Looks(stack.enter_context(open_sandbox(problem, system, EpisodeConfig(MAX_PICKS, seed))))
-            for seed in range(_SEEDS + 1)
-        )
+        sandboxes = [
+            stack.enter_context(open_sandbox(problem, system, EpisodeConfig(MAX_PICKS, seed)))
+            for seed in range(DRAWS + _SEEDS)
+        ]
+        looks = Looks(sandboxes[0], sandboxes[1:DRAWS])
+        drawn = [looks, *(Looks(sandbox) for sandbox in sandboxes[DRAWS:])]
         found = []
         for gone in visits(looks.context, args.per_problem, rng):
-            valued = value_choices(looks.seen, gone, looks.context(gone).scene.ids, args.most_looks)
+            context = looks.context(gone)
+            first = first_prices(context, looks.seen(gone))
+            valued = value_choices(looks.seen, gone, context.scene.ids, args.most_looks, first)
             choice = int(rng.choice(sorted(k for k, order in valued.orders.items() if order)))
             order, value = valued.orders[choice], valued.values[choice]
             left = MAX_PICKS - len(gone)
-            draws = [continued(order, gone, others, left, rng) for _ in range(args.continuations)]
+            draws = [continued(order, gone, drawn, left, rng) for _ in range(args.continuations)]
             picks = np.array(draws)
             facts = {"problem": name, "gone": len(gone), "order": order, "within": within(value, picks)}
             facts |= {"value": value.mean, "low": value.low, "high": value.high, "mean": float(picks.mean())}

@@ -28,7 +28,9 @@ def by_look(monkeypatch):
 
 def test_the_mean_of_continuations_is_what_is_expected():
     rng = np.random.default_rng(0)
-    picks = [continued((3, 5, TARGET_ID), frozenset(), [Looks(0.8)], 1000, rng) for _ in range(4000)]
+    picks = [
+        continued((3, 5, TARGET_ID), frozenset(), [Looks(0.8), Looks(0.8)], 1000, rng) for _ in range(4000)
+    ]
     clearing = 2 * expected_picks(0.8, 0.0, 1000)
     wanted = clearing + expected_picks(0.8, BetConfig().lost_share, 1000)
     # A lost target costs all 1,000 here, those that were spent before included.
@@ -38,7 +40,7 @@ def test_the_mean_of_continuations_is_what_is_expected():
 
 def test_picks_end_with_the_budget():
     rng = np.random.default_rng(0)
-    assert continued((3, TARGET_ID), frozenset(), [Looks(0.0)], 6, rng) == 6.0
+    assert continued((3, TARGET_ID), frozenset(), [Looks(0.0), Looks(0.0)], 6, rng) == 6.0
 
 
 def test_a_value_that_is_off_is_found():

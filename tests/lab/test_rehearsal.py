@@ -55,7 +55,7 @@ def test_picks_over_the_wires_bring_what_they_say(name, rehearsed, patient, tmp_
 
 
 @pytest.mark.long
-def test_a_dry_run_moves_nothing(rehearsed, tmp_path):
+def test_a_dry_run_moves_nothing(rehearsed, patient, tmp_path):
     with rehearsed() as (there, lab):
         before, sent = there.world.qpos, len(there.arm.heard)
         trial = played(lab, tmp_path / "trial", dry_run=True)
@@ -125,7 +125,7 @@ def check_fault(rehearsed, tmp_path, wire, name, after_s):
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["e-stop", "silence", "pretend-done", "gripper-fault"])
-def test_a_fault_within_a_pick_ends_the_trial_and_no_pick_failed(name, rehearsed, tmp_path):
+def test_a_fault_within_a_pick_ends_the_trial_and_no_pick_failed(name, rehearsed, patient, tmp_path):
     check_fault(rehearsed, tmp_path, "sda10f-simple-message", name, 1.2)
 
 

@@ -2,10 +2,12 @@
 
 from functools import cache
 from itertools import chain, combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from torc.next_object.making import valuing
 from torc.next_object.making.valuing import CALIBRATION_ERROR, Price, Seen, value_choices
 from torc.records import TARGET_ID
 
@@ -91,3 +93,32 @@ def test_a_target_that_can_be_picked_is_the_best_choice_but_for_a_doubtful_grasp
 def test_where_nothing_can_be_picked_there_is_no_value():
     with pytest.raises(ValueError, match="nothing to choose"):
         value_choices(lambda _: Seen({}, None, 0.0), frozenset(), (1, 2), 5)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_only_what_can_be_picked_at_the_shown_look_is_a_choice(seed):
+    world = MadeUp(seed)
+    free = world.open(frozenset())
+    first = {k: Price(world.prices[k] + 0.5, world.prices[k] + 0.4, world.prices[k] + 0.6) for k in free[1:]}
+    if not first:
+        return
+    valued = value_choices(world.peek, frozenset(), tuple(world.prices), 10_000, first)
+    wanted = {k: first[k].mean + world.least(frozenset({k})) for k in first}
+    for k, value in wanted.items():
+        assert value - 1e-9 <= valued.values[k].mean <= value + 0.031
+        assert valued.orders[k][0] == k
+    assert valued.values[free[0]].mean == pytest.approx(1 + min(wanted.values()), abs=0.031)
+
+
+def test_the_first_try_is_known_and_further_ones_are_not(monkeypatch):
+    context = SimpleNamespace(picks_left=15)
+    holds = {3: 0.9, 5: 0.5, TARGET_ID: 0.8}
+    monkeypatch.setattr(valuing, "options_of", lambda _: SimpleNamespace(choices=(TARGET_ID, 3, 5, None)))
+    monkeypatch.setattr(valuing, "best_hold", lambda _, k: holds[k])
+    seen = Seen({3: Price(2.0, 1.9, 2.1)}, Price(1.5, 1.4, 1.6), 0.0)
+    found = valuing.first_prices(context, seen)
+    # What no draw holds well enough to have a price is no choice.
+    assert set(found) == {3, TARGET_ID}
+    assert found[3].mean == pytest.approx(1 + 0.1 * 2.0)
+    assert found[TARGET_ID].mean == pytest.approx(1 + 0.2 * (0.85 * 1.5 + 0.15 * 15))
+    assert all(p.low <= p.mean <= p.high for p in found.values())

@@ -1,7 +1,8 @@
 """What each choice is worth: the picks to be expected until the target is brought, if it is made now.
 
-The value is privileged: it knows what hides the target. A pick of an object with a grasp takes the expected tries of
-its best one, 1 / p(hold), each drawn anew; for the target, which a failed try may lose with all picks that are left,
+The value is privileged: it knows what hides the target. A pick takes the expected tries of the object's best grasp,
+1 / p(hold), with the mean p(hold) of several looks, whose grasps are drawn anew (0 where a look finds none); only for
+the first try the grasp is known. For the target, which a failed try may lose with all picks that are left, see
 `torc.task_planning.expected_picks`. What follows is the cheapest order that a search finds, where each pick takes its
 object away and does nothing else (`torc.episode.ideal`). What has no grasp is a wasted pick: one, and then the best
 choice.
@@ -15,8 +16,10 @@ does not make.
 
 import heapq
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from torc.episode.ideal import MAX_PICKS, best_hold
 from torc.episode.oracle.solve import options_of
@@ -74,15 +77,35 @@ class Valued:
     proved: bool
 
 
-def seen_in(context: PlanningContext) -> Seen:
-    """What matters of a look."""
-    options = options_of(context)
-    others = [k for k in options.choices if k is not None and k != TARGET_ID]
-    target = (
-        None if options.target is None else _price(best_hold(context, TARGET_ID), context.picks_left, True)
-    )
-    prices = {k: _price(best_hold(context, k), context.picks_left) for k in others}
-    return Seen(prices, target, options.outlook)
+def seen_in(contexts: Sequence[PlanningContext]) -> Seen:
+    """What matters of looks at the same, whose grasps are drawn anew in each."""
+    options, left = [options_of(context) for context in contexts], contexts[0].picks_left
+    found = dict.fromkeys(k for one in options for k in one.choices if k is not None)
+    holds = {k: float(np.mean([best_hold(context, k) for context in contexts])) for k in found}
+    target = holds.pop(TARGET_ID, 0.0)
+    prices = {k: _price(p, left) for k, p in holds.items() if p > 0}
+    return Seen(prices, _price(target, left, True) if target > 0 else None, options[0].outlook)
+
+
+def first_prices(context: PlanningContext, seen: Seen) -> dict[int, Price]:
+    """What each choice takes at the look that is shown: the grasp of the first try is known, those of further ones are
+    not.
+    """
+    again = dict(seen.others) | ({} if seen.target is None else {TARGET_ID: seen.target})
+    found: dict[int, Price] = {}
+    for k in options_of(context).choices:
+        if k is not None and k in again:
+            lost = BetConfig().lost_share if k == TARGET_ID else 0.0
+            p, rest = best_hold(context, k), again[k]
+            tries = ((p, rest.mean), (p + CALIBRATION_ERROR, rest.low), (p - CALIBRATION_ERROR, rest.high))
+            found[k] = Price(*(_first_try(q, most, lost, context.picks_left) for q, most in tries))
+    return found
+
+
+def _first_try(p: float, rest: float, lost_share: float, picks_left: int) -> float:
+    """Picks, where a failed try either leads to `rest` or loses all that are left."""
+    p = min(max(p, 0.0), 1.0)
+    return min(1 + (1 - p) * ((1 - lost_share) * rest + lost_share * picks_left), float(MAX_PICKS))
 
 
 def _price(p: float, picks_left: int, is_target: bool = False) -> Price:
@@ -94,11 +117,18 @@ def _price(p: float, picks_left: int, is_target: bool = False) -> Price:
     return Price(cost(p), cost(p + CALIBRATION_ERROR), cost(p - CALIBRATION_ERROR))
 
 
-def value_choices(peek: Peek, gone: Gone, visible: tuple[int, ...], most_looks: int) -> Valued:
+def value_choices(
+    peek: Peek,
+    gone: Gone,
+    visible: tuple[int, ...],
+    most_looks: int,
+    first: Mapping[int, Price] | None = None,
+) -> Valued:
     """Values of all visible objects where these are gone. `most_looks` bounds the looks that were not taken before:
-    `peek` remembers its own, which cost nothing. Raises ValueError where nothing can be picked.
+    `peek` remembers its own, which cost nothing. `first`: what can be picked at the look that is shown, and what that
+    takes, if not as at any look. Raises ValueError where nothing can be picked.
     """
-    search = _Search(peek, gone, most_looks)
+    search = _Search(peek, gone, most_looks, first)
     search.run()
     graspable, orders = search.values()
     best = min(graspable.values(), key=lambda price: price.mean)
@@ -139,12 +169,19 @@ class _Branch:
 
 
 class _Search:
-    def __init__(self, peek: Peek, gone: Gone, most_looks: int) -> None:
+    def __init__(
+        self, peek: Peek, gone: Gone, most_looks: int, first: Mapping[int, Price] | None = None
+    ) -> None:
         self._peek, self._gone, self._most = peek, gone, most_looks
         self._known: dict[Gone, Seen] = {}
         self.spent = 0
         self._numbers = itertools.count()
         self._now = self._look(gone)
+        if first is not None:
+            # Most promising first, as at any look.
+            known = [k for k in (*self._now.others, *first) if k in first and k != TARGET_ID]
+            others = {k: first[k] for k in known}
+            self._now = Seen(others, first.get(TARGET_ID), self._now.outlook)
         self.branches = [self._branch(k, price) for k, price in self._now.others.items()]
         if not self.branches and self._now.target is None:
             raise ValueError("Nothing can be picked, so there is nothing to choose.")
