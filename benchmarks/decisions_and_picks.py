@@ -25,7 +25,7 @@ _RESAMPLES = 2000
 
 
 class First:
-    """Takes the object with the lowest number that was not tried in vain just before."""
+    """Takes the object with the lowest number."""
 
     name = "first"
 
