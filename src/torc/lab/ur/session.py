@@ -34,6 +34,8 @@ VARIABLES = (
 _SILENT_S = {True: 0.5, False: 3.0}
 """Whoever hears nothing for so long ends, by whether a motion is under way; the supervisor has stopped it before."""
 _BLIND_S = 0.1
+_NEWS_S = 0.25
+"""A connection that ends may fail a set point so much sooner than ur_rtde tells of it."""
 _PROGRAM_S = 3.0
 _SETTLED_RAD, _SETTLED_RAD_S, _SETTLE_S = 0.002, 0.005, 1.0
 _SPEED = _ACCELERATION = 0.5
@@ -90,8 +92,7 @@ class Session:
             if now - looked > _BLIND_S:  # ur_rtde kept this thread waiting: that is not the robot's silence
                 since = now
             looked = now
-            if not receive.isConnected():
-                self._lose("the robot ended the connection")
+            self._lose_if_cut()
             if now - since > _SILENT_S[self._mover.is_alive()]:
                 self._lose("it fell silent")
             if stamp != before:
@@ -105,6 +106,10 @@ class Session:
         force = receive.getActualTCPForce()[:3]
         modes = receive.getRobotMode(), receive.getSafetyMode()
         return [receive.getActualQ(), fastest, force, *modes, receive.getTargetSpeedFraction()]
+
+    def _lose_if_cut(self) -> None:
+        if not self._receive.isConnected():
+            self._lose("the robot ended the connection")
 
     def _lose(self, why: str) -> None:
         self.say({"lost": why})
@@ -141,11 +146,10 @@ class Session:
         held = len(points) + math.ceil(self.lookahead_s * self.rate_hz)
         due, k = time.monotonic(), 0
         while not cancelled.is_set():
-            if not self._receive.isConnected():
-                self._lose("the robot ended the connection")
+            self._lose_if_cut()
             point = points[min(k, len(points) - 1)]
             if not self._control.servoJ(point, _SPEED, _ACCELERATION, period_s, self.lookahead_s, self.gain):
-                return "its program was stopped"
+                return self._stopped()
             if k == 0:
                 self.say({"begun": number})
             k += 1
@@ -157,7 +161,15 @@ class Session:
         stopped = self._control.servoStop(_STOP_M_S2)
         if cancelled.is_set():
             return "torc stopped it"
-        return "" if stopped else "its program was stopped"
+        return "" if stopped else self._stopped()
+
+    def _stopped(self) -> str:
+        """Why it takes no more set points; ends the process if the connection has ended."""
+        deadline = time.monotonic() + _NEWS_S
+        while time.monotonic() < deadline:
+            self._lose_if_cut()
+            time.sleep(0.01)
+        return "its program was stopped"
 
     def _settled(self, goal: list[float]) -> bool:
         away = max(abs(a - b) for a, b in zip(self._receive.getActualQ(), goal, strict=True))
