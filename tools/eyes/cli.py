@@ -102,16 +102,19 @@ class Describe:
     """The weights."""
     crops: Path = Path("build/eyes-crops")
     """Where the objects' crops are kept."""
-    steps: int = 6000
-    """Steps."""
+    steps: int = 8000
+    """Steps in all."""
+    rate: float = 2e-3
+    """Highest learning rate; a third of it to go on from the shipped descriptor."""
+    shipped: bool = False
+    """Begin with the descriptor that torc ships, instead of with nothing."""
 
     def run(self) -> None:
         """Train."""
         from tools.eyes.descriptor import DescriptorConfig, save_crops, train_descriptor
 
-        train_descriptor(
-            save_crops(self.scenes, self.crops), self.weights, DescriptorConfig(steps=self.steps)
-        )
+        config = DescriptorConfig(steps=self.steps, rate=self.rate, shipped=self.shipped)
+        train_descriptor(save_crops(self.scenes, self.crops), self.weights, config)
 
 
 @dataclass(frozen=True)

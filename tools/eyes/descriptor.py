@@ -2,8 +2,8 @@
 
 A crop of an object in clutter, partly hidden maybe and cut out by torc's own masks, is to be like one of the portraits
 of that object alone, and unlike all portraits of all other objects of the batch, many of them of the same scene
-(InfoNCE, van den Oord et al. 2018; of the portraits the nearest counts). Some objects take the colour of others of the
-batch: only shape and pattern tell those apart.
+(InfoNCE, van den Oord et al. 2018; of the portraits the nearest counts). Half of the objects take the colour of others
+of the batch: only shape and pattern tell those apart.
 """
 
 import time
@@ -14,40 +14,23 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from jaxtyping import Bool, Int16, Int64, UInt8
-from torch import Tensor, nn
+from jaxtyping import Bool, Float, Int16, Int64, UInt8
+from torch import Tensor
 from torch.nn import functional
 from torch.utils.data import DataLoader, IterableDataset
 
 from tools.eyes.collect import count_views, load_portraits, load_view, scene_files
 from tools.eyes.measure import by_network, true_label, whole_patch
+from tools.eyes.network import Descriptor
+from tools.eyes.shipped import shipped_descriptor
 from tools.eyes.train import schedule
 from torc.perception.embedded.crops import SIDE_PX, crop, descriptor_inputs
 from torc.perception.embedded.perception import uncut
 
-LENGTH = 64
-"""Of a descriptor."""
 _MIN_PIXELS = 60
-
-
-class Descriptor(nn.Module):
-    """(n, 4, SIDE_PX, SIDE_PX) to (n, LENGTH), unit vectors."""
-
-    def __init__(self, widths: tuple[int, ...] = (32, 64, 128, 160)) -> None:
-        super().__init__()
-        layers: list[nn.Module] = []
-        inputs = 4
-        for width in widths:
-            layers += [nn.Conv2d(inputs, width, 3, 2, 1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
-            layers += [nn.Conv2d(width, width, 3, 1, 1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
-            inputs = width
-        self.layers = nn.Sequential(*layers)
-        self.out = nn.Linear(2 * inputs, LENGTH)
-
-    def forward(self, x: Tensor) -> Tensor:
-        y = self.layers(x)
-        pooled = torch.cat([y.mean(dim=(2, 3)), y.amax(dim=(2, 3))], dim=1)
-        return functional.normalize(self.out(pooled), dim=1)
+_ALIKE = 6
+"""So many objects of a batch take one colour."""
+_GAINS = 0.4, 2.5
 
 
 @dataclass(frozen=True)
@@ -105,8 +88,10 @@ class DescriptorConfig:
     rate: float = 2e-3
     warm_up: int = 500
     temperature: float = 0.07
-    alike: float = 0.1
+    alike: float = 0.5
     """Share of the objects that take the colour of another one."""
+    shipped: bool = False
+    """Begin with the descriptor that torc ships, instead of with nothing."""
     seed: int = 1
 
 
@@ -136,15 +121,27 @@ class Batches(IterableDataset):  # type: ignore[type-arg]
 def alike(
     pictures: list[UInt8[np.ndarray, "k s s 4"]], share: float, rng: np.random.Generator
 ) -> list[UInt8[np.ndarray, "k s s 4"]]:
-    """The pictures of objects, some of which take the mean colour of another one."""
+    """The pictures of objects, of which a share takes the mean colour of others, a few of them the same one."""
     means = [p[1:][p[1:, ..., 3] > 0][:, :3].mean(axis=0) for p in pictures]
-    out = []
-    for own, mean in zip(pictures, means):
-        if rng.random() < share:
-            shift = means[rng.integers(len(means))] - mean
-            color = np.clip(own[..., :3] + shift, 0, 255).astype(np.uint8)
-            own = np.where(own[..., 3:] > 0, np.concatenate([color, own[..., 3:]], axis=-1), 0)
-        out.append(own.astype(np.uint8))
+    changed = rng.permutation(len(pictures))[: round(share * len(pictures))]
+    out = list(pictures)
+    for start in range(0, len(changed), _ALIKE):
+        wanted = means[rng.integers(len(means))]
+        for k in changed[start : start + _ALIKE]:
+            out[k] = painted(pictures[k], means[k], wanted)
+    return out
+
+
+def painted(
+    picture: UInt8[np.ndarray, "k s s 4"], mean: Float[np.ndarray, "3"], wanted: Float[np.ndarray, "3"]
+) -> UInt8[np.ndarray, "k s s 4"]:
+    """With another mean colour, as of the same thing in another paint: shadows and patterns get darker and lighter with
+    it, as far as noise allows.
+    """
+    gain = np.clip(wanted / np.maximum(mean, 1), *_GAINS)
+    color = picture[..., :3] * gain + (wanted - gain * mean)
+    out = np.concatenate([np.clip(color, 0, 255).astype(np.uint8), picture[..., 3:]], axis=-1)
+    out[picture[..., 3] == 0] = 0
     return out
 
 
@@ -194,7 +191,8 @@ def train_descriptor(files: list[Path], out: Path, config: DescriptorConfig | No
     """Trains on files of scenes' crops to `out`, which is written ever again; goes on from there."""
     config = config or DescriptorConfig()
     torch.manual_seed(config.seed)
-    net = Descriptor()
+    batches = Batches(files, config)
+    net = shipped_descriptor(_some(batches)) if config.shipped and not out.exists() else Descriptor()
     optimizer = torch.optim.AdamW(net.parameters(), config.rate, weight_decay=0.02)
     start = 0
     if out.exists():
@@ -202,7 +200,7 @@ def train_descriptor(files: list[Path], out: Path, config: DescriptorConfig | No
         start = state["step"]
         net.load_state_dict(state["net"])
         optimizer.load_state_dict(state["optimizer"])
-    batches = Batches(files, replace(config, seed=config.seed + start))
+    batches.config = replace(config, seed=config.seed + start)
     loader = DataLoader(batches, batch_size=None, num_workers=1, prefetch_factor=4)
     began, loss_sum, right_sum = time.time(), 0.0, 0.0
     for step, (crops, portraits) in zip(range(start + 1, config.steps + 1), loader):
@@ -226,3 +224,9 @@ def train_descriptor(files: list[Path], out: Path, config: DescriptorConfig | No
             state = {"step": step, "net": net.state_dict(), "optimizer": optimizer.state_dict()}
             torch.save(state, out.with_suffix(".part"))
             out.with_suffix(".part").rename(out)
+
+
+def _some(batches: Batches) -> Tensor:
+    """Inputs by which the statistics of the shipped descriptor are measured."""
+    crops, portraits = next(iter(batches))
+    return torch.from_numpy(np.concatenate([crops, portraits]))

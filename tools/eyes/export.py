@@ -8,8 +8,7 @@ import torch
 from onnx import helper, numpy_helper
 from torch import Tensor, nn
 
-from tools.eyes.descriptor import Descriptor
-from tools.eyes.network import Eyes
+from tools.eyes.network import Descriptor, Eyes
 from torc.perception.embedded.crops import SIDE_PX
 from torc.perception.embedded.inputs import CHANNELS
 

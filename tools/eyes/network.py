@@ -1,4 +1,5 @@
-"""The network: a plain residual U-net on half the resolution of its input, whose outputs are at full resolution.
+"""The two networks. That for masks is a plain residual U-net on half the resolution of its input, whose outputs are at
+full resolution.
 
 Outputs per pixel: whether it shows an object; and for each of a list of offsets whether the pixel there shows the same
 object (affinities).
@@ -7,6 +8,7 @@ object (affinities).
 from itertools import pairwise
 from typing import Any
 
+import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
@@ -16,6 +18,8 @@ from torc.perception.embedded.instances import OFFSETS
 OUTPUTS = 1 + len(OFFSETS)
 """Object, affinities."""
 WIDTHS = (32, 64, 96, 160, 192)
+LENGTH = 64
+"""Of a descriptor."""
 
 
 class Residual(nn.Module):
@@ -62,3 +66,23 @@ class Eyes(nn.Module):
             x = block(functional.interpolate(wide(x), scale_factor=2.0, mode="nearest") + side)
         out: Any = functional.pixel_shuffle(self.head(x), 2)
         return out
+
+
+class Descriptor(nn.Module):
+    """(n, 4, SIDE_PX, SIDE_PX) to (n, LENGTH), unit vectors."""
+
+    def __init__(self, widths: tuple[int, ...] = (32, 64, 128, 160)) -> None:
+        super().__init__()
+        layers: list[nn.Module] = []
+        inputs = 4
+        for width in widths:
+            layers += [nn.Conv2d(inputs, width, 3, 2, 1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
+            layers += [nn.Conv2d(width, width, 3, 1, 1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
+            inputs = width
+        self.layers = nn.Sequential(*layers)
+        self.out = nn.Linear(2 * inputs, LENGTH)
+
+    def forward(self, x: Tensor) -> Tensor:
+        y = self.layers(x)
+        pooled = torch.cat([y.mean(dim=(2, 3)), y.amax(dim=(2, 3))], dim=1)
+        return functional.normalize(self.out(pooled), dim=1)

@@ -10,12 +10,12 @@ pytest.importorskip("onnx", reason="onnx is not installed")
 
 from tools.eyes import descriptor, train  # noqa: E402
 from tools.eyes.export import export_descriptor  # noqa: E402
-from tools.eyes.network import OUTPUTS, Eyes  # noqa: E402
-from tools.eyes.shipped import shipped_eyes  # noqa: E402
+from tools.eyes.network import OUTPUTS, Descriptor, Eyes  # noqa: E402
+from tools.eyes.shipped import shipped_descriptor, shipped_eyes  # noqa: E402
 from torc.perception.embedded.crops import SIDE_PX, descriptor_inputs  # noqa: E402
 from torc.perception.embedded.inputs import CHANNELS  # noqa: E402
 from torc.perception.embedded.instances import OFFSETS  # noqa: E402
-from torc.perception.embedded.model import segment_patch  # noqa: E402
+from torc.perception.embedded.model import DESCRIPTOR, onnx_session, segment_patch  # noqa: E402
 
 
 def test_partners_are_those_of_the_offsets(rng):
@@ -63,7 +63,7 @@ def test_a_descriptors_training_goes_on_and_its_file_is_the_network(tmp_path, rn
     export_descriptor(weights, tmp_path / "d.onnx")
     import onnxruntime
 
-    net = descriptor.Descriptor()
+    net = Descriptor()
     net.load_state_dict(state["net"])
     inputs = descriptor_inputs(rng.integers(0, 255, (3, SIDE_PX, SIDE_PX, 4)).astype(np.uint8))
     here = net.eval()(torch.tensor(inputs)).detach().numpy()
@@ -80,3 +80,31 @@ def test_the_shipped_network_can_be_trained_further(rng):
         np.testing.assert_allclose(torch.sigmoid(net(torch.from_numpy(inputs))), said, atol=1e-4)
         trained = torch.sigmoid(net.train()(torch.from_numpy(inputs)))
     np.testing.assert_allclose(trained, said, atol=1e-3)
+
+
+def test_the_shipped_descriptor_can_be_trained_further(rng):
+    inputs = descriptor_inputs(rng.integers(0, 255, (40, SIDE_PX, SIDE_PX, 4)).astype(np.uint8))
+    net = shipped_descriptor(torch.from_numpy(inputs))
+    said = onnx_session(DESCRIPTOR, 1).run(None, {"inputs": inputs})[0]
+    with torch.no_grad():
+        np.testing.assert_allclose(net(torch.from_numpy(inputs)), said, atol=1e-3)
+        np.testing.assert_allclose(net.train()(torch.from_numpy(inputs)), said, atol=5e-3)
+
+
+def test_things_of_one_paint_differ_by_shape_and_pattern_alone(rng):
+    pictures = []
+    for _ in range(12):
+        picture = np.zeros((3, 8, 8, 4), np.uint8)
+        picture[:, 2:6, 2:6, :3] = rng.integers(90, 110, (3, 4, 4, 3)) + rng.integers(-40, 60, 3)
+        picture[:, 2:6, 2:6, 3] = 255
+        pictures.append(picture)
+    out = descriptor.alike(pictures, 1.0, rng)
+    means = np.array([p[1:][p[1:, ..., 3] > 0][:, :3].mean(axis=0) for p in out])
+    for group in (means[np.argsort(means[:, 0])][:6], means[np.argsort(means[:, 0])][6:]):
+        assert np.ptp(group, axis=0).max() < 4
+    for picture, made in zip(pictures, out, strict=True):
+        np.testing.assert_array_equal(made[..., 3], picture[..., 3])
+        assert not made[picture[..., 3] == 0].any()
+        assert np.ptp(made[made[..., 3] > 0].astype(float), axis=0).max() > 8  # the pattern stays
+    unchanged = sum(a is b for a, b in zip(descriptor.alike(pictures, 0.5, rng), pictures, strict=True))
+    assert unchanged == 6
