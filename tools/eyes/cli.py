@@ -106,6 +106,8 @@ class Describe:
     """Steps in all."""
     rate: float = 2e-3
     """Highest learning rate; a third of it to go on from the shipped descriptor."""
+    alike: float = 0.1
+    """Share of the objects of a batch that take the colour of others."""
     shipped: bool = False
     """Begin with the descriptor that torc ships, instead of with nothing."""
 
@@ -113,7 +115,7 @@ class Describe:
         """Train."""
         from tools.eyes.descriptor import DescriptorConfig, save_crops, train_descriptor
 
-        config = DescriptorConfig(steps=self.steps, rate=self.rate, shipped=self.shipped)
+        config = DescriptorConfig(steps=self.steps, rate=self.rate, alike=self.alike, shipped=self.shipped)
         train_descriptor(save_crops(self.scenes, self.crops), self.weights, config)
 
 

@@ -2,8 +2,8 @@
 
 A crop of an object in clutter, partly hidden maybe and cut out by torc's own masks, is to be like one of the portraits
 of that object alone, and unlike all portraits of all other objects of the batch, many of them of the same scene
-(InfoNCE, van den Oord et al. 2018; of the portraits the nearest counts). Half of the objects take the colour of others
-of the batch: only shape and pattern tell those apart.
+(InfoNCE, van den Oord et al. 2018; of the portraits the nearest counts). Some objects take the colour of others of the
+batch: only shape and pattern tell those apart.
 """
 
 import time
@@ -88,8 +88,8 @@ class DescriptorConfig:
     rate: float = 2e-3
     warm_up: int = 500
     temperature: float = 0.07
-    alike: float = 0.5
-    """Share of the objects that take the colour of another one."""
+    alike: float = 0.1
+    """Share of the objects that take the colour of others, a few of them the same one."""
     shipped: bool = False
     """Begin with the descriptor that torc ships, instead of with nothing."""
     seed: int = 1
