@@ -31,7 +31,8 @@ class Collect:
     made_up: int = 400
     """How many made-up objects there are beside the known ones and their stretched copies."""
     part: tuple[int, int] = (0, 1)
-    """Which of how many parts of the scenes: for several processes at once."""
+    """Which of how many parts of the scenes: for several processes at once. The first time, let the first process reach
+    its first scene before you start the others: it makes the objects."""
 
     def run(self) -> None:
         """Collect."""
@@ -107,7 +108,7 @@ class Describe:
     rate: float = 2e-3
     """Highest learning rate; a third of it to go on from the shipped descriptor."""
     alike: float = 0.1
-    """Share of the objects of a batch that take the colour of others."""
+    """Share of the objects of a batch that take the colour of others: only shape and pattern tell those apart."""
     shipped: bool = False
     """Begin with the descriptor that torc ships, instead of with nothing."""
 

@@ -31,6 +31,7 @@ _MIN_PIXELS = 60
 _ALIKE = 6
 """So many objects of a batch take one colour."""
 _GAINS = 0.4, 2.5
+"""A darker or a lighter thing would be mostly noise."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ class DescriptorConfig:
     warm_up: int = 500
     temperature: float = 0.07
     alike: float = 0.1
-    """Share of the objects that take the colour of others, a few of them the same one."""
+    """Share of the objects that take the colour of others."""
     shipped: bool = False
     """Begin with the descriptor that torc ships, instead of with nothing."""
     seed: int = 1
@@ -103,7 +104,6 @@ class Batches(IterableDataset):  # type: ignore[type-arg]
 
     def __iter__(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         rng = np.random.default_rng(self.config.seed)
-        torch.set_num_threads(1)
         scenes = [SceneCrops(**dict(np.load(f))) for f in self.files]
         while True:
             pictures = []
@@ -121,7 +121,7 @@ class Batches(IterableDataset):  # type: ignore[type-arg]
 def alike(
     pictures: list[UInt8[np.ndarray, "k s s 4"]], share: float, rng: np.random.Generator
 ) -> list[UInt8[np.ndarray, "k s s 4"]]:
-    """The pictures of objects, of which a share takes the mean colour of others, a few of them the same one."""
+    """The pictures, of which a share takes the mean colour of other objects: six at a time the same one."""
     means = [p[1:][p[1:, ..., 3] > 0][:, :3].mean(axis=0) for p in pictures]
     changed = rng.permutation(len(pictures))[: round(share * len(pictures))]
     out = list(pictures)
@@ -135,9 +135,7 @@ def alike(
 def painted(
     picture: UInt8[np.ndarray, "k s s 4"], mean: Float[np.ndarray, "3"], wanted: Float[np.ndarray, "3"]
 ) -> UInt8[np.ndarray, "k s s 4"]:
-    """With another mean colour, as of the same thing in another paint: shadows and patterns get darker and lighter with
-    it, as far as noise allows.
-    """
+    """The same thing in another paint, of that mean colour: shadows and patterns get darker or lighter with it."""
     gain = np.clip(wanted / np.maximum(mean, 1), *_GAINS)
     color = picture[..., :3] * gain + (wanted - gain * mean)
     out = np.concatenate([np.clip(color, 0, 255).astype(np.uint8), picture[..., 3:]], axis=-1)
@@ -191,8 +189,8 @@ def train_descriptor(files: list[Path], out: Path, config: DescriptorConfig | No
     """Trains on files of scenes' crops to `out`, which is written ever again; goes on from there."""
     config = config or DescriptorConfig()
     torch.manual_seed(config.seed)
-    batches = Batches(files, config)
-    net = shipped_descriptor(_some(batches)) if config.shipped and not out.exists() else Descriptor()
+    net = shipped_descriptor(_some(files, config)) if config.shipped and not out.exists() else Descriptor()
+    net.train()
     optimizer = torch.optim.AdamW(net.parameters(), config.rate, weight_decay=0.02)
     start = 0
     if out.exists():
@@ -200,7 +198,7 @@ def train_descriptor(files: list[Path], out: Path, config: DescriptorConfig | No
         start = state["step"]
         net.load_state_dict(state["net"])
         optimizer.load_state_dict(state["optimizer"])
-    batches.config = replace(config, seed=config.seed + start)
+    batches = Batches(files, replace(config, seed=config.seed + start))
     loader = DataLoader(batches, batch_size=None, num_workers=1, prefetch_factor=4)
     began, loss_sum, right_sum = time.time(), 0.0, 0.0
     for step, (crops, portraits) in zip(range(start + 1, config.steps + 1), loader):
@@ -226,7 +224,7 @@ def train_descriptor(files: list[Path], out: Path, config: DescriptorConfig | No
             out.with_suffix(".part").rename(out)
 
 
-def _some(batches: Batches) -> Tensor:
+def _some(files: list[Path], config: DescriptorConfig) -> Tensor:
     """Inputs by which the statistics of the shipped descriptor are measured."""
-    crops, portraits = next(iter(batches))
+    crops, portraits = next(iter(Batches(files, config)))
     return torch.from_numpy(np.concatenate([crops, portraits]))

@@ -1,8 +1,8 @@
-"""The two networks. That for masks is a plain residual U-net on half the resolution of its input, whose outputs are at
-full resolution.
+"""The two networks.
 
-Outputs per pixel: whether it shows an object; and for each of a list of offsets whether the pixel there shows the same
-object (affinities).
+`Eyes` finds masks: a plain residual U-net on half the resolution of its input, whose outputs are at full resolution.
+They say per pixel whether it shows an object; and for each of a list of offsets whether the pixel there shows the same
+object (affinities). `Descriptor` says what an object looks like.
 """
 
 from itertools import pairwise

@@ -34,10 +34,9 @@ def shipped_eyes(samples: Tensor, path: Path = EYES) -> Eyes:
 def shipped_descriptor(samples: Tensor, path: Path = DESCRIPTOR) -> Descriptor:
     """The shipped descriptor; `samples` are some hundreds of inputs (n, 4, SIDE_PX, SIDE_PX)."""
     net = Descriptor().eval()
-    layers = list(net.layers)
     pairs = [
         (layer, norm)
-        for layer, norm in pairwise(layers)
+        for layer, norm in pairwise(net.layers)
         if isinstance(layer, nn.Conv2d) and isinstance(norm, nn.BatchNorm2d)
     ]
     _take_over(net, pairs, path, samples)

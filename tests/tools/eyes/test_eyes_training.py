@@ -60,6 +60,9 @@ def test_a_descriptors_training_goes_on_and_its_file_is_the_network(tmp_path, rn
     descriptor.train_descriptor(files, weights, replace(config, steps=3))
     state = torch.load(weights, weights_only=True)
     assert (first["step"], state["step"]) == (1, 3)
+    further = tmp_path / "further.pt"
+    descriptor.train_descriptor(files, further, replace(config, shipped=True))
+    assert torch.load(further, weights_only=True)["net"]["layers.1.num_batches_tracked"] == 1
     export_descriptor(weights, tmp_path / "d.onnx")
     import onnxruntime
 
