@@ -3,9 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from torc.episode import held
-from torc.episode.held import HeldLook
+from torc.episode.held import HeldLook, told_by
 from torc.perception.protocol import Wanted
 from torc.records import Observation
 
@@ -32,8 +33,32 @@ def test_where_the_object_was_no_depth_counts_as_that_of_before(monkeypatch):
         3,
         np.random.default_rng(),
     )
-    assert look(observation, 0.04)
+    assert look(observation, 0.04, True)
     changed = np.argwhere(given[0] != depth)
     np.testing.assert_array_equal(changed, own)
     assert (given[0][tuple(own.T)] == 0).all()
     assert (depth == 0.5).all()
+
+
+@pytest.mark.parametrize(
+    ("sides", "told"),
+    [
+        ([0.98], True),
+        ([0.05], False),
+        ([0.5], None),
+        ([0.9], None),
+        ([0.5, 0.05], None),
+        ([0.5, 0.94], True),
+        ([0.98, 0.5], True),
+        ([0.94, 0.2, 0.3], True),
+    ],
+)
+def test_other_sides_are_asked_for_where_one_leaves_doubt(sides, told):
+    assert told_by(sides, last=False) is told
+
+
+@pytest.mark.parametrize(
+    ("sides", "told"), [([0.79], False), ([0.81], True), ([0.81, 0.5], False), ([0.5, 0.93, 0.1], True)]
+)
+def test_the_last_side_decides(sides, told):
+    assert told_by(sides, last=True) is told

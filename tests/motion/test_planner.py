@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.motion_checker import PlanChecker
+from torc.collision.checks import carved
+from torc.collision.world import UNKNOWN
 from torc.geometry.transforms import invert, transform_points
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
 from torc.motion.planner import SamplingMotionPlanner
@@ -41,6 +43,34 @@ def test_plans_pass_the_independent_checker(planner, checker, request_for, seed)
     assert checker.faults(plan, request) == []
     assert plan.object_id == request.object_id
     assert request.grasps.object_ids[plan.grasp_index] == request.object_id
+
+
+def test_turns_of_what_is_held_are_free_and_turn_the_hand_on_the_spot(planner, checker, robot, request_for):
+    turned = 0
+    for request in [*request_for(0), *request_for(1)]:
+        plan = planner.plan_pick(request, np.random.default_rng(0))
+        if not isinstance(plan, PickPlan):
+            continue
+        for turn in plan.turns:
+            turned += 1
+            on_the_way = checker.faults(replace(plan, transfer=turn), request)
+            assert [fault for fault in on_the_way if fault.startswith("transfer")] == []
+            ends = tool0_poses(robot.arm, turn.qpos[[0, -1]]) @ robot.gripper.T_tool0_tcp(plan.width_m)
+            np.testing.assert_allclose(ends[0][:3, 2:], ends[1][:3, 2:], atol=1e-9)
+            angle = np.arccos((np.trace(ends[0][:3, :3].T @ ends[1][:3, :3]) - 1) / 2)
+            assert angle == pytest.approx(planner.config.turn_rad)
+    assert turned >= 4
+
+
+def test_a_hand_between_obstacles_does_not_turn(robot, workspace, request_alone):
+    planner, request = SamplingMotionPlanner(robot, workspace), request_alone(0.0)
+    plan = planner.plan_pick(request, np.random.default_rng(0))
+    assert plan.turns
+    start, free = plan.lift.qpos[-1], request.world
+    full = replace(free, kind=np.full_like(free.kind, UNKNOWN))
+    world = carved(full, robot, start, planner.config.opening(robot.gripper.max_width_m), 0.02)
+    context = planner.context(replace(request, world=world), plan.grasp_index, planner.held(request))
+    assert planner.free.turns(context, start) == ()
 
 
 @pytest.mark.usefixtures("any_arrays")

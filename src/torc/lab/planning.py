@@ -1,13 +1,13 @@
 """A motion planner whose plans keep to a laboratory's limits, or are none."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from torc.lab.checks import MotionLimits, motion_faults, stretch_for, stretched
 from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.plugins import warm_up
-from torc.records import PickPlan, PlanFailure, PlanStage
+from torc.records import PickPlan, PlanFailure, PlanStage, Trajectory
 from torc.robots.description import RobotDescription
 
 _STAGES = (PlanStage.FREE, PlanStage.APPROACH, PlanStage.LIFT, PlanStage.TRANSFER, PlanStage.TRANSFER)
@@ -27,10 +27,14 @@ class LimitedMotionPlanner:
         if isinstance(plan, PlanFailure):
             return plan
         for stage, motion in zip(_STAGES, plan.motions, strict=True):
-            slow = stretched(motion, stretch_for(motion, self.limits))
-            if faults := motion_faults(slow, motion.qpos[0], 0.0, self.limits, self.robot):
+            if faults := self._faults(motion):
                 return PlanFailure(stage, f"it leaves the lab's limits: {faults[0]}", plan.grasps_tried)
-        return plan
+        turns = tuple(turn for turn in plan.turns if not self._faults(turn))
+        return plan if len(turns) == len(plan.turns) else replace(plan, turns=turns)
+
+    def _faults(self, motion: Trajectory) -> list[str]:
+        slow = stretched(motion, stretch_for(motion, self.limits))
+        return motion_faults(slow, motion.qpos[0], 0.0, self.limits, self.robot)
 
     def warm_up(self, request: PickRequest) -> None:
         """The other's."""

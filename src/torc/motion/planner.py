@@ -95,6 +95,7 @@ class SamplingMotionPlanner:
             transfer,
             home,
             tried,
+            self.free.turns(context, lift.qpos[-1]),
         )
 
     def held(self, request: PickRequest) -> Held:

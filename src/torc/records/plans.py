@@ -47,6 +47,8 @@ class PickPlan:
         transfer: to above the bin, collision-free with the object's convex hull attached.
         home: from the bin back to rest.
         grasps_tried: grasps for which planning was attempted, this one included.
+        turns: each from the lift's end, the hand turned so that another side of the object is seen; collision-free, and
+            back the same way.
     """
 
     object_id: int
@@ -59,10 +61,11 @@ class PickPlan:
     transfer: Trajectory
     home: Trajectory
     grasps_tried: int
+    turns: tuple[Trajectory, ...] = ()
 
     @property
     def motions(self) -> tuple[Trajectory, ...]:
-        """All five, in order."""
+        """The five that every pick makes, in order."""
         return self.free, self.approach, self.lift, self.transfer, self.home
 
 
