@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.motion_checker import PlanChecker
-from torc.collision.checks import carved
-from torc.collision.world import UNKNOWN
+from torc.collision.world import UNKNOWN, world_from_voxels
 from torc.geometry.transforms import invert, transform_points
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
 from torc.motion.planner import SamplingMotionPlanner
@@ -66,11 +65,14 @@ def test_a_hand_between_obstacles_does_not_turn(robot, workspace, request_alone)
     planner, request = SamplingMotionPlanner(robot, workspace), request_alone(0.0)
     plan = planner.plan_pick(request, np.random.default_rng(0))
     assert plan.turns
-    start, free = plan.lift.qpos[-1], request.world
-    full = replace(free, kind=np.full_like(free.kind, UNKNOWN))
-    world = carved(full, robot, start, planner.config.opening(robot.gripper.max_width_m), 0.02)
-    context = planner.context(replace(request, world=world), plan.grasp_index, planner.held(request))
-    assert planner.free.turns(context, start) == ()
+    free = request.world
+    hidden, by_another = (
+        np.full_like(free.kind, UNKNOWN),
+        np.full_like(free.bits, np.uint64(1) << np.uint64(5)),
+    )
+    full = world_from_voxels(free.grid, hidden, by_another, free.boxes, free.box_names, free.config)
+    context = planner.context(replace(request, world=full), plan.grasp_index, planner.held(request))
+    assert planner.free.turns(context, plan.lift.qpos[-1]) == ()
 
 
 @pytest.mark.usefixtures("any_arrays")
