@@ -25,7 +25,7 @@ class HeldLook:
     """A `torc.robots.protocols.HeldCheck` for one pick: asks perception.
 
     Attributes:
-        sides: how surely each side that was seen shows the target.
+        sides: how surely each side that was seen shows the target; as long as none was, how surely it was before.
     """
 
     pipeline: Pipeline
@@ -35,6 +35,7 @@ class HeldLook:
     object_id: int
     rng: np.random.Generator
     sides: list[float] = field(default_factory=list)
+    seen: bool = False
 
     @property
     def p(self) -> float | None:
@@ -61,7 +62,10 @@ class HeldLook:
         p = ask_recognition(pipeline.perception, seen, mask, self.wanted, scene, self.object_id)
         if p is None:
             return self.is_target
-        self.sides.append(p)
+        if mask.any() and not self.seen:
+            self.sides, self.seen = [p], True
+        elif mask.any() or not self.sides:
+            self.sides.append(p)
         return told_by(self.sides, last)
 
 

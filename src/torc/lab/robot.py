@@ -49,7 +49,11 @@ class LabRobot:
         """Carries out one pick. Raises LabError: then the pick has no result."""
         if true_id is not None:
             raise LabError("A real robot is not told what objects really are.")
-        ask = None if is_target is None else self._asked(is_target)
+        ask = (
+            None
+            if is_target is None
+            else lambda last: is_target(self.capture(), self.gripper.state.width_m, last)
+        )
         trace = execute_pick(self.arm, self.gripper, plan, self.config, self._on_phase, ask)
         self.last_trace = trace
         return PickOutcome(
@@ -63,6 +67,3 @@ class LabRobot:
             at_home=trace.at_home,
             touch=trace.touch,
         )
-
-    def _asked(self, check: HeldCheck) -> Callable[[bool], bool | None]:
-        return lambda last: check(self.capture(), self.gripper.state.width_m, last)

@@ -1,6 +1,6 @@
 """The simulated robot: looks, carries out picks, and knows the truth about what came of them."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -127,7 +127,11 @@ class SimulatedRobot(Closing):
             if step.phase is Phase.LIFT and step.reached:
                 carried.update(self._contacts.carried(heights_before, self.config.risen_m))
 
-        ask = None if is_target is None else self._asked(is_target)
+        ask = (
+            None
+            if is_target is None
+            else lambda last: is_target(self.capture(), self.gripper.state.width_m, last)
+        )
         trace = execute_pick(self.arm, self.gripper, plan, self.config.execution, look, ask)
         self.last_trace = trace
         self.wait_for_rest()
@@ -192,9 +196,6 @@ class SimulatedRobot(Closing):
     def close(self) -> None:
         """Frees what the camera holds."""
         self.camera.close()
-
-    def _asked(self, check: HeldCheck) -> Callable[[bool], bool | None]:
-        return lambda last: check(self.capture(), self.gripper.state.width_m, last)
 
     def _clear(self, carried: set[int]) -> tuple[set[int], tuple[int, ...]]:
         """Takes what left the table out of the scene: what the gripper carried to the bin, and what left otherwise."""
