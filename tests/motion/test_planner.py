@@ -46,7 +46,8 @@ def test_plans_pass_the_independent_checker(planner, checker, request_for, seed)
 
 def test_turns_of_what_is_held_are_free_and_turn_the_hand_on_the_spot(planner, checker, robot, request_for):
     turned = 0
-    for request in [*request_for(0), *request_for(1)]:
+    for asked in [*request_for(0), *request_for(1)]:
+        request = replace(asked, turns=True)
         plan = planner.plan_pick(request, np.random.default_rng(0))
         if not isinstance(plan, PickPlan):
             continue
@@ -61,8 +62,18 @@ def test_turns_of_what_is_held_are_free_and_turn_the_hand_on_the_spot(planner, c
     assert turned >= 4
 
 
+def test_turns_are_planned_where_they_are_asked_for_alone(planner, request_alone):
+    plans = [
+        planner.plan_pick(replace(request_alone(0.0), turns=asked), np.random.default_rng(0))
+        for asked in (False, True)
+    ]
+    assert plans[0].turns == ()
+    assert plans[1].turns
+    assert _same(*plans)
+
+
 def test_a_hand_between_obstacles_does_not_turn(robot, workspace, request_alone):
-    planner, request = SamplingMotionPlanner(robot, workspace), request_alone(0.0)
+    planner, request = SamplingMotionPlanner(robot, workspace), replace(request_alone(0.0), turns=True)
     plan = planner.plan_pick(request, np.random.default_rng(0))
     assert plan.turns
     free = request.world
