@@ -60,7 +60,7 @@ class FakeRobot:
             return self.results[len(self.executed) - 1]
         meant = plan.object_id if true_id is None else true_id
         self.shapes = [s for s in self.shapes if s.id != meant]
-        believed = plan.object_id == TARGET_ID if is_target is None else is_target(self.capture(), 0.04, True)
+        believed = plan.object_id == TARGET_ID if is_target is None else is_target(self.capture(), 0.04)
         result, felt = _delivered(meant == TARGET_ID), _delivered(believed)
         told = FeltOutcome(felt, True, True)
         return PickOutcome(

@@ -52,7 +52,7 @@ def test_a_pick_is_told_as_it_was_felt(robot):
 def test_what_is_in_the_hand_is_looked_at_where_the_arm_holds_it(robot):
     lab, seen = robot_of(robot), []
 
-    def is_target(observation, width_m, last):
+    def is_target(observation, width_m):
         seen.append((observation.qpos.copy(), width_m))
         return True
 

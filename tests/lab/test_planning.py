@@ -9,7 +9,7 @@ from test_supervisor import WIDE
 
 from torc.lab.checks import limits_of
 from torc.lab.planning import LimitedMotionPlanner
-from torc.records import PickPlan, PlanFailure, PlanStage, Trajectory
+from torc.records import PickPlan, PlanFailure, PlanStage
 
 
 class Planner:
@@ -61,16 +61,3 @@ def test_what_leaves_the_box_or_the_joint_limits_is_no_plan(robot, of_robot):
     assert isinstance(told, PlanFailure)
     assert told.stage is PlanStage.TRANSFER
     assert not isinstance(told, PickPlan)
-
-
-def test_turns_that_leave_the_limits_are_left_out(robot, of_robot):
-    wide = limits_of(robot, *WIDE, 1.0, 0.01)
-    start = of_robot.lift.qpos[-1]
-    path = np.tile(start, (101, 1))
-    path[:, -1] += np.linspace(0, 0.5, 101)
-    near = Trajectory(np.linspace(0, 2, 101), path, np.zeros_like(path))
-    far = replace(near, qpos=np.where(np.arange(7) == 6, start - (path - start), start))
-    both = replace(of_robot, turns=(near, far))
-    assert answer(robot, wide, both) is both
-    lower = np.where(np.arange(7) == 6, start - 0.1, wide.lower)
-    assert answer(robot, replace(wide, lower=lower), both).turns == (near,)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from tests.helpers.motion_checker import PlanChecker
-from torc.collision.world import UNKNOWN, world_from_voxels
 from torc.geometry.transforms import invert, transform_points
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
 from torc.motion.planner import SamplingMotionPlanner
@@ -42,48 +41,6 @@ def test_plans_pass_the_independent_checker(planner, checker, request_for, seed)
     assert checker.faults(plan, request) == []
     assert plan.object_id == request.object_id
     assert request.grasps.object_ids[plan.grasp_index] == request.object_id
-
-
-def test_turns_of_what_is_held_are_free_and_turn_the_hand_on_the_spot(planner, checker, robot, request_for):
-    turned = 0
-    for asked in [*request_for(0), *request_for(1)]:
-        request = replace(asked, turns=True)
-        plan = planner.plan_pick(request, np.random.default_rng(0))
-        if not isinstance(plan, PickPlan):
-            continue
-        for turn in plan.turns:
-            turned += 1
-            on_the_way = checker.faults(replace(plan, transfer=turn), request)
-            assert [fault for fault in on_the_way if fault.startswith("transfer")] == []
-            ends = tool0_poses(robot.arm, turn.qpos[[0, -1]]) @ robot.gripper.T_tool0_tcp(plan.width_m)
-            np.testing.assert_allclose(ends[0][:3, 2:], ends[1][:3, 2:], atol=1e-9)
-            angle = np.arccos((np.trace(ends[0][:3, :3].T @ ends[1][:3, :3]) - 1) / 2)
-            assert angle == pytest.approx(planner.config.turn_rad)
-    assert turned >= 4
-
-
-def test_turns_are_planned_where_they_are_asked_for_alone(planner, request_alone):
-    plans = [
-        planner.plan_pick(replace(request_alone(0.0), turns=asked), np.random.default_rng(0))
-        for asked in (False, True)
-    ]
-    assert plans[0].turns == ()
-    assert plans[1].turns
-    assert _same(*plans)
-
-
-def test_a_hand_between_obstacles_does_not_turn(robot, workspace, request_alone):
-    planner, request = SamplingMotionPlanner(robot, workspace), replace(request_alone(0.0), turns=True)
-    plan = planner.plan_pick(request, np.random.default_rng(0))
-    assert plan.turns
-    free = request.world
-    hidden, by_another = (
-        np.full_like(free.kind, UNKNOWN),
-        np.full_like(free.bits, np.uint64(1) << np.uint64(5)),
-    )
-    full = world_from_voxels(free.grid, hidden, by_another, free.boxes, free.box_names, free.config)
-    context = planner.context(replace(request, world=full), plan.grasp_index, planner.held(request))
-    assert planner.free.turns(context, plan.lift.qpos[-1]) == ()
 
 
 @pytest.mark.usefixtures("any_arrays")

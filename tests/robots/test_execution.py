@@ -1,6 +1,5 @@
 """The course of a pick on an arm and a gripper that obey at once, and whatever may go wrong."""
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -184,8 +183,7 @@ def test_a_blocked_way_back_from_the_transfer_ends_the_pick_with_the_object_held
 def test_a_look_at_what_is_held_counts_for_more_than_the_plan(object_id, target):
     arm, looked_at = FakeArm(REST), []
 
-    def is_target(last):
-        assert last
+    def is_target():
         looked_at.append(arm.qpos.copy())
         return target
 
@@ -194,62 +192,8 @@ def test_a_look_at_what_is_held_counts_for_more_than_the_plan(object_id, target)
     np.testing.assert_allclose(looked_at, [UP])
 
 
-LEFT, RIGHT = (np.array(q, dtype=float) for q in ([1.1, 0, 1.5], [1.1, 0, -1.5]))
-
-
-def turning(object_id=3):
-    return replace(plan(object_id), turns=(motion(UP, LEFT), motion(UP, RIGHT)))
-
-
-@pytest.mark.parametrize(
-    ("answers", "seen_at", "result"),
-    [
-        ([True], [UP], PickResult.RETRIEVED),
-        ([None, False], [UP, LEFT], PickResult.REMOVED),
-        ([None, None, True], [UP, LEFT, RIGHT], PickResult.RETRIEVED),
-        ([None, None, None], [UP, LEFT, RIGHT], PickResult.REMOVED),
-    ],
-)
-def test_the_hand_turns_until_it_is_clear_what_it_holds(answers, seen_at, result):
-    arm, asked = FakeArm(REST), []
-
-    def is_target(last):
-        asked.append((arm.qpos.copy(), last))
-        return answers[len(asked) - 1]
-
-    trace = execute_pick(arm, FakeGripper(), turning(TARGET_ID), is_target=is_target)
-    assert trace.result is result
-    assert trace.delivered
-    assert trace.at_home
-    np.testing.assert_allclose([q for q, _ in asked], seen_at, atol=1e-9)
-    assert [last for _, last in asked] == [k == 2 for k in range(len(answers))]
-    assert phases(trace).count(Phase.TURN) == phases(trace).count(Phase.RETREAT) == len(answers) - 1
-
-
-def test_an_arm_that_cannot_turn_back_stops_with_the_object_held():
-    arm, gripper = FakeArm(REST, stop_at={4: 0.5}), FakeGripper()
-    trace = execute_pick(arm, gripper, turning(), is_target=lambda last: None)
-    assert trace.result is PickResult.STOPPED
-    assert not trace.at_home
-    assert "turn" in trace.detail
-    assert len(arm.followed) == 5
-    assert gripper.commands[-1][0] == "close"
-
-
-def test_a_turn_that_is_cut_short_is_looked_at_from_there():
-    arm, seen = FakeArm(REST, stop_at={3: 0.5}), []
-
-    def is_target(last):
-        seen.append(arm.qpos[2])
-        return None if len(seen) == 1 else True
-
-    trace = execute_pick(arm, FakeGripper(), turning(), is_target=is_target)
-    assert trace.result is PickResult.RETRIEVED
-    assert seen == pytest.approx([0.0, 0.75])
-
-
 def test_nobody_looks_at_an_empty_hand():
-    def is_target(last):
+    def is_target():
         raise AssertionError("There is nothing to look at.")
 
     trace = execute_pick(FakeArm(REST), FakeGripper(object_width_m=None), plan(), is_target=is_target)

@@ -29,7 +29,7 @@ def test_the_held_object_and_nothing_else(rough, least):
     before = measured(robot.capture())
     agreement = []
 
-    def is_target(observation, width_m, last):
+    def is_target(observation, width_m):
         seen = measured(observation)
         mask = held_mask(replace(seen, label_image=None), before.depth_m, ROBOT, width_m, rough)
         true = observation.label_image == 0
@@ -50,9 +50,7 @@ def lifted(check):
     world = world_of(standing("target", "carton", 0.62, -0.15), robot=ROBOT)
     robot = SimulatedRobot(world)
     before = robot.capture()
-    robot.execute(
-        plan_for(world, 0), is_target=lambda seen, width_m, last: bool(check(seen, before, width_m))
-    )
+    robot.execute(plan_for(world, 0), is_target=lambda seen, width_m: bool(check(seen, before, width_m)))
 
 
 def test_a_long_thing_is_seen_to_its_end():

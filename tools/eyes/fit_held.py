@@ -1,7 +1,7 @@
 """How surely what is in the hand is the target: fitted on picks in scenes in which every object is the target once.
 
-Picks are random ones. Before each, and after its lift, torc's own eyes look; then at the sides that the hand shows by
-turning. The reference pictures are a turn-table of each object, as in simulated trials.
+Picks are random ones. Before each, and after its lift, torc's own eyes look; the reference pictures are a turn-table of
+each object, as in simulated trials.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 
 from tools.eyes.fit_target import references
 from tools.grasp_model.scenes import SceneConfig, make_scene
-from torc.episode.held import SURE, told_by
+from torc.episode.held import SURE
 from torc.episode.loop import Episode
 from torc.episode.simulated import pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, Steps
@@ -36,19 +36,18 @@ _DOUBT = 0.3
 
 @dataclass(frozen=True)
 class HeldCase:
-    """What is in the hand, if one object is the target: the cosine of each of its sides to the target's pictures, how
-    surely it was the target before the pick, and whether it is."""
+    """What is in the hand, if one object is the target: the cosine to its pictures, how surely it was the target before
+    the pick, and whether it is."""
 
-    cosines: tuple[float, ...]
+    cosine: float
     before: float
     right: bool
 
 
 class Noting(EmbeddedPerception):
-    """Keeps what it is asked about in the hand: the scene of before, the object's id there, and what each of its sides
-    looks like."""
+    """Keeps what it is asked about in the hand: the scene of before, the object's id there, and what it looks like."""
 
-    noted: tuple[SegmentedScene, int, list[Float32[np.ndarray, "d"]]] | None = None
+    noted: tuple[SegmentedScene, int, Float32[np.ndarray, "d"]] | None = None
 
     def recognise(
         self,
@@ -58,11 +57,10 @@ class Noting(EmbeddedPerception):
         scene: SegmentedScene,
         object_id: int,
     ) -> float | None:
-        """Nothing is surely the target, so that all sides are shown and the episode goes on."""
+        """Nothing is the target, so that the episode goes on."""
         if mask.any():
-            look = describe(crop(observation.rgb, mask)[None])[0]
-            self.noted = scene, object_id, [*(self.noted[2] if self.noted else []), look]
-        return 0.5
+            self.noted = scene, object_id, describe(crop(observation.rgb, mask)[None])[0]
+        return 0.0
 
 
 def fit_held(scenes: int, depth: str, held_out: bool, seed: int = 78) -> None:
@@ -82,32 +80,17 @@ def fit_held(scenes: int, depth: str, held_out: bool, seed: int = 78) -> None:
     print(f"held_likeness {fitted.held_likeness:.3f}, held_steepness {fitted.held_steepness:.1f}, ", end="")
     print(f"held_trust {fitted.held_trust:.2f}")
     for name, tried in (("shipped", config), ("fitted", fitted)):
-        for sure in (0.5, 0.7, SURE, 0.9):
-            tell([(c, probabilities(c, tried)[0] >= sure) for c in cases], f"{name}, sure {sure}, one side")
-    tell([(c, told_in_turn(probabilities(c, config))) for c in cases], "other sides where in doubt")
-
-
-def probabilities(case: HeldCase, config: TargetConfig) -> list[float]:
-    """How surely each side shows the target."""
-    return [held_probability(cosine, case.before, config) for cosine in case.cosines]
-
-
-def told_in_turn(p: list[float]) -> bool:
-    """Whether it is taken for the target where sides are shown one after the other, as in a pick."""
-    told = (told_by(p[: k + 1], last=k == len(p) - 1) for k in range(len(p)))
-    return next(t for t in told if t is not None)
-
-
-def tell(taken: list[tuple[HeldCase, bool]], how: str) -> None:
-    """Prints how many are known, and how many are mistaken."""
-    known = np.mean([t for c, t in taken if c.right])
-    doubtful, others = (
-        [t for c, t in taken if not c.right and (c.before >= _DOUBT) == doubt] for doubt in (True, False)
-    )
-    print(
-        f"{how}: {known:.3f} of the targets known; taken for it: {sum(doubtful)} of {len(doubtful)} that were "
-        f"doubtful before, {sum(others)} of {len(others)} others"
-    )
+        for sure in (0.5, 0.7, 0.8, SURE):
+            taken = [(c, held_probability(c.cosine, c.before, tried) >= sure) for c in cases]
+            known = np.mean([t for c, t in taken if c.right])
+            doubtful, others = (
+                [t for c, t in taken if not c.right and (c.before >= _DOUBT) == doubt]
+                for doubt in (True, False)
+            )
+            print(
+                f"{name}, sure {sure}: {known:.3f} of the targets known; taken for it: {sum(doubtful)} of "
+                f"{len(doubtful)} that were doubtful before, {sum(others)} of {len(others)} others"
+            )
 
 
 def picked(problem: Problem, system: System, rng: np.random.Generator) -> list[HeldCase]:
@@ -132,11 +115,7 @@ def picked(problem: Problem, system: System, rng: np.random.Generator) -> list[H
 
 
 def _cases(
-    scene: SegmentedScene,
-    object_id: int,
-    seen: list[Float32[np.ndarray, "d"]],
-    models: list[str],
-    held: str,
+    scene: SegmentedScene, object_id: int, seen: Float32[np.ndarray, "d"], models: list[str], held: str
 ) -> list[HeldCase]:
     looks = {k.id: k.look for k in scene.known}
     of_masks = np.stack([looks[k] for k in scene.ids])
@@ -148,8 +127,7 @@ def _cases(
         stretched = stretch(sizes_m, size_by_ruler(load_object(model)))
         p = target_probabilities(of_masks, pixels, pictures, TargetConfig(), stretched)
         before = float(p[scene.ids.index(object_id)])
-        cosines = tuple(float((pictures @ side).max()) for side in seen)
-        cases.append(HeldCase(cosines, before, model == held))
+        cases.append(HeldCase(float((pictures @ seen).max()), before, model == held))
     return cases
 
 
@@ -164,7 +142,7 @@ def fitted_config(cases: list[HeldCase], start: TargetConfig) -> TargetConfig:
         )
 
     def loss(numbers: Float[np.ndarray, "3"]) -> float:
-        p = np.array([probabilities(c, config(numbers))[0] for c in cases])
+        p = np.array([held_probability(c.cosine, c.before, config(numbers)) for c in cases])
         return -float(np.log(np.clip(np.where(right, p, 1 - p), 1e-9, 1)).sum())
 
     begin = [start.held_likeness, np.log(start.held_steepness), start.held_trust]

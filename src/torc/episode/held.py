@@ -1,7 +1,6 @@
 """Looking at what was lifted, before it is brought: is it the target?"""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,12 +11,9 @@ from torc.pipeline.look import Look, Pipeline
 from torc.records import TARGET_ID, Observation
 from torc.robots.description import RobotDescription
 
-SURE = 0.8
-"""From this probability on, what is in the hand is the target, if one side of it was seen."""
-SURE_OF_SEVERAL = 0.93
-"""The same for the surest of several sides: each is another chance to look like the target."""
-_CLEAR = (0.1, 0.97)
-"""Below and above this, one side is enough."""
+SURE = 0.9
+"""From this probability on, what is in the hand is the target. Higher than even: a wrong object that is brought as the
+target ends the work, while a target that was not known is in the bin all the same."""
 
 
 @dataclass
@@ -25,7 +21,7 @@ class HeldLook:
     """A `torc.robots.protocols.HeldCheck` for one pick: asks perception.
 
     Attributes:
-        sides: how surely each side that was seen shows the target; as long as none was, how surely it was before.
+        p: what came of it; None as long as nobody asked, or where perception cannot tell.
     """
 
     pipeline: Pipeline
@@ -34,23 +30,15 @@ class HeldLook:
     wanted: Wanted
     object_id: int
     rng: np.random.Generator
-    sides: list[float] = field(default_factory=list)
-    seen: bool = False
-
-    @property
-    def p(self) -> float | None:
-        """By the surest side; None as long as nobody asked, or where perception cannot tell."""
-        return max(self.sides, default=None)
+    p: float | None = None
 
     @property
     def is_target(self) -> bool:
         """By what was seen in the hand; else what it was believed to be."""
-        return bool(told_by(self.sides, last=True)) if self.sides else self.object_id == TARGET_ID
+        return self.object_id == TARGET_ID if self.p is None else self.p >= SURE
 
-    def __call__(self, observation: Observation, width_m: float, last: bool) -> bool | None:
-        """Whether the object in the hand is the target; None if another side should be seen, and it is not the last.
-        Raises PartError if perception or depth crashed.
-        """
+    def __call__(self, observation: Observation, width_m: float) -> bool:
+        """Whether the object in the hand is the target. Raises PartError if perception or depth crashed."""
         scene, pipeline = self.look.context.scene, self.pipeline
         then = scene.observation
         seen = replace(pipeline.measured(observation, self.rng), label_image=None)
@@ -59,19 +47,5 @@ class HeldLook:
         before_m[tuple(scene.object(self.object_id).pixels.T)] = 0
         rough = getattr(pipeline.depth, "rough", False) or pipeline.noise is not None
         mask = held_mask(seen, before_m, self.robot, width_m, rough)
-        p = ask_recognition(pipeline.perception, seen, mask, self.wanted, scene, self.object_id)
-        if p is None:
-            return self.is_target
-        if mask.any() and not self.seen:
-            self.sides, self.seen = [p], True
-        elif mask.any() or not self.sides:
-            self.sides.append(p)
-        return told_by(self.sides, last)
-
-
-def told_by(sides: Sequence[float], last: bool) -> bool | None:
-    """Whether an object is the target, by how surely each of its sides shows it; None if another one should tell."""
-    best, several = max(sides), len(sides) > 1
-    if not last and _CLEAR[0] < best < (SURE_OF_SEVERAL if several else _CLEAR[1]):
-        return None
-    return best >= (SURE_OF_SEVERAL if several else SURE)
+        self.p = ask_recognition(pipeline.perception, seen, mask, self.wanted, scene, self.object_id)
+        return self.is_target

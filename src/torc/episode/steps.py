@@ -67,19 +67,18 @@ class Steps:
         if isinstance(choice, PickOutcome):
             outcome = choice
         else:
-            # Ids that perception was given are the truth, whoever says otherwise.
-            named = decision.is_target and scene.observation.label_image is None
-            # Who names the target is trusted; else what is lifted is looked at.
-            check = None if named else self._held_look(state, look, choice)
             with self.clock.stage("plan motions") as lap:
                 rng = stage_rng(self.config.seed, state.pick, "motion")
-                request = replace(pick_request(look, choice), turns=check is not None)
-                plan = ask_motion_planner(self.parts.motion_planner, request, rng)
+                plan = ask_motion_planner(self.parts.motion_planner, pick_request(look, choice), rng)
             self._tell(Planned(state.pick, look, plan, lap.seconds))
             if isinstance(plan, PlanFailure):
                 outcome = PickOutcome(PickResult.NO_PLAN, choice, detail=f"{plan.stage}: {plan.reason}")
             else:
+                # Ids that perception was given are the truth, whoever says otherwise.
+                named = decision.is_target and scene.observation.label_image is None
                 meant = replace(plan, object_id=TARGET_ID) if named else plan
+                # Who names the target is trusted; else what is lifted is looked at.
+                check = None if named else self._held_look(state, look, choice)
                 with self.clock.stage("execute") as lap:
                     outcome = self.parts.robot.execute(meant, truth.get(choice), check)
                 seconds = lap.seconds

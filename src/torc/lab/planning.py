@@ -1,13 +1,13 @@
 """A motion planner whose plans keep to a laboratory's limits, or are none."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from torc.lab.checks import MotionLimits, motion_faults, stretch_for, stretched
 from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.plugins import warm_up
-from torc.records import PickPlan, PlanFailure, PlanStage, Trajectory
+from torc.records import PickPlan, PlanFailure, PlanStage
 from torc.robots.description import RobotDescription
 
 _STAGES = (PlanStage.FREE, PlanStage.APPROACH, PlanStage.LIFT, PlanStage.TRANSFER, PlanStage.TRANSFER)
@@ -27,14 +27,10 @@ class LimitedMotionPlanner:
         if isinstance(plan, PlanFailure):
             return plan
         for stage, motion in zip(_STAGES, plan.motions, strict=True):
-            if faults := self._faults(motion):
+            slow = stretched(motion, stretch_for(motion, self.limits))
+            if faults := motion_faults(slow, motion.qpos[0], 0.0, self.limits, self.robot):
                 return PlanFailure(stage, f"it leaves the lab's limits: {faults[0]}", plan.grasps_tried)
-        turns = tuple(turn for turn in plan.turns if not self._faults(turn))
-        return plan if len(turns) == len(plan.turns) else replace(plan, turns=turns)
-
-    def _faults(self, motion: Trajectory) -> list[str]:
-        slow = stretched(motion, stretch_for(motion, self.limits))
-        return motion_faults(slow, motion.qpos[0], 0.0, self.limits, self.robot)
+        return plan
 
     def warm_up(self, request: PickRequest) -> None:
         """The other's."""

@@ -49,11 +49,7 @@ class LabRobot:
         """Carries out one pick. Raises LabError: then the pick has no result."""
         if true_id is not None:
             raise LabError("A real robot is not told what objects really are.")
-        ask = (
-            None
-            if is_target is None
-            else lambda last: is_target(self.capture(), self.gripper.state.width_m, last)
-        )
+        ask = None if is_target is None else lambda: is_target(self.capture(), self.gripper.state.width_m)
         trace = execute_pick(self.arm, self.gripper, plan, self.config, self._on_phase, ask)
         self.last_trace = trace
         return PickOutcome(

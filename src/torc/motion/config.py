@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 
 @dataclass(frozen=True)
 class CartesianConfig:
@@ -82,7 +80,6 @@ class MotionConfig:
         drop_yaws: directions of the gripper over the bin, evenly spread.
         drop_raises_m: heights added to the drop position, the first that has a solution is taken.
         attached_spheres: most spheres that stand for a held object.
-        turn_rad: by how much the hand turns either way to show other sides of what it holds.
     """
 
     max_grasps: int = 8
@@ -91,7 +88,6 @@ class MotionConfig:
     drop_yaws: int = 12
     drop_raises_m: tuple[float, ...] = (0.0, 0.06, 0.12)
     attached_spheres: int = 40
-    turn_rad: float = float(np.pi / 2)
     cartesian: CartesianConfig = field(default_factory=CartesianConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     timing: TimingConfig = field(default_factory=TimingConfig)

@@ -1,4 +1,4 @@
-"""The free motions of a pick: to the pre-grasp, turns of what is held, with it to the bin, and home."""
+"""The free motions of a pick: to the pre-grasp, with the object to the bin, and home."""
 
 from functools import cached_property
 
@@ -15,7 +15,7 @@ from torc.motion.line_context import LineContext
 from torc.motion.lines import LinePair
 from torc.motion.protocol import NoMotionError
 from torc.motion.space import FreeSpace, MotionQuery, free_space
-from torc.motion.timed_motions import timed_motion, timed_path, way_out
+from torc.motion.timed_motions import timed_motion, way_out
 from torc.motion.timing import join, time_path
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import RobotDescription
@@ -80,24 +80,6 @@ class FreeMotions:
                 except NoMotionError as error:
                     failed = error
         raise failed
-
-    def turns(self, context: LineContext, start: Float[np.ndarray, "dof"]) -> tuple[Trajectory, ...]:
-        """The hand turned by its last joint, either way, where that is free: the camera sees other sides of the object,
-        which is taken to be as large as it may be. Nothing is raised: a pick does without.
-        """
-        held, arm = context.held.possible, self._robot.arm
-        world, margin_m = self._ways_to_bin(context, start, held)[0]
-        try:
-            world = self._opened(world, start, context.width_m, held, margin_m)
-        except NoMotionError:
-            return ()
-        space = self._space(world, context.width_m, held)
-        ends = np.repeat(start[None], 2, axis=0)
-        ends[:, -1] += (self._config.turn_rad, -self._config.turn_rad)
-        within = ((ends > arm.lower) & (ends < arm.upper)).all(axis=1)
-        ends = ends[within & ~space.edges_collide(start, ends)]
-        timed = [timed_path(np.stack([start, end]), space, arm, self._config) for end in ends]
-        return tuple(t for t in timed if t is not None)
 
     def _ways_to_bin(
         self, context: LineContext, start: Float[np.ndarray, "dof"], held: Float[np.ndarray, "a 4"]

@@ -95,7 +95,6 @@ class SamplingMotionPlanner:
             transfer,
             home,
             tried,
-            self.free.turns(context, lift.qpos[-1]) if request.turns else (),
         )
 
     def held(self, request: PickRequest) -> Held:

@@ -30,7 +30,6 @@ class PickRequest:
         report: which of them are valid, with an inverse-kinematics solution each.
         object_id: the object to pick.
         qpos_start: where the arm is, radians.
-        turns: whether other sides of what is held may have to be seen; see `PickPlan.turns`.
     """
 
     scene: SegmentedScene
@@ -40,7 +39,6 @@ class PickRequest:
     report: GraspReport
     object_id: int
     qpos_start: Float[np.ndarray, "dof"]
-    turns: bool = False
 
 
 class MotionPlanner(Protocol):

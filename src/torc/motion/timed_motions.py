@@ -53,14 +53,14 @@ def timed_motion(
         found = free_path(finer, config.search, rng)
         if found is None:
             return failed
-        trajectory = timed_path(found[0], finer.space, arm, config)
+        trajectory = _timed(found[0], finer.space, arm, config)
         if trajectory is not None:
             return trajectory, found[1]
         failed = PlanStage.TIMING
     return failed
 
 
-def timed_path(
+def _timed(
     path: Float[np.ndarray, "m dof"], space: FreeSpace, arm: ArmDescription, config: MotionConfig
 ) -> Trajectory | None:
     """The polyline with rounded corners, timed; where that is not free after all, it stops at the corners."""

@@ -47,8 +47,6 @@ class PickPlan:
         transfer: to above the bin, collision-free with the object's convex hull attached.
         home: from the bin back to rest.
         grasps_tried: grasps for which planning was attempted, this one included.
-        turns: each from the lift's end, the hand turned so that another side of the object is seen; collision-free, and
-            back the same way.
     """
 
     object_id: int
@@ -61,11 +59,10 @@ class PickPlan:
     transfer: Trajectory
     home: Trajectory
     grasps_tried: int
-    turns: tuple[Trajectory, ...] = ()
 
     @property
     def motions(self) -> tuple[Trajectory, ...]:
-        """The five that every pick makes, in order."""
+        """All five, in order."""
         return self.free, self.approach, self.lift, self.transfer, self.home
 
 

@@ -1,5 +1,4 @@
-"""Carrying out a planned pick, on any hardware: open, free motion, guarded approach, close, lift, transfer, open, home;
-after the lift the hand turns if what it holds must be seen from other sides.
+"""Carrying out a planned pick, on any hardware: open, free motion, guarded approach, close, lift, transfer, open, home.
 Whatever stops a motion, the arm backs off along the way it came (known to be free) and ends at rest if it can.
 """
 
@@ -44,7 +43,6 @@ class Phase(StrEnum):
     APPROACH = "approach"
     CLOSE = "close"
     LIFT = "lift"
-    TURN = "turn"
     TRANSFER = "transfer"
     RELEASE = "release"
     HOME = "home"
@@ -93,10 +91,10 @@ def execute_pick(
     plan: PickPlan,
     config: ExecutionConfig | None = None,
     on_phase: Callable[[PhaseTrace], None] | None = None,
-    is_target: Callable[[bool], bool | None] | None = None,
+    is_target: Callable[[], bool] | None = None,
 ) -> ExecutionTrace:
     """Carry out one pick; returns when the arm rests at home again, or where it could get no further. `is_target` is
-    asked after a lift with something in the hand, as a `HeldCheck`; without it, the plan's object id tells.
+    asked after a lift with something in the hand; without it, the plan's object id tells.
     """
     run = _Run(arm, gripper, plan, config or ExecutionConfig(), on_phase)
     run.open(Phase.OPEN)
@@ -111,10 +109,7 @@ def execute_pick(
     run.held_after_lift = run.gripper.state.holding
     target = plan.object_id == TARGET_ID
     if run.held_after_lift and is_target is not None:
-        told = run.show(is_target)
-        if told is None:
-            return run.trace(PickResult.STOPPED, False, run.why("turn"))
-        target = told
+        target = is_target()
     if not run.follow(Phase.TRANSFER, plan.transfer, None):
         # Put it back where it stood. Where the arm cannot get there it stops: letting go high up would drop the
         # object, and from off its path the arm must not leap on to an earlier one.
@@ -202,21 +197,6 @@ class _Run:
         """Whether the arm stopped close enough to the grasp to close the gripper all the same."""
         error = np.abs(self.arm.qpos - self.plan.approach.qpos[-1]).max()
         return bool(error <= self.config.close_within_rad)
-
-    def show(self, is_target: Callable[[bool], bool | None]) -> bool | None:
-        """Whether what is held is the target; the hand turns as long as that is not clear. None: it did not turn back,
-        and from off its path the arm must not go on.
-        """
-        told, left = is_target(not self.plan.turns), len(self.plan.turns)
-        for turn in self.plan.turns:
-            if told is not None:
-                break
-            left -= 1
-            self.follow(Phase.TURN, turn, None)
-            told = is_target(left == 0)
-            if not self.retreat(1):
-                return None
-        return bool(told)
 
     def retreat(self, motions: int | None = None) -> bool:
         """Go back along the latest motions, by default along all; whether the arm is where the first of them began."""

@@ -45,10 +45,9 @@ class GripperState:
     holding: bool
 
 
-HeldCheck = Callable[[Observation, float, bool], bool | None]
-"""Whether what the gripper holds is the target: by a snapshot with the arm at rest after the lift, by the gripper's
-opening, and by the snapshots of other sides before. None asks for another side; if the last argument is True, there is
-none left."""
+HeldCheck = Callable[[Observation, float], bool]
+"""Whether what the gripper holds is the target, by a snapshot with the arm at rest after the lift, and by the gripper's
+opening."""
 
 
 @runtime_checkable

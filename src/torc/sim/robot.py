@@ -127,11 +127,7 @@ class SimulatedRobot(Closing):
             if step.phase is Phase.LIFT and step.reached:
                 carried.update(self._contacts.carried(heights_before, self.config.risen_m))
 
-        ask = (
-            None
-            if is_target is None
-            else lambda last: is_target(self.capture(), self.gripper.state.width_m, last)
-        )
+        ask = None if is_target is None else lambda: is_target(self.capture(), self.gripper.state.width_m)
         trace = execute_pick(self.arm, self.gripper, plan, self.config.execution, look, ask)
         self.last_trace = trace
         self.wait_for_rest()
