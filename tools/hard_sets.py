@@ -26,20 +26,26 @@ from torc.problems.sets import select_problems
 @dataclass(frozen=True)
 class Rule:
     """What a set takes: the first `each` candidates of a category by seed whose ORACLE needs from `fewest` to `most`
-    picks with seed 0; with `twins`, pairs of which ORACLE also solves the twin, in two picks at least.
+    picks with seed 0; with `twins`, pairs of which ORACLE also solves the twin, in two picks at least. `family` is that
+    of the candidates, where it is not the set's name.
     """
 
     each: Mapping[str, int]
     fewest: int = 2
     most: int = 15
     twins: bool = False
+    family: Family | None = None
 
 
 RULES = MappingProxyType(
     {
-        Family.ABSENT: Rule({"structured": 10}, most=14, twins=True),
-        Family.UNGRASPABLE: Rule({"structured": 10, "unstructured": 10}),
-        Family.LARGE: Rule({"unstructured": 20}, fewest=4),
+        "absent": Rule({"structured": 10}, most=14, twins=True),
+        "look-alikes": Rule({"structured": 10, "unstructured": 10}),
+        "ungraspable": Rule({"structured": 10, "unstructured": 10}),
+        "deep": Rule({"structured": 10, "unstructured": 10}, family=Family.USUAL),
+        "fragile": Rule({"structured": 20}),
+        "large": Rule({"unstructured": 20}, fewest=4),
+        "cupboard": Rule({"structured": 20}),
     }
 )
 _FEWEST_OF_TWIN = 2
@@ -59,17 +65,16 @@ class Answered:
         return int(self.problem.origin["seed"])
 
 
-def choose(family: Family, candidates: Iterable[Answered], rule: Rule) -> list[tuple[Answered, ...]]:
+def choose(set_name: str, candidates: Iterable[Answered], rule: Rule) -> list[tuple[Answered, ...]]:
     """The candidates of a set in the order of their seeds, each with its twin if the rule wants twins."""
     found = sorted(candidates, key=lambda c: (c.seed, c.problem.name))
-    twins = {
-        (c.problem.category, c.seed): c for c in found if c.problem.origin["family"] == Family.ABSENT_TWIN
-    }
+    twins = {(c.problem.category, c.seed): c for c in found if _family(c) == Family.ABSENT_TWIN}
+    wanted = set_name if rule.family is None else rule.family
     taken: Counter[str] = Counter()
     chosen: list[tuple[Answered, ...]] = []
     for c in found:
         category = c.problem.category
-        if c.problem.origin["family"] != family or taken[category] == rule.each.get(category, 0):
+        if _family(c) != wanted or taken[category] == rule.each.get(category, 0):
             continue
         twin = twins.get((category, c.seed)) if rule.twins else None
         if not _between(c, rule.fewest, rule.most):
@@ -81,7 +86,7 @@ def choose(family: Family, candidates: Iterable[Answered], rule: Rule) -> list[t
     return chosen
 
 
-def named(family: Family, chosen: Iterable[tuple[Answered, ...]]) -> list[Problem]:
+def named(set_name: str, chosen: Iterable[tuple[Answered, ...]]) -> list[Problem]:
     """The chosen problems under the names of the set, ORACLE's order in their origin."""
     problems = []
     for number, group in enumerate(chosen, start=1):
@@ -91,7 +96,7 @@ def named(family: Family, chosen: Iterable[tuple[Answered, ...]]) -> list[Proble
                 "oracle_picks": member.picks or 0,
                 ORDER_KEY: ", ".join(member.order),
             }
-            problems.append(replace(member.problem, name=f"{family}-{number:02d}{suffix}", origin=origin))
+            problems.append(replace(member.problem, name=f"{set_name}-{number:02d}{suffix}", origin=origin))
     return problems
 
 
@@ -113,6 +118,10 @@ def read_answered(selection: str, answers: Path) -> list[Answered]:
     return found
 
 
+def _family(candidate: Answered) -> str:
+    return str(candidate.problem.origin.get("family", Family.USUAL))
+
+
 def _between(candidate: Answered, fewest: int, most: int) -> bool:
     return candidate.picks is not None and fewest <= candidate.picks <= most
 
@@ -121,7 +130,7 @@ def _between(candidate: Answered, fewest: int, most: int) -> bool:
 class _Args:
     """Choose the problems of a set of harder ones and write them under new names."""
 
-    family: Literal["absent", "ungraspable", "large"]
+    family: Literal["absent", "look-alikes", "ungraspable", "deep", "fragile", "large", "cupboard"]
     """Which set."""
     candidates: str
     """Problem files or directories, with commas between."""
@@ -134,15 +143,14 @@ class _Args:
 def main() -> None:
     """Choose, write, and say what was chosen."""
     args = tyro.cli(_Args)
-    family = Family(args.family)
     candidates = read_answered(args.candidates, args.answers)
-    chosen = choose(family, candidates, RULES[family])
+    chosen = choose(args.family, candidates, RULES[args.family])
     args.out.mkdir(parents=True, exist_ok=True)
-    for problem in named(family, chosen):
+    for problem in named(args.family, chosen):
         save_problem(problem, args.out / f"{problem.name}.yaml")
         facts = f"seed {problem.origin['seed']}, {len(problem.objects)} objects"
         print(f"{problem.name:<18} {problem.category:<13} {facts}, ORACLE {problem.origin['oracle_picks']}")
-    wanted = sum(RULES[family].each.values())
+    wanted = sum(RULES[args.family].each.values())
     print(f"{len(chosen)} of {wanted} chosen, of {len(candidates)} candidates with an answer.")
 
 

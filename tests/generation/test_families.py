@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
+from torc.generation.clutter import without
 from torc.generation.config import Family, GenerationConfig
 from torc.generation.families import COVERS, before, hiders, with_copies
 from torc.generation.generator import GeneratedProblem, generate_problem, is_made_from
+from torc.generation.shelves import sort_of
 from torc.generation.validation import validate_problem
 from torc.objects.library import load_object, object_description
 from torc.objects.names import base_name
 from torc.problems.problem import parse_problem, problem_text
+from torc.sim.settling import settle_problem
 
 pytestmark = pytest.mark.long
 SMALL = GenerationConfig("structured", objects=(8, 11))
@@ -114,3 +117,31 @@ def test_hiders_come_by_how_much_they_hide(twins, inspector):
 def test_large_problems_are_piles():
     with pytest.raises(InputError, match="piles"):
         GenerationConfig("structured", family=Family.LARGE)
+
+
+def test_something_falls_without_what_is_before_the_target(inspector):
+    problem = _made(Family.FRAGILE, inspector, seed=7800000)
+    view = inspector.view(problem)
+    highest = {o.name: o.position[2] for o in problem.objects}
+    fell = [
+        o.name
+        for gone in before(view, problem.target, inspector)
+        for o in settle_problem(without(problem, (gone,)), inspector.workspace)[0].objects
+        if o.position[2] < highest[o.name] - 0.01
+    ]
+    assert fell
+
+
+def test_the_target_is_hidden_by_its_like(inspector):
+    problem = _made(Family.CUPBOARD, inspector, seed=7900000)
+    view = inspector.view(problem)
+    models = {o.name: o.model for o in problem.objects}
+    assert view.pixels(problem.target) == 0
+    assert sort_of(models[hiders(view, problem.target)[0]]) == sort_of(models[problem.target]) != ""
+    assert len({sort_of(model) for model in models.values()}) >= 2
+
+
+@pytest.mark.parametrize("family", [Family.FRAGILE, Family.CUPBOARD])
+def test_standing_families_have_no_piles(family):
+    with pytest.raises(InputError, match="standing"):
+        GenerationConfig("unstructured", family=family)

@@ -46,6 +46,11 @@ def test_pairs_are_taken_where_both_can_be_solved():
     assert all(p.origin["oracle_order"] == "milk, can" for p in named(Family.ABSENT, pairs))
 
 
+def test_deep_problems_are_usual_ones_in_other_workspaces():
+    pool = [_answered(s, 3, f) for s, f in enumerate(("ungraspable", "", "absent", ""))]
+    assert [c.seed for (c,) in choose("deep", pool, RULES["deep"])] == [1, 3]
+
+
 def test_every_set_has_twenty_problems():
     for rule in RULES.values():
         assert sum(rule.each.values()) * (2 if rule.twins else 1) == 20

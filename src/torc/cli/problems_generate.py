@@ -52,10 +52,13 @@ class GenerateCommand:
     hidden: Literal["any", "visible", "partly", "hidden"] = "any"
     """How much of the target is in sight at first: visible (75 % or more), partly, hidden (too little for perception to
     find it), or any (prefers targets that are not visible)."""
-    family: Literal["usual", "absent", "absent-twin", "look-alikes", "ungraspable", "large"] = "usual"
+    family: Literal[
+        "usual", "absent", "absent-twin", "look-alikes", "ungraspable", "large", "fragile", "cupboard"
+    ] = "usual"
     """Family of harder problems (docs/generation.md): absent (the target is not there), absent-twin (the same scenes
     with it), look-alikes (with copies that lack the target's mark), ungraspable (what is in the way cannot be grasped),
-    large (buried in a pile; 30-40 objects if --objects is not given)."""
+    large (buried in a pile; 30-40 objects if --objects is not given), fragile (towers and leaning things before it),
+    cupboard (sorted by kind, the target behind others of its sort)."""
     held_out: Literal["any", "only", "none"] = "any"
     """Whether to use the object kinds that the grasp score was not trained on."""
     kinds: Annotated[str, tyro.conf.arg(metavar="KIND,...")] = ""
@@ -140,7 +143,7 @@ class GenerateCommand:
         return 1 if failed else 0
 
     def _jobs(self) -> list["Job"]:
-        from torc.generation.config import Family, GenerationConfig
+        from torc.generation.config import STANDING, Family, GenerationConfig
         from torc.generation.generator import Job
         from torc.generation.sampling import allowed_models
         from torc.problems.schema import Category
@@ -150,6 +153,10 @@ class GenerateCommand:
         family = Family("" if self.family == "usual" else self.family)
         if family is Family.LARGE and self.structured:
             raise InputError("Large problems are piles; leave --structured out.")
+        if family in STANDING and self.unstructured:
+            raise InputError(
+                f"Problems of the family {family} are of standing objects; leave --unstructured out."
+            )
         wanted = self.objects.strip() or ("30-40" if family is Family.LARGE else "8-20")
         found = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", wanted)
         if found is None:
@@ -157,6 +164,8 @@ class GenerateCommand:
         categories: list[Category] = ["structured", "unstructured"]
         if family is Family.LARGE:
             categories = ["unstructured"]
+        elif family in STANDING:
+            categories = ["structured"]
         elif self.structured != self.unstructured:
             categories = ["structured"] if self.structured else ["unstructured"]
         configs = [

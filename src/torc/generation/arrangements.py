@@ -21,18 +21,22 @@ from torc.generation.footprints import (
     gaps,
 )
 from torc.generation.sampling import placement_names
+from torc.generation.shelves import Rectangle, lanes
 from torc.geometry.transforms import rotation_about
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement
 
-Rectangle = tuple[tuple[float, float], tuple[float, float]]
 DROP_CENTER, DROP_SIZE = (0.65, -0.115), (0.42, 0.46)
 """Of the rectangle over which objects hang that will be dropped."""
 DROP_FROM_Z_M = 1.05 + 0.02
 """Height of the lowest point of what hangs lowest."""
 DROP_GAP_M = 0.005
 """Free distance between the bounding spheres of hanging objects."""
+_LEANS_FROM = 2.0
+"""Height over thickness of what may be tilted ..."""
+_TILT_RAD = float(np.deg2rad(14))
+"""... by this."""
 _DROP_CANDIDATES = 24
 """Positions tried per hanging object; the lowest free one is taken."""
 
@@ -46,10 +50,14 @@ class StructuredConfig:
         support_z_m: height of the table top, above which objects start clearance_m high.
         gap_m: wanted smallest and largest gap to the nearest neighbour; the smallest always holds.
         tall_in_front: chance that an object is drawn to the front by its height (the tall hide the short).
-        stacked: chance that a flat low thing is put on top of another one, where one fits.
+        stacked: chance that a thing with a flat base is put on top of another one, where one fits ...
+        stacked_height_m: ... if it is no higher than this ...
+        storeys: ... and no more than so many stand on each other.
+        leaning: chance that a high thing is tilted: it leans against what it meets.
         lying: chance that a box lies on its back, if the side that then faces sideways is at most lying_width_m wide.
         turned_rad: standard deviation of the yaw about facing the robot.
         sideways: chance of another quarter turn.
+        sorted: whether things of one sort stand together, in lanes from front to back.
         candidates: poses tried per object.
         restarts: how often the packing starts afresh before it gives up.
     """
@@ -61,10 +69,14 @@ class StructuredConfig:
     gap_m: tuple[float, float] = (0.005, 0.025)
     tall_in_front: float = 0.6
     stacked: float = 0.3
+    stacked_height_m: float = 0.06
+    storeys: int = 2
+    leaning: float = 0.0
     lying: float = 0.15
     lying_width_m: float = np.inf
     turned_rad: float = 0.4
     sideways: float = 0.25
+    sorted: bool = False
     candidates: int = 240
     restarts: int = 30
 
@@ -94,9 +106,12 @@ class _Packing:
 
     def __init__(self, models: list[ObjectModel], rng: np.random.Generator, config: StructuredConfig) -> None:
         self._models, self._rng, self._config = models, rng, config
+        self._regions = lanes(models, config.region, rng) if config.sorted else [config.region] * len(models)
         self._prints: dict[int, Footprint] = {}
         self._positions: dict[int, np.ndarray] = {}
         self._on_table: list[int] = []
+        self._storey: dict[int, int] = {}
+        """Of all that something may be put on."""
         self._carrying: set[int] = set()
 
     def run(self) -> bool:
@@ -111,23 +126,26 @@ class _Packing:
         return ObjectPlacement(name, self._models[index].name, (x, y, z), self._prints[index].wxyz)
 
     def _pose(self, model: ObjectModel) -> Footprint:
-        """A natural orientation: upright or a box on its back, the front more or less towards the robot."""
+        """A natural orientation: upright, tilted or a box on its back, the front more or less towards the robot."""
         config, rng = self._config, self._rng
         is_box = len(model.pieces) == 1 and model.pieces[0].kind == "box"
         lies = is_box and rng.random() < config.lying and min(model.size_m[1:]) <= config.lying_width_m
         yaw = rng.normal(0.0, config.turned_rad) + (np.pi / 2 if rng.random() < config.sideways else 0.0)
         R = rotation_about((0, 0, 1), yaw) @ (LIE_ON_BACK if lies else np.eye(3))
+        high = not lies and model.size_m[2] >= _LEANS_FROM * model.size_m[0]
+        if config.leaning and high and rng.random() < config.leaning:
+            R = R @ rotation_about((0, 1, 0), _TILT_RAD * rng.choice((-1.0, 1.0)))
         return footprint(model, R)
 
     def _stack(self, index: int) -> bool:
-        """Puts a flat low object on top of a free flat one, if chance and the sizes allow."""
+        """Puts an object on top of a free flat one, if chance and the sizes allow."""
         config, rng = self._config, self._rng
         if rng.random() >= config.stacked:
             return False
         upper = self._pose(self._models[index])
-        if upper.lowest_m + upper.highest_m > 0.06 or upper.base is None:
+        if upper.lowest_m + upper.highest_m > config.stacked_height_m or upper.base is None:
             return False
-        for below in rng.permutation(self._on_table):
+        for below in rng.permutation(list(self._storey)):
             lower, offset = self._prints[int(below)], rng.normal(0.0, 0.006, 2)
             if int(below) not in self._carrying and fits_on(upper, lower, offset, overhang_m=0.008):
                 position = self._positions[int(below)].copy()
@@ -135,6 +153,8 @@ class _Packing:
                 position[2] += lower.highest_m + config.clearance_m + upper.lowest_m
                 self._prints[index], self._positions[index] = upper, position
                 self._carrying.add(int(below))
+                if self._storey[int(below)] + 1 < config.storeys:
+                    self._storey[index] = self._storey[int(below)] + 1
                 return True
         return False
 
@@ -145,7 +165,7 @@ class _Packing:
         x_wanted = self._wanted_x(index) if rng.random() < config.tall_in_front else None
         for _ in range(6):
             shape = self._pose(self._models[index])
-            xy = self._candidates(shape, config.candidates // 6)
+            xy = self._candidates(index, shape, config.candidates // 6)
             nearest = self._nearest_gap(shape, xy)
             xy, nearest = xy[nearest >= config.gap_m[0]], nearest[nearest >= config.gap_m[0]]
             if len(xy) == 0:
@@ -161,6 +181,7 @@ class _Packing:
         z = config.support_z_m + config.clearance_m + shape.lowest_m
         self._prints[index], self._positions[index] = shape, np.array([at[0], at[1], z])
         self._on_table.append(index)
+        self._storey[index] = 1
         return True
 
     def _wanted_x(self, index: int) -> float:
@@ -169,13 +190,13 @@ class _Packing:
         heights = np.array([m.size_m[2] for m in self._models])
         return x0 + (x1 - x0) * float(np.mean(heights > heights[index]))
 
-    def _candidates(self, shape: Footprint, count: int) -> Float[np.ndarray, "n 2"]:
-        """Positions in the region: some anywhere, some right beside what already stands."""
+    def _candidates(self, index: int, shape: Footprint, count: int) -> Float[np.ndarray, "n 2"]:
+        """Positions in the object's region: some anywhere, some right beside what already stands."""
         rng, config = self._rng, self._config
         quarter = DIRECTIONS // 4
         # +x, +y, -x, -y
         reach = np.maximum(shape.extents[[0, quarter, 2 * quarter, 3 * quarter]] - config.margin_m, 0.0)
-        (x0, x1), (y0, y1) = config.region
+        (x0, x1), (y0, y1) = self._regions[index]
         low = np.array([x0 + reach[2], y0 + reach[3]])
         high = np.array([x1 - reach[0], y1 - reach[1]])
         if (low > high).any():

@@ -47,6 +47,10 @@ class Family(StrEnum):
     """Something that hides the target or stands before it cannot be grasped at all: the order has to go round it."""
     LARGE = "large"
     """Piles of many objects, under which the target lies."""
+    FRAGILE = "fragile"
+    """Towers and leaning things: what hides the target or stands before it holds up others, which fall without it."""
+    CUPBOARD = "cupboard"
+    """Things sorted by kind: the target is hidden behind things of its sort."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,10 @@ class FamilyRules:
             each object around it must be graspable (the paper's rule).
         copies: how many copies of the target there are, without the mark that it has.
         covered: how many objects hide at least COVERS of the target each, at least.
+        stacked, leaning: chances that a thing of a structured scene stands on another one, and that it leans; None as
+            usual.
+        held_up: how many of the objects that hide the target or are before it hold up others, at least.
+        sorted: whether things of one sort stand together, the target behind some of its own.
     """
 
     hidden: Hiddenness | None = None
@@ -69,6 +77,10 @@ class FamilyRules:
     stuck: int | None = None
     covered: int = 0
     copies: int = 0
+    stacked: float | None = None
+    leaning: float = 0.0
+    held_up: int = 0
+    sorted: bool = False
 
 
 RULES = {
@@ -78,8 +90,13 @@ RULES = {
     Family.LOOK_ALIKES: FamilyRules(copies=3),
     Family.UNGRASPABLE: FamilyRules(lying=0.6, stuck=1),
     Family.LARGE: FamilyRules(hidden=Hiddenness.HIDDEN, covered=4),
+    Family.FRAGILE: FamilyRules(stacked=0.8, leaning=0.5, held_up=1),
+    Family.CUPBOARD: FamilyRules(hidden=Hiddenness.HIDDEN, unseen=True, sorted=True),
 }
 
+
+STANDING = (Family.FRAGILE, Family.CUPBOARD)
+"""Families that are made of structured scenes alone."""
 
 WantedHiddenness = Literal["any", "visible", "partly", "hidden"]
 
@@ -124,6 +141,8 @@ class GenerationConfig:
                 raise UnknownNameError(name, value, list(valid))
         if self.family is Family.LARGE and self.category != "unstructured":
             raise InputError("Large problems are piles: so many objects do not fit side by side.")
+        if self.family in STANDING and self.category != "structured":
+            raise InputError(f"Problems of the family {self.family} are of standing objects, not piles.")
         if self.attempts < 1 or self.first_looks < 1:
             raise InputError("A problem needs at least one attempt and one first look.")
 
@@ -152,6 +171,8 @@ class Reason(StrEnum):
     NONE_SO_HIDDEN = "no object is hidden as wanted"
     NO_COPY_IN_SIGHT = "no copy of the target is in sight"
     NOT_COVERED = "no such object is covered by enough others"
+    NOT_AMONG_ITS_SORT = "no such object is behind things of its sort"
+    NOTHING_HELD_UP = "too few things before such an object hold up others"
     NOTHING_STUCK = "everything before such an object can be grasped"
     CANNOT_BE_GRASPED = "such an object, or one around it, cannot be grasped at all"
     TRIVIAL = "each such object can be grasped at once"

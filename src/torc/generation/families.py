@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.generation.config import Family, Reason, RejectedError
+from torc.generation.clutter import without
+from torc.generation.config import Family, FamilyRules, Reason, RejectedError
 from torc.generation.inspection import Inspector, SceneView
+from torc.generation.shelves import sort_of
 from torc.objects.library import load_object
 from torc.objects.names import SUFFIX, marked_description
 from torc.problems.problem import Problem
-from torc.sim.settling import UNSEEN
+from torc.sim.settling import COARSE, UNSEEN
 from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.sim.world import build_world
 
@@ -20,6 +22,8 @@ COVERS = 0.05
 
 LARGE_ENOUGH_M = 0.05
 """Least width and height of the front of an object with a mark."""
+FALLS = StillnessConfig(distance_m=0.02, angle_rad=float(np.deg2rad(15)), seconds=1.5)
+"""What moves further than this once something is gone was held up by it."""
 
 
 def hiders(view: SceneView, target: str, share: float = HIDES) -> tuple[str, ...]:
@@ -45,6 +49,33 @@ def with_copies(models: list[str], copies: int) -> list[str]:
         return models
     others = [name for name in models if name != fitting[0]]
     return [fitting[0]] * (copies + 1) + others[copies:]
+
+
+def unfit(view: SceneView, target: str, rules: FamilyRules, inspector: Inspector) -> Reason | None:
+    """Why an object is no target of a family, whatever can be grasped; None if it may be one."""
+    if len(hiders(view, target, COVERS)) < rules.covered:
+        return Reason.NOT_COVERED
+    if rules.copies and not copy_in_sight(view, target):
+        return Reason.NO_COPY_IN_SIGHT
+    if rules.sorted and not among_its_sort(view, target):
+        return Reason.NOT_AMONG_ITS_SORT
+    if rules.held_up:
+        holding = sum(holds_up(view.problem, o, inspector) for o in before(view, target, inspector))
+        return Reason.NOTHING_HELD_UP if holding < rules.held_up else None
+    return None
+
+
+def holds_up(problem: Problem, name: str, inspector: Inspector) -> bool:
+    """Whether something falls if an object vanishes."""
+    world = build_world(without(problem, (name,)), None, inspector.workspace, COARSE)
+    return not watch_stillness(world, FALLS).still
+
+
+def among_its_sort(view: SceneView, target: str) -> bool:
+    """Whether what hides most of a target is of its sort."""
+    models = {o.name: o.model for o in view.problem.objects}
+    in_the_way = hiders(view, target)
+    return bool(in_the_way) and sort_of(models[in_the_way[0]]) == sort_of(models[target])
 
 
 def copy_in_sight(view: SceneView, target: str) -> bool:

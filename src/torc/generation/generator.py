@@ -29,6 +29,7 @@ from torc.generation.config import (
 from torc.generation.families import finished, with_copies
 from torc.generation.inspection import Difficulty, Inspector, robot_facts
 from torc.generation.sampling import allowed_models, sample_models
+from torc.generation.shelves import sample_sorted
 from torc.generation.targets import choose_target
 from torc.objects.library import object_description
 from torc.pipeline.building import build_system
@@ -135,13 +136,14 @@ def is_made_from(
 def _for_gripper(
     clutter: ClutterConfig, gripper: GripperDescription, rules: FamilyRules = RULES[Family.USUAL]
 ) -> ClutterConfig:
-    """Settings in which no box lies so that it is too wide for the gripper, unless that is wanted."""
+    """The settings of a family. No box lies so that it is too wide for the gripper, unless that is wanted."""
+    arrangement = replace(clutter.arrangement, sorted=rules.sorted, leaning=rules.leaning)
+    if rules.stacked is not None:
+        arrangement = replace(arrangement, stacked=rules.stacked, stacked_height_m=np.inf, storeys=3)
     if rules.lying is not None:
-        return replace(
-            clutter, arrangement=replace(clutter.arrangement, lying=rules.lying, lying_width_m=np.inf)
-        )
-    lying_m = min(clutter.arrangement.lying_width_m, gripper.max_width_m - _GRIPPER_ROOM_M)
-    return replace(clutter, arrangement=replace(clutter.arrangement, lying_width_m=lying_m))
+        return replace(clutter, arrangement=replace(arrangement, lying=rules.lying, lying_width_m=np.inf))
+    lying_m = min(arrangement.lying_width_m, gripper.max_width_m - _GRIPPER_ROOM_M)
+    return replace(clutter, arrangement=replace(arrangement, lying_width_m=lying_m))
 
 
 def _attempt(
@@ -158,7 +160,8 @@ def _attempt(
     spare = max(2, round(clutter.spare * count)) if config.category == "unstructured" else 0
     # As far as there are enough models none occurs twice: the target's description must be unique.
     dumped = min(count + spare, MAX_OBJECTS, len(models))
-    names = sample_models(dumped, stage_rng(seed, attempt, "models"), models=models)
+    sample = sample_sorted if RULES[config.family].sorted else sample_models
+    names = sample(dumped, stage_rng(seed, attempt, "models"), models=models)
     names = with_copies(names, RULES[config.family].copies)
     wanted = ObjectRange(max(config.objects[0], count - count // 4), config.objects[1])
     workspace, rng = inspector.workspace, stage_rng(seed, attempt, "target")

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from torc.generation.config import RULES, GenerationConfig, Hiddenness, Reason
-from torc.generation.families import COVERS, before, copy_in_sight, hiders
+from torc.generation.families import before, unfit
 from torc.generation.inspection import Inspector, SceneView
 
 
@@ -17,11 +17,9 @@ def choose_target(
     scene, reason, rules = view.problem, Reason.NONE_SO_HIDDEN, RULES[config.family]
     ungraspable: dict[str, bool] = {}
     for name in _candidates(view, config, inspector, rng):
-        if len(hiders(view, name, COVERS)) < rules.covered:
-            reason = _further(reason, Reason.NOT_COVERED)
-            continue
-        if rules.copies and not copy_in_sight(view, name):
-            reason = _further(reason, Reason.NO_COPY_IN_SIGHT)
+        bad = unfit(view, name, rules, inspector)
+        if bad is not None:
+            reason = _further(reason, bad)
             continue
         if rules.stuck is not None:
             found = _among_stuck(view, name, rules.stuck, config, inspector)
@@ -40,7 +38,7 @@ def choose_target(
             if not inspector.graspable_at_first(view, name, config.first_looks):
                 return name, reason, ()
             reason = _further(reason, Reason.TRIVIAL)
-    return "", reason, tuple(name for name, bad in ungraspable.items() if bad)
+    return "", reason, tuple(name for name, never in ungraspable.items() if never)
 
 
 def _among_stuck(
