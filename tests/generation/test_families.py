@@ -143,5 +143,5 @@ def test_the_target_is_hidden_by_its_like(inspector):
 
 @pytest.mark.parametrize("family", [Family.FRAGILE, Family.CUPBOARD])
 def test_standing_families_have_no_piles(family):
-    with pytest.raises(InputError, match="standing"):
+    with pytest.raises(InputError, match="standing objects"):
         GenerationConfig("unstructured", family=family)

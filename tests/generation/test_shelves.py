@@ -34,7 +34,7 @@ def test_a_sample_is_of_few_sorts_and_many_of_each(count, seed):
 
 
 def test_without_anything_of_a_sort_there_is_no_sample():
-    with pytest.raises(InputError, match="no object models"):
+    with pytest.raises(InputError, match="cupboard"):
         sample_sorted(4, np.random.default_rng(0), ["die_red"])
 
 

@@ -143,7 +143,7 @@ class GenerateCommand:
         return 1 if failed else 0
 
     def _jobs(self) -> list["Job"]:
-        from torc.generation.config import STANDING, Family, GenerationConfig
+        from torc.generation.config import RULES, Family, GenerationConfig
         from torc.generation.generator import Job
         from torc.generation.sampling import allowed_models
         from torc.problems.schema import Category
@@ -151,23 +151,16 @@ class GenerateCommand:
         if self.count < 1 or self.workers < 1:
             raise InputError("--count and --workers must be at least 1.")
         family = Family("" if self.family == "usual" else self.family)
-        if family is Family.LARGE and self.structured:
-            raise InputError("Large problems are piles; leave --structured out.")
-        if family in STANDING and self.unstructured:
-            raise InputError(
-                f"Problems of the family {family} are of standing objects; leave --unstructured out."
-            )
+        only = RULES[family].category
         wanted = self.objects.strip() or ("30-40" if family is Family.LARGE else "8-20")
         found = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", wanted)
         if found is None:
             raise InputError(f"--objects is '{self.objects}'; give a number, e.g. 12, or a range, e.g. 8-20.")
         categories: list[Category] = ["structured", "unstructured"]
-        if family is Family.LARGE:
-            categories = ["unstructured"]
-        elif family in STANDING:
-            categories = ["structured"]
-        elif self.structured != self.unstructured:
+        if self.structured != self.unstructured:
             categories = ["structured"] if self.structured else ["unstructured"]
+        elif only is not None:
+            categories = [only]
         configs = [
             GenerationConfig(
                 category,

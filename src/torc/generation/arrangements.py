@@ -111,7 +111,7 @@ class _Packing:
         self._positions: dict[int, np.ndarray] = {}
         self._on_table: list[int] = []
         self._storey: dict[int, int] = {}
-        """Of all that something may be put on."""
+        """At which storey what may carry another thing stands; 1 is on the table."""
         self._carrying: set[int] = set()
 
     def run(self) -> bool:

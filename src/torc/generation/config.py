@@ -50,7 +50,7 @@ class Family(StrEnum):
     FRAGILE = "fragile"
     """Towers and leaning things: what hides the target or stands before it holds up others, which fall without it."""
     CUPBOARD = "cupboard"
-    """Things sorted by kind: the target is hidden behind things of its sort."""
+    """Things sorted by kind: the target is hidden behind others of its sort."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,7 @@ class FamilyRules:
     """What a family asks of a scene.
 
     Attributes:
+        category: of its scenes, if there is but one.
         hidden: of the target, if not as the configuration says.
         unseen: not a single pixel of the target may be in sight.
         lying: chance that a box of a structured scene lies on its back, however wide it then is; None as usual.
@@ -65,12 +66,13 @@ class FamilyRules:
             each object around it must be graspable (the paper's rule).
         copies: how many copies of the target there are, without the mark that it has.
         covered: how many objects hide at least COVERS of the target each, at least.
-        stacked, leaning: chances that a thing of a structured scene stands on another one, and that it leans; None as
-            usual.
+        stacked: chance that a thing of a structured scene stands on another one, where it fits; None as usual.
+        leaning: chance that a high thing leans.
         held_up: how many of the objects that hide the target or are before it hold up others, at least.
         sorted: whether things of one sort stand together, the target behind some of its own.
     """
 
+    category: Category | None = None
     hidden: Hiddenness | None = None
     unseen: bool = False
     lying: float | None = None
@@ -89,14 +91,11 @@ RULES = {
     Family.ABSENT_TWIN: FamilyRules(hidden=Hiddenness.HIDDEN, unseen=True),
     Family.LOOK_ALIKES: FamilyRules(copies=3),
     Family.UNGRASPABLE: FamilyRules(lying=0.6, stuck=1),
-    Family.LARGE: FamilyRules(hidden=Hiddenness.HIDDEN, covered=4),
-    Family.FRAGILE: FamilyRules(stacked=0.8, leaning=0.5, held_up=1),
-    Family.CUPBOARD: FamilyRules(hidden=Hiddenness.HIDDEN, unseen=True, sorted=True),
+    Family.LARGE: FamilyRules("unstructured", hidden=Hiddenness.HIDDEN, covered=4),
+    Family.FRAGILE: FamilyRules("structured", stacked=0.8, leaning=0.5, held_up=1),
+    Family.CUPBOARD: FamilyRules("structured", hidden=Hiddenness.HIDDEN, unseen=True, sorted=True),
 }
 
-
-STANDING = (Family.FRAGILE, Family.CUPBOARD)
-"""Families that are made of structured scenes alone."""
 
 WantedHiddenness = Literal["any", "visible", "partly", "hidden"]
 
@@ -139,10 +138,12 @@ class GenerationConfig:
         ):
             if value not in valid:
                 raise UnknownNameError(name, value, list(valid))
-        if self.family is Family.LARGE and self.category != "unstructured":
-            raise InputError("Large problems are piles: so many objects do not fit side by side.")
-        if self.family in STANDING and self.category != "structured":
-            raise InputError(f"Problems of the family {self.family} are of standing objects, not piles.")
+        only = RULES[self.family].category
+        if only not in (None, self.category):
+            kind = "piles" if only == "unstructured" else "of standing objects"
+            raise InputError(
+                f"Problems of the family {self.family} are {kind} ({only}), not {self.category}."
+            )
         if self.attempts < 1 or self.first_looks < 1:
             raise InputError("A problem needs at least one attempt and one first look.")
 

@@ -72,7 +72,7 @@ def holds_up(problem: Problem, name: str, inspector: Inspector) -> bool:
 
 
 def among_its_sort(view: SceneView, target: str) -> bool:
-    """Whether what hides most of a target is of its sort."""
+    """Whether the object that hides the largest part of a target is of its sort."""
     models = {o.name: o.model for o in view.problem.objects}
     in_the_way = hiders(view, target)
     return bool(in_the_way) and sort_of(models[in_the_way[0]]) == sort_of(models[target])

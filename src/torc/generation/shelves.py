@@ -5,6 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from torc.errors import InputError
 from torc.generation.sampling import sample_models
 from torc.objects.library import object_facts
 from torc.objects.models import ObjectModel
@@ -37,7 +38,9 @@ def sample_sorted(count: int, rng: np.random.Generator, models: Sequence[str]) -
     none that belongs to a sort.
     """
     of_sort = {sort: [name for name in models if sort_of(name) == sort] for sort in SORTS}
-    there = [sort for sort, names in of_sort.items() if len(names) >= _EACH] or list(SORTS)
+    there = [sort for sort, names in of_sort.items() if names]
+    if not there:
+        raise InputError(f"No model to draw from belongs into a cupboard: {', '.join(_SORT_OF)} do.")
     wanted = min(max(2, round(count / _EACH)), len(there))
     drawn = [there[i] for i in rng.permutation(len(there))[:wanted]]
     shares = [len(part) for part in np.array_split(np.arange(count), wanted)]
