@@ -1,5 +1,6 @@
 """Objects come to rest, piles stay on the table, and broken physics is noticed."""
 
+import mujoco
 import numpy as np
 import pytest
 from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
@@ -7,7 +8,7 @@ from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
 from torc.errors import PhysicsError
 from torc.problems.problem import ObjectPlacement
 from torc.sim.settling import dump, run, settle
-from torc.sim.watchdog import Watchdog
+from torc.sim.watchdog import Watchdog, greatest_depth
 from torc.workspace.files import load_workspace
 
 KINDS = ("soup_can_red", "mug_red", "apple_red", "bowl_blue", "cracker_box_red", "tuna_can_blue")
@@ -56,6 +57,33 @@ def test_being_pressed_together_is_noticed():
         run(world, 0.02)
     with pytest.raises(PhysicsError, match=r"table and object 0 \(carton\) are [12]\d mm"):
         run(world, 0.2, check_s=0.01)
+
+
+def test_thin_things_that_mujoco_thinks_deep_in_each_other_pass():
+    world = world_of(standing("can", "soup_can_red", 0.6, 0.0), standing("other", "soup_can_red", 0.6, 0.2))
+    run(world, 0.1)
+    world.data.contact.dist[0] = -0.08
+    Watchdog(world).check()
+
+
+def test_no_two_boxes_are_deeper_in_each_other_than_said(rng):
+    bodies = "".join(
+        f"<body><freejoint/><geom type='box' size='{a} {b} {c}'/></body>"
+        for a, b, c in ((0.05, 0.002, 0.03), (0.04, 0.03, 0.02))
+    )
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    data, geoms, touching = mujoco.MjData(model), np.arange(2), 0
+    for _ in range(300):
+        data.qpos[:] = rng.normal(scale=np.tile([0.02] * 3 + [1.0] * 4, 2))
+        mujoco.mj_kinematics(model, data)
+        depth = -mujoco.mj_geomDistance(model, data, 0, 1, 1.0, None)
+        bound = greatest_depth(model, data, geoms)
+        assert bound > depth - 1e-6
+        if depth > 0:
+            # Separating axes are exact for boxes.
+            assert bound == pytest.approx(depth, abs=1e-5)
+            touching += 1
+    assert touching > 50
 
 
 def test_an_explosion_is_noticed():
