@@ -58,12 +58,21 @@ def test_what_is_in_the_hand_is_judged_by_pictures_and_else_by_what_was_believed
     seen, scene = replace(observation, rgb=rgb), eyes.perceive(observation, Wanted("", (own,)), None)
     before = scene.known[0]
 
-    def recognised(where, *pictures):
-        return ask_recognition(eyes, seen, where, Wanted("", pictures), scene, before.id)
+    def recognised(where, *pictures, size_m=None):
+        return ask_recognition(eyes, seen, where, Wanted("", pictures, size_m=size_m), scene, before.id)
 
     assert recognised(mask, own) > recognised(mask, other)
     assert recognised(np.zeros_like(mask), own) == before.target_p > 0
     assert recognised(mask) is None
+    # Of something larger one may see so little; of something smaller, never so much.
+    there = eyes.size_in_hand(seen, mask)
+    smaller, larger = (tuple(k * e for e in there) for k in (0.7, 1.5))
+    assert recognised(mask, own, size_m=larger) == recognised(mask, own)
+    assert recognised(mask, own, size_m=smaller) < 0.01
+    unread = replace(seen, depth_m=np.where(mask, np.float32(0), seen.depth_m))
+    assert ask_recognition(
+        eyes, unread, mask, Wanted("", (own,), size_m=smaller), scene, before.id
+    ) == recognised(mask, own)
 
 
 def test_of_two_alike_the_size_tells_which_it_is():

@@ -100,6 +100,10 @@ def test_in_the_hand_looks_count_and_so_does_what_was_believed():
     for p in (by_looks, by_belief):
         assert p == sorted(p)
         assert 0 < p[0] < 0.5 < p[-1] < 1
+    assert held_probability(0.7, 0.5, config, np.array([-1.0, -0.1])) == pytest.approx(0.5)
+    by_size = [held_probability(0.7, 0.5, config, np.array(s)) for s in ((0.0, 0.2), (0.1, 0.1), (0.1, 0.0))]
+    assert by_size[0] == pytest.approx(by_size[1])
+    assert 0 < by_size[1] < by_size[2] < 0.5
     # A belief of nothing can be overcome, and one of certainty lost.
     assert held_probability(0.95, 0.0, config) > 0.5 > held_probability(0.45, 1.0, config)
 

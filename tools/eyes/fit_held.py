@@ -16,6 +16,7 @@ from torc.episode.held import SURE
 from torc.episode.loop import Episode
 from torc.episode.simulated import pick_parts, simulated_robot
 from torc.episode.steps import EpisodeConfig, Steps
+from torc.geometry.extent import Extent
 from torc.objects.library import load_object
 from torc.perception.embedded.crops import crop
 from torc.perception.embedded.model import describe
@@ -37,17 +38,23 @@ _DOUBT = 0.3
 @dataclass(frozen=True)
 class HeldCase:
     """What is in the hand, if one object is the target: the cosine to its pictures, how surely it was the target before
-    the pick, and whether it is."""
+    the pick, how much larger it looks (`stretch`), and whether it is."""
 
     cosine: float
     before: float
+    stretched: Float[np.ndarray, "2"]
     right: bool
+
+    def probability(self, config: TargetConfig) -> float:
+        """How surely it is the target."""
+        return held_probability(self.cosine, self.before, config, self.stretched)
 
 
 class Noting(EmbeddedPerception):
-    """Keeps what it is asked about in the hand: the scene of before, the object's id there, and what it looks like."""
+    """Keeps what it is asked about in the hand: the scene of before, the object's id there, what it looks like, and how
+    large it is."""
 
-    noted: tuple[SegmentedScene, int, Float32[np.ndarray, "d"]] | None = None
+    noted: tuple[SegmentedScene, int, Float32[np.ndarray, "d"], Extent] | None = None
 
     def recognise(
         self,
@@ -59,7 +66,8 @@ class Noting(EmbeddedPerception):
     ) -> float | None:
         """Nothing is the target, so that the episode goes on."""
         if mask.any():
-            self.noted = scene, object_id, describe(crop(observation.rgb, mask)[None])[0]
+            look = describe(crop(observation.rgb, mask)[None])[0]
+            self.noted = scene, object_id, look, self.size_in_hand(observation, mask)
         return 0.0
 
 
@@ -81,7 +89,7 @@ def fit_held(scenes: int, depth: str, held_out: bool, seed: int = 78) -> None:
     print(f"held_trust {fitted.held_trust:.2f}")
     for name, tried in (("shipped", config), ("fitted", fitted)):
         for sure in (0.5, 0.7, 0.8, SURE):
-            taken = [(c, held_probability(c.cosine, c.before, tried) >= sure) for c in cases]
+            taken = [(c, c.probability(tried) >= sure) for c in cases]
             known = np.mean([t for c, t in taken if c.right])
             doubtful, others = (
                 [t for c, t in taken if not c.right and (c.before >= _DOUBT) == doubt]
@@ -115,7 +123,12 @@ def picked(problem: Problem, system: System, rng: np.random.Generator) -> list[H
 
 
 def _cases(
-    scene: SegmentedScene, object_id: int, seen: Float32[np.ndarray, "d"], models: list[str], held: str
+    scene: SegmentedScene,
+    object_id: int,
+    seen: Float32[np.ndarray, "d"],
+    held_m: Extent,
+    models: list[str],
+    held: str,
 ) -> list[HeldCase]:
     looks = {k.id: k.look for k in scene.known}
     of_masks = np.stack([looks[k] for k in scene.ids])
@@ -124,10 +137,10 @@ def _cases(
     cases = []
     for model in dict.fromkeys(models):
         pictures = references(model)
-        stretched = stretch(sizes_m, size_by_ruler(load_object(model)))
-        p = target_probabilities(of_masks, pixels, pictures, TargetConfig(), stretched)
-        before = float(p[scene.ids.index(object_id)])
-        cases.append(HeldCase(float((pictures @ seen).max()), before, model == held))
+        told_m = size_by_ruler(load_object(model))
+        p = target_probabilities(of_masks, pixels, pictures, TargetConfig(), stretch(sizes_m, told_m))
+        before, larger = float(p[scene.ids.index(object_id)]), stretch([held_m], told_m)[0]
+        cases.append(HeldCase(float((pictures @ seen).max()), before, larger, model == held))
     return cases
 
 
@@ -142,7 +155,7 @@ def fitted_config(cases: list[HeldCase], start: TargetConfig) -> TargetConfig:
         )
 
     def loss(numbers: Float[np.ndarray, "3"]) -> float:
-        p = np.array([held_probability(c.cosine, c.before, config(numbers)) for c in cases])
+        p = np.array([c.probability(config(numbers)) for c in cases])
         return -float(np.log(np.clip(np.where(right, p, 1 - p), 1e-9, 1)).sum())
 
     begin = [start.held_likeness, np.log(start.held_steepness), start.held_trust]

@@ -47,6 +47,8 @@ class TargetConfig(Certainty):
             logarithm, if its size was told. Shorter and thinner says nothing: others hide a part of many.
         held_likeness, held_steepness, held_trust: the same for what is in the hand, and how much the log-odds of before
             the pick count there.
+        held_too_large: how fast the odds fall there where it is longer or thicker than the target, as above. Nothing
+            hides it, and the gripper only makes it smaller, so this is steep.
     """
 
     sure: float = 0.8
@@ -58,6 +60,7 @@ class TargetConfig(Certainty):
     held_likeness: float = 0.72
     held_steepness: float = 9.3
     held_trust: float = 0.79
+    held_too_large: float = 15.0
 
 
 _TYPICAL_PIXELS = 1000.0
@@ -90,14 +93,18 @@ def target_probabilities(
     return np.asarray(odds / (1 + odds.sum()))
 
 
-def held_probability(cosine: float, before: float, config: TargetConfig) -> float:
-    """How surely an object in the hand is the target: by its cosine to the nearest reference picture, and by how surely
-    it was before the pick.
+def held_probability(
+    cosine: float, before: float, config: TargetConfig, stretched: Float[np.ndarray, "2"] | None = None
+) -> float:
+    """How surely an object in the hand is the target: by its cosine to the nearest reference picture, by how surely it
+    was before the pick, and by its size (`stretched`: see `torc.perception.extent.stretch`) where the target's is told.
     """
     before = min(max(before, _LEAST_P), 1 - _LEAST_P)
     odds = config.held_steepness * (cosine - config.held_likeness) + config.held_trust * np.log(
         before / (1 - before)
     )
+    if stretched is not None:
+        odds -= config.held_too_large * float(np.maximum(stretched, 0).sum())
     return float(1 / (1 + np.exp(-odds)))
 
 
