@@ -7,16 +7,14 @@ from jaxtyping import Float
 
 from torc.geometry.extent import Extent, extent
 
-FLYING = 0.02
+_FLYING = 0.02
 """Share of an object's points that may fly off at edges."""
 _LEAST_M = 0.005
 
 
-def size_in_sight(points: Float[np.ndarray, "n 3"], flying: float = FLYING) -> Extent:
-    """Length and thickness of a cloud, metres. What others hide is missing, so an object is at least so large.
-    `flying`: share of the points that counts for nothing at either end.
-    """
-    return extent(points, flying)
+def size_in_sight(points: Float[np.ndarray, "n 3"]) -> Extent:
+    """Length and thickness of a cloud, metres. What others hide is missing, so an object is at least so large."""
+    return extent(points, _FLYING)
 
 
 def stretch(seen_m: Sequence[tuple[float, float]], told_m: tuple[float, float]) -> Float[np.ndarray, "n 2"]:

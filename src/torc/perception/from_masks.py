@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Float32, Int16
 from torc.geometry.extent import Extent
 from torc.perception.embedded.crops import crop
 from torc.perception.embedded.model import describe
-from torc.perception.extent import FLYING, size_in_sight, stretch
+from torc.perception.extent import size_in_sight, stretch
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig, segment
 from torc.perception.target import (
@@ -43,21 +43,18 @@ class FromMasksConfig:
         clouds: how clouds are made of masks and depth.
         tracking: when an object is the one of before.
         target: when a mask is taken for the target, by reference pictures.
-        flying_in_hand: share of the points of what is in the hand that counts for nothing at either end. On rough depth
-            more do: colour draws the outline there, and takes in what is beside.
         threads: of the networks on the processor.
     """
 
     clouds: PerceptionConfig = _EXACT
     tracking: TrackingConfig = field(default_factory=TrackingConfig)
     target: TargetConfig = field(default_factory=TargetConfig)
-    flying_in_hand: float = FLYING
     threads: int = 1
 
     @classmethod
     def rough(cls) -> Self:
         """For depth with a sensor's errors."""
-        return cls(clouds=REAL_CAMERA, flying_in_hand=0.1)
+        return cls(clouds=REAL_CAMERA)
 
 
 @dataclass(frozen=True)
@@ -158,7 +155,7 @@ class FromMasks(ABC):
         """How large what the mask shows is at least; nothing without readings."""
         label = np.where(mask, _HELD, BACKGROUND).astype(np.int16)
         clouds = [o.points for o in segment(observation, label, self.config.clouds).objects]
-        return size_in_sight(clouds[0] if clouds else np.zeros((0, 3)), self.config.flying_in_hand)
+        return size_in_sight(clouds[0] if clouds else np.zeros((0, 3)))
 
     def _seen(
         self,
