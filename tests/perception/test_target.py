@@ -124,5 +124,3 @@ def test_a_size_that_is_none_is_refused():
     for size_m in ((0.0, 0.0), (0.1, -1.0), (18.0, 5.0), (0.1, 0.2), (float("nan"), 0.1)):
         with pytest.raises(InputError, match="in metres"):
             Wanted("", size_m=size_m)
-    with pytest.raises(InputError, match="--reference"):
-        Wanted("a mug", size_m=(0.12, 0.08))

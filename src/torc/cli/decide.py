@@ -63,8 +63,8 @@ class DecideCommand:
     """Without masks: pictures of the target from some sides, one to five will do, each filled by it; with an alpha
     channel if it does not fill them."""
     target_size: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LENGTH THICKNESS")] = None
-    """Without masks: how long the target is, corner to corner, and the width of the narrowest tube it goes through, in
-    metres, beside pictures of it; that tells things apart that look alike."""
+    """How long the target is, corner to corner, and the width of the narrowest tube it goes through, in metres. Beside
+    pictures of it, that tells things apart that look alike; and `--planner belief` knows where there is room for it."""
     description: str = ""
     """The target in words, in place of the frame's target_description."""
     seed: int = 0

@@ -10,10 +10,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from torc.episode.events import Event, Looked
-from torc.episode.simulated import needs_color, pick_parts, simulated_robot
+from torc.episode.simulated import needs_color, pick_parts, simulated_robot, wanted_in
 from torc.episode.steps import EpisodeConfig, Steps
 from torc.occlusion.room import places_left
-from torc.perception.protocol import Wanted
 from torc.pipeline.building import System
 from torc.pipeline.look import Look
 from torc.pipeline.state import EpisodeState, first_state
@@ -165,5 +164,5 @@ def open_sandbox(
     """
     # The color picture takes most of the camera's time.
     with simulated_robot(system, problem, color=color or needs_color(system)) as simulated:
-        steps = Steps(pick_parts(system, simulated), Wanted(problem.description), config)
+        steps = Steps(pick_parts(system, simulated), wanted_in(system, problem), config)
         yield Sandbox(simulated, steps)

@@ -5,6 +5,7 @@ from dataclasses import replace
 from torc.episode.steps import PickParts
 from torc.errors import InputError
 from torc.objects.library import load_object
+from torc.objects.models import ObjectModel
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, configured, make_stage
 from torc.problems.problem import Problem
@@ -44,18 +45,20 @@ def pick_parts(system: System, simulated: SimulatedRobot) -> PickParts:
 
 
 def wanted_in(system: System, problem: Problem) -> Wanted:
-    """The problem's target as its perception knows it: with pictures of it from all sides, and its size, if it asks
-    for pictures.
-    """
-    if not getattr(system.pipeline.perception, "needs_pictures", False):
-        return Wanted(problem.description)
-    return pictured_target(problem)
+    """The problem's target as its perception knows it: with pictures of it from all sides, if it asks for them."""
+    if getattr(system.pipeline.perception, "needs_pictures", False):
+        return pictured_target(problem)
+    return Wanted(problem.description, size_m=size_by_ruler(_target_of(problem)))
 
 
 def pictured_target(problem: Problem) -> Wanted:
-    """The problem's target by pictures from all sides, as of a turn-table, and by its size."""
-    model = load_object(problem.ordered()[TARGET_ID].model)
+    """The problem's target by pictures from all sides, as of a turn-table."""
+    model = _target_of(problem)
     return Wanted(problem.description, turn_table(model), size_m=size_by_ruler(model))
+
+
+def _target_of(problem: Problem) -> ObjectModel:
+    return load_object(problem.ordered()[TARGET_ID].model)
 
 
 def needs_color(system: System) -> bool:

@@ -16,8 +16,8 @@ Picture = UInt8[np.ndarray, "h w c"]
 class Wanted:
     """The target as its user describes it: in words, e.g. "the blue tuna can"; by reference pictures, RGB, or RGBA with
     the target where the fourth channel is not 0; by a mark in the first snapshot: a pixel of it (column, row), or a box
-    around it (left, top, right, bottom). `size_m`: beside pictures, how long it is, corner to corner, and the width
-    of the narrowest tube that it goes through; a ruler is exact enough.
+    around it (left, top, right, bottom). `size_m`: how long it is, corner to corner, and the width of the narrowest
+    tube that it goes through; a ruler is exact enough.
     """
 
     description: str
@@ -30,10 +30,6 @@ class Wanted:
             raise InputError(
                 f"The target's size is {self.size_m[0]:g} by {self.size_m[1]:g} m; it is its length, and the width of "
                 "the narrowest tube that it goes through, in metres, up to 2."
-            )
-        if self.size_m is not None and not self.pictures:
-            raise InputError(
-                "--target-size goes with --reference pictures of the target: add some, or leave it out."
             )
         if len(self.mark) not in (0, 2, 4):
             raise InputError(f"A mark is x,y or a box x,y,x,y in pixels, not {self.mark}.")

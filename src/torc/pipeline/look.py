@@ -150,7 +150,7 @@ class Pipeline:
             report = hold_back_unlikely(report, grasps, self.min_score)
             if self.min_score > 0:
                 report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
-        told = wanted.description, history, picks_left, tuple((labels or {}).items())
+        told = wanted.description, history, picks_left, tuple((labels or {}).items()), wanted.size_m
         return Look(PlanningContext(scene, volume, grasps, report, *told), observation, world, clock.seconds)
 
     def measured(self, observation: Observation, rng: np.random.Generator) -> Observation:

@@ -24,6 +24,8 @@ class PlanningContext:
         picks_left: attempts left, this one included.
         labels: (object id, the user's own label of it), for a frame from outside; empty where ids are all there is.
             An unseen target has none.
+        target_size_m: the target's length, corner to corner, and the width of the narrowest tube that it goes through,
+            as its user measured them; None where nobody did.
     """
 
     scene: SegmentedScene
@@ -34,6 +36,7 @@ class PlanningContext:
     history: tuple[PickOutcome, ...]
     picks_left: int
     labels: tuple[tuple[int, int], ...] = ()
+    target_size_m: tuple[float, float] | None = None
 
     def called(self, object_id: int) -> str:
         """What a reason calls an object: the user's label of it, or its id where there are no labels.

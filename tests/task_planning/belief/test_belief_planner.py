@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
+from torc.geometry.extent import extent
 from torc.records import Decision
 from torc.specs.settings import arguments
 from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.costs import ways_of
 from torc.task_planning.belief.hidden_target import presence, search_target
 from torc.task_planning.belief.hiding import believe
-from torc.task_planning.belief.particles import propose, unseen_room
+from torc.task_planning.belief.particles import boxes_like, propose, unseen_room
 from torc.task_planning.belief.picture import draw_belief
 from torc.task_planning.belief.planner import BeliefPlanner
 from torc.task_planning.belief.settings import (
@@ -50,7 +51,7 @@ def test_it_conforms(case):
 GREEDY = BeliefConfig(search=SearchConfig(depth=1))
 ABLATIONS = {
     "particles.proposals": 2000,
-    "particles.target_size_m": [0.05, 0.05, 0.1],
+    "particles.told_size": False,
     "particles.most_inside_share": 1.0,
     "particles.on_support": 1.0,
     "hiding.plain_share": 0.0,
@@ -78,7 +79,6 @@ def test_every_ingredient_can_be_switched_off(setting):
     "wrong",
     [
         lambda: ParticleConfig(proposals=0),
-        lambda: ParticleConfig(target_size_m=(0.1, 0.1)),
         lambda: ParticleConfig(sizes_m=((0.1, 0.0, 0.1),)),
         lambda: ParticleConfig(least_unseen_share=0.95),
         lambda: HidingConfig(plain_share=1.5),
@@ -113,6 +113,11 @@ def test_what_a_later_look_shows_to_be_free_holds_no_particle():
     middle = now.grid.origin[1] + now.grid.voxel_size_m * (seen.shape[1] // 2)
     assert (before.poses[:, 1] < middle).any()
     assert (after.poses[:, 1] >= middle).all()
+    same = [
+        propose(v, bodies, ParticleConfig(), np.random.default_rng(0), (0.1, 0.07)).room
+        for v in (context.volume, now)
+    ]
+    assert 0 <= same[1] < same[0] < 1
     rooms = [unseen_room(v, bodies, 0.015, 3000, np.random.default_rng(0)) for v in (context.volume, now)]
     assert 0 <= rooms[1] < rooms[0] < 1
 
@@ -199,6 +204,25 @@ def test_it_gives_up_when_all_has_been_seen_and_not_before():
     assert "not in sight" in decision.reason
     assert not decide(flat, BeliefConfig(give_up=GiveUpConfig(below=0.0))).give_up
     assert not decide(contexts.hidden_context()).give_up
+
+
+def test_it_gives_up_as_soon_as_there_is_no_room_for_a_target_of_that_size():
+    context = contexts.hidden_context()
+    told = [decide(replace(context, target_size_m=size_m)) for size_m in ((0.05, 0.04), (0.9, 0.5))]
+    assert [d.give_up for d in told] == [False, True]
+    unused = BeliefConfig(ParticleConfig(told_size=False))
+    assert not decide(replace(context, target_size_m=(0.9, 0.5)), unused).give_up
+
+
+@pytest.mark.parametrize("edges", [(0.03, 0.06, 0.2), (0.05, 0.05, 0.12), (0.02, 0.14, 0.20)])
+def test_boxes_like_a_target_are_as_long_and_as_thick(edges):
+    corners = np.array(np.meshgrid(*([-0.5, 0.5] * np.array(edges)[:, None]))).reshape(3, -1).T
+    length_m, thickness_m = extent(corners)
+    for box_m in boxes_like(length_m, thickness_m):
+        assert np.linalg.norm(box_m) == pytest.approx(np.linalg.norm(edges), rel=0.03)
+        assert np.linalg.norm(np.sort(box_m)[:2]) == pytest.approx(np.linalg.norm(edges[:2]), rel=0.03)
+    flat = boxes_like(0.2, 0.2)
+    assert all(min(b) > 0.01 and max(b) < 0.2 for b in flat)
 
 
 def test_presence_follows_bayes_rule():

@@ -23,7 +23,8 @@ class Search:
 
     Attributes:
         candidates: ids of the objects whose removal is considered; the numbers in `plan` and `places` count these.
-        room: share of the space over the support in which a target may be unseen (`unseen_room`).
+        room: share of the space over the support in which the target may be: for one of its size, where that was told
+            (`Particles.room`), else for any (`unseen_room`).
         presence: chance that the target is there at all, after what was seen.
         suspects: chance of each object in sight to be the target.
     """
@@ -58,7 +59,7 @@ def search_target(
     """What to remove to find the target; the plan is empty where nothing that can be removed shows anything."""
     volume, scene = context.volume, context.scene
     bodies = bodies_of(scene, volume, config.particles.reach_down)
-    particles = propose(volume, bodies, config.particles, rng)
+    particles = propose(volume, bodies, config.particles, rng, context.target_size_m)
     eye = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]
     belief = believe(particles, volume, bodies, eye, config.hiding, rng)
     suspects = suspects_of(context)
@@ -70,7 +71,9 @@ def search_target(
     clearing = clearing_costs(ways, candidates, as_bits(sets.masks, candidates), p)
     prices = SearchPrices(_TARGET_PICKS, p.still_blocking, p.fallen, p.detour)
     plan = plan_search(places, costs, clearing, sets, prices)
-    room = unseen_room(volume, bodies, config.give_up.size_m, config.give_up.proposals, rng)
+    room = particles.room
+    if room is None:
+        room = unseen_room(volume, bodies, config.give_up.size_m, config.give_up.proposals, rng)
     return Search(belief, candidates, places, plan, room, presence(room, config.give_up), suspects)
 
 

@@ -6,6 +6,7 @@ before the first one, less those that any look has shown to be free or full; and
 that carries particles along would have the same ones, and fewer.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ from torc.task_planning.belief.settings import ParticleConfig
 _FALL_SLACK_M = 0.01
 _UNSEEN = 0.6
 """A small cube fits if more than this share of it was never seen, and as much lies outside of all bodies in sight."""
+_FLAT, _ACROSS = 0.3, (1.0, 0.5, 0.25)
 _UPRIGHT = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])
 """Which edges lie along the heading, across it and upwards."""
 
@@ -32,11 +34,15 @@ class Particles:
         poses: boxes as `box_kernels` take them, world frame.
         weights: sum to 1, unless there is no particle.
         rests_on: bit of the object in sight that each lies on, 0 for none.
+        room: share of the space over the support in which a target of the size that was told may be: of its columns of
+            voxels those that are hidden somewhere, times how well proposals fit there on average. None where no size
+            was told.
     """
 
     poses: Boxes
     weights: Float[np.ndarray, "n"]
     rests_on: UInt64[np.ndarray, "n"]
+    room: float | None
 
     def __len__(self) -> int:
         return len(self.weights)
@@ -48,14 +54,22 @@ def hidden_voxels(volume: OcclusionVolume) -> Int64[np.ndarray, "n 3"]:
 
 
 def propose(
-    volume: OcclusionVolume, bodies: Bodies, config: ParticleConfig, rng: np.random.Generator
+    volume: OcclusionVolume,
+    bodies: Bodies,
+    config: ParticleConfig,
+    rng: np.random.Generator,
+    size_m: tuple[float, float] | None = None,
 ) -> Particles:
-    """Poses that a hidden target may have; none where nothing is hidden."""
+    """Poses that a hidden target may have; none where nothing is hidden. `size_m`: its length and thickness, where they
+    were told.
+    """
     voxels = hidden_voxels(volume)
+    told = size_m is not None and config.told_size
     if len(voxels) == 0:
-        return Particles(np.zeros((0, 8)), np.zeros(0), np.zeros(0, np.uint64))
+        return Particles(np.zeros((0, 8)), np.zeros(0), np.zeros(0, np.uint64), 0.0 if told else None)
     standing = round(config.on_support * config.proposals)
-    poses = _draw(voxels, volume.grid, standing, config, rng)
+    sizes = boxes_like(*size_m) if size_m is not None and told else config.sizes_m
+    poses = _draw(voxels, volume.grid, standing, config.proposals, sizes, rng)
     on = np.zeros(len(poses), np.uint64)
     lying = poses[standing:]
     on[standing:] = settle(lying, bodies.boxes, bodies.bits, _FALL_SLACK_M)
@@ -63,12 +77,24 @@ def propose(
     seen = kernel_array(volume.seen, np.bool_)
     shares = fit_shares(poses, bodies.boxes, config.body_scale, seen, grid_frame(volume.grid))
     weights = fit_weights(shares, config)
+    nx, ny, _ = volume.grid.shape
+    hidden = len(np.unique(voxels[:, :2], axis=0)) / (nx * ny)
     # Every stratum keeps its share: the first ones of each that fit.
     kept = np.flatnonzero(weights > 0)
     if len(kept) > config.most:
         kept = kept[np.linspace(0, len(kept) - 1, config.most).astype(int)]
     total = weights[kept].sum()
-    return Particles(poses[kept], weights[kept] / total if len(kept) else weights[kept], on[kept])
+    room = hidden * float(weights.mean()) if told else None
+    return Particles(poses[kept], weights[kept] / total if len(kept) else weights[kept], on[kept], room)
+
+
+def boxes_like(length_m: float, thickness_m: float) -> tuple[tuple[float, float, float], ...]:
+    """Edges of boxes of that length, from corner to corner, which go through a tube of that width: one is square
+    across, the others are flatter. What is no longer than thick is round, or a disc.
+    """
+    along = max(np.sqrt(max(length_m**2 - thickness_m**2, 0.0)), _FLAT * thickness_m)
+    across = [(ratio, thickness_m / np.sqrt(1 + ratio**2)) for ratio in _ACROSS]
+    return tuple((float(ratio * wide), float(wide), float(along)) for ratio, wide in across)
 
 
 def unseen_room(
@@ -105,15 +131,16 @@ def _draw(
     voxels: Int64[np.ndarray, "v 3"],
     grid: VoxelGrid,
     standing: int,
-    config: ParticleConfig,
+    count: int,
+    candidates: Sequence[tuple[float, float, float]],
     rng: np.random.Generator,
 ) -> Boxes:
-    """Poses, those on the support first.
+    """Poses, those on the support first, of boxes of any of these edges.
 
     A pose on the support stands in any such column, all alike; another one has its lower side in any hidden voxel.
     """
     columns = np.unique(voxels[:, :2], axis=0)
-    lying = config.proposals - standing
+    lying = count - standing
     at = np.concatenate(
         [
             np.insert(columns[rng.integers(len(columns), size=standing)], 2, 0, axis=1),
@@ -122,9 +149,7 @@ def _draw(
     )
     places = grid.origin + grid.voxel_size_m * (at + rng.random(at.shape))
     places[:standing, 2] = grid.origin[2]
-    sizes = np.array(config.candidate_sizes, dtype=float)[
-        rng.integers(len(config.candidate_sizes), size=len(at))
-    ]
+    sizes = np.array(candidates, dtype=float)[rng.integers(len(candidates), size=len(at))]
     edges = np.take_along_axis(sizes, _UPRIGHT[rng.integers(3, size=len(at))], axis=1)
     yaw = rng.uniform(0.0, np.pi, len(at))
     places[:, 2] += edges[:, 2] / 2

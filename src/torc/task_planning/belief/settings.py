@@ -32,8 +32,8 @@ class ParticleConfig:
         fewest: with fewer than this the planner does not know, and DG-SELECT's order holds.
         on_support: share of the proposals that stand or lie on the support; the others lie where they fall, or at the
             height at which they were drawn where nothing known is below.
+        told_size: use the target's size, where its user told it.
         sizes_m: edge lengths of the boxes that stand for a target of unknown size, each as likely as the others.
-        target_size_m: the target's own edge lengths, where they are known; () if not.
         unseen_share: a proposal of which at least this share was never seen fits.
         least_unseen_share: one of which no more than this was never seen does not fit; in between its weight grows.
         inside_share: a proposal may lie with this share inside bodies in sight at no loss.
@@ -46,8 +46,8 @@ class ParticleConfig:
     most: int = 1_500
     fewest: int = 60
     on_support: float = 0.6
+    told_size: bool = True
     sizes_m: tuple[Size, ...] = GENERIC_SIZES_M
-    target_size_m: tuple[float, ...] = ()
     unseen_share: float = 0.9
     least_unseen_share: float = 0.6
     inside_share: float = 0.1
@@ -66,17 +66,8 @@ class ParticleConfig:
             raise InputError("particles: least_unseen_share must be below unseen_share, both from 0 to 1.")
         if not 0 <= self.inside_share < self.most_inside_share <= 1:
             raise InputError("particles: inside_share must be below most_inside_share, both from 0 to 1.")
-        if len(self.target_size_m) not in (0, 3):
-            raise InputError(
-                f"particles.target_size_m has {len(self.target_size_m)} numbers; a size has 3, in metres."
-            )
-        if not self.sizes_m or min(e for size in self.candidate_sizes for e in size) <= 0:
+        if not self.sizes_m or min(e for size in self.sizes_m for e in size) <= 0:
             raise InputError("particles: there must be at least one size, and all edges must be positive.")
-
-    @property
-    def candidate_sizes(self) -> tuple[tuple[float, ...], ...]:
-        """The target's own size where it is known, else the generic ones."""
-        return (self.target_size_m,) if self.target_size_m else self.sizes_m
 
 
 @dataclass(frozen=True)
@@ -199,8 +190,8 @@ class GiveUpConfig:
     """When the planner says that the target is not there.
 
     Attributes:
-        size_m: edge of a cube that any target has room for; where one was never seen the target may be.
-        proposals: cubes drawn at every look.
+        size_m: where the target's size was not told, it may be where a cube of this edge was never seen.
+        proposals: such cubes drawn at every look.
         presence: how surely the target is on the table, before the first look.
         below: gives up when the chance that it is there, after all that was seen, falls below this; 0: never.
     """

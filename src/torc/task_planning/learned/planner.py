@@ -7,8 +7,7 @@ import numpy as np
 
 from torc.records import Decision, PlanningContext
 from torc.task_planning.belief.planner import BeliefPlanner
-from torc.task_planning.belief.settings import BeliefConfig
-from torc.task_planning.learned.features import FEATURE_NAMES, features_of
+from torc.task_planning.learned.features import FEATURE_NAMES, REASONING, features_of
 from torc.task_planning.learned.model import MODEL_PATH, load_picker
 
 _TOLD = 2
@@ -35,11 +34,10 @@ class LearnedPlanner:
         """Raises InputError for a model that cannot be used."""
         self.config = LearnedConfig() if config is None else config
         self.model = load_picker(Path(self.config.model) if self.config.model else MODEL_PATH)
-        self._belief = BeliefConfig()
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
         """The object that most probably no other one is better than, or None if nothing visible has a valid grasp."""
-        ids, features = features_of(context, self._belief, rng)
+        ids, features = features_of(context, REASONING, rng)
         if not ids:
             return Decision(None, "No visible object has a valid grasp.")
         p, parts = self.model.score(features), self.model.parts(features)
@@ -61,7 +59,7 @@ class LearnedPlanner:
 
     def warm_up(self, context: PlanningContext) -> None:
         """Use every compiled kernel once, to no effect."""
-        BeliefPlanner(self._belief).warm_up(context)
+        BeliefPlanner(REASONING).warm_up(context)
 
 
 def _plain(value: float) -> str:
