@@ -85,7 +85,7 @@ class HidingConfig:
         front_share: an object that hides at least this share of a particle may still stand in the way of its grasps.
     """
 
-    plain_share: float = 0.5
+    plain_share: float = 0.25
     plain_points: int = 300
     all_layers: bool = True
     layer_scale: float = 0.9
@@ -199,7 +199,7 @@ class GiveUpConfig:
     size_m: float = 0.015
     proposals: int = 3000
     presence: float = 0.99
-    below: float = 0.05
+    below: float = 0.1
 
     def __post_init__(self) -> None:
         if not 0 < self.presence <= 1 or not 0 <= self.below < 1:
