@@ -9,7 +9,7 @@ from torc.occlusion.volume import hidden_near_m3, hidden_volumes_m3
 from torc.records import TARGET_ID, GraspStatus, PlanningContext
 from torc.task_planning.belief.costs import Ways, ways_of
 from torc.task_planning.belief.hidden_target import search_target
-from torc.task_planning.belief.settings import BeliefConfig, ParticleConfig
+from torc.task_planning.belief.settings import BeliefConfig, HidingConfig, ParticleConfig
 from torc.task_planning.belief.target_in_sight import free_target
 from torc.task_planning.dg_select import decide_by_graph
 from torc.task_planning.graph import DependencyEdge, EdgeKind
@@ -17,8 +17,8 @@ from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import find_relations
 
-REASONING = BeliefConfig(ParticleConfig(told_size=False))
-"""How the picker that ships was trained: without the target's size."""
+REASONING = BeliefConfig(ParticleConfig(told_size=False), HidingConfig(plain_share=0.5))
+"""What the picker that ships was trained on: it was not told the target's size."""
 
 FEATURE_NAMES = (
     "target in sight",
