@@ -31,7 +31,7 @@ from torc.problems.sets import select_problems
 from torc.records import TARGET_ID
 from torc.records.serialization import load_record, save_record
 from torc.specs.conditions import Conditions
-from torc.task_planning.learned.features import FEATURE_NAMES, REASONING, features_of
+from torc.task_planning.learned.features import FEATURE_NAMES, features_of
 from torc.task_planning.learned.model import MODEL_PATH, PickerModel
 from torc.task_planning.protocol import TaskPlanner
 
@@ -94,7 +94,7 @@ def choices_of(planner: TaskPlanner, look: Look, most_looks: int) -> Choices:
     found = Retrieval()
     for number in range(most_looks):
         context = look(found.order)
-        ids, features = features_of(context, REASONING, np.random.default_rng(0))
+        ids, features = features_of(context, np.random.default_rng(0))
         own = planner.decide(context, np.random.default_rng(0)).object_id
         if own not in ids:
             break

@@ -45,7 +45,9 @@ def pick_parts(system: System, simulated: SimulatedRobot) -> PickParts:
 
 
 def wanted_in(system: System, problem: Problem) -> Wanted:
-    """The problem's target as its perception knows it: with pictures of it from all sides, if it asks for them."""
+    """The problem's target as its user would tell of it: in words, by its size, and by pictures from all sides if the
+    system's perception asks for them.
+    """
     if getattr(system.pipeline.perception, "needs_pictures", False):
         return pictured_target(problem)
     return Wanted(problem.description, size_m=size_by_ruler(_target_of(problem)))

@@ -33,6 +33,7 @@ from torc.workspace.files import load_workspace
 _EXACT = replace(PerceptionConfig(), rim_px=2)
 """Masks are a pixel or two off, whatever the depth."""
 _HELD = 1
+"""Label of what is in the hand; 0, the target's, has rules of its own."""
 
 
 @dataclass(frozen=True)

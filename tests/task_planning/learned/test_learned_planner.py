@@ -8,7 +8,6 @@ import pytest
 from torc.errors import InputError
 from torc.records import TARGET_ID
 from torc.records.serialization import save_record
-from torc.task_planning.belief.settings import BeliefConfig
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.learned.features import FEATURE_NAMES, features_of
 from torc.task_planning.learned.model import MODEL_PATH, PickerModel, load_picker
@@ -24,7 +23,7 @@ def column(features, name):
 @pytest.mark.parametrize("hidden", [True, False])
 def test_each_choice_has_a_row(hidden, rng):
     context = cluttered_context(10, 3, hidden_target=hidden)
-    ids, features = features_of(context, BeliefConfig(), rng)
+    ids, features = features_of(context, rng)
     assert ids == graspable_ids(context)
     assert features.shape == (len(ids), len(FEATURE_NAMES))
     assert not np.isinf(features).any()

@@ -21,7 +21,10 @@ from torc.task_planning.belief.settings import ParticleConfig
 _FALL_SLACK_M = 0.01
 _UNSEEN = 0.6
 """A small cube fits if more than this share of it was never seen, and as much lies outside of all bodies in sight."""
-_FLAT, _ACROSS = 0.3, (1.0, 0.5, 0.25)
+_FLAT = 0.3
+"""A disc, or a ball, is taken to be so high, as a share of its width: rather too small than too large."""
+_ACROSS = (1.0, 0.5, 0.25)
+"""Width to breadth of the boxes that stand for a target of known length and thickness."""
 _UPRIGHT = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])
 """Which edges lie along the heading, across it and upwards."""
 
@@ -64,11 +67,13 @@ def propose(
     were told.
     """
     voxels = hidden_voxels(volume)
-    told = size_m is not None and config.told_size
+    if not config.told_size:
+        size_m = None
     if len(voxels) == 0:
-        return Particles(np.zeros((0, 8)), np.zeros(0), np.zeros(0, np.uint64), 0.0 if told else None)
+        room = None if size_m is None else 0.0
+        return Particles(np.zeros((0, 8)), np.zeros(0), np.zeros(0, np.uint64), room)
     standing = round(config.on_support * config.proposals)
-    sizes = boxes_like(*size_m) if size_m is not None and told else config.sizes_m
+    sizes = config.sizes_m if size_m is None else boxes_like(*size_m)
     poses = _draw(voxels, volume.grid, standing, config.proposals, sizes, rng)
     on = np.zeros(len(poses), np.uint64)
     lying = poses[standing:]
@@ -84,13 +89,13 @@ def propose(
     if len(kept) > config.most:
         kept = kept[np.linspace(0, len(kept) - 1, config.most).astype(int)]
     total = weights[kept].sum()
-    room = hidden * float(weights.mean()) if told else None
+    room = None if size_m is None else hidden * float(weights.mean())
     return Particles(poses[kept], weights[kept] / total if len(kept) else weights[kept], on[kept], room)
 
 
 def boxes_like(length_m: float, thickness_m: float) -> tuple[tuple[float, float, float], ...]:
     """Edges of boxes of that length, from corner to corner, which go through a tube of that width: one is square
-    across, the others are flatter. What is no longer than thick is round, or a disc.
+    across, the others are flatter.
     """
     along = max(np.sqrt(max(length_m**2 - thickness_m**2, 0.0)), _FLAT * thickness_m)
     across = [(ratio, thickness_m / np.sqrt(1 + ratio**2)) for ratio in _ACROSS]

@@ -60,16 +60,16 @@ class _Reckoned:
 
 
 def features_of(
-    context: PlanningContext, config: BeliefConfig, rng: np.random.Generator
+    context: PlanningContext, rng: np.random.Generator
 ) -> tuple[tuple[int, ...], Float32[np.ndarray, "k f"]]:
     """Ids of the objects that can be picked, and a row of features for each; NaN where something is not known."""
     ids = graspable_ids(context)
-    relations = find_relations(context.scene, config.fallback.relations)
+    relations = find_relations(context.scene, REASONING.fallback.relations)
     ways = ways_of(context, relations)
     columns = {
         **_of_the_scene(context, ids),
-        **_by_graph(context, config, relations, ids),
-        **_by_belief(_reckon(context, ways, config, rng), ids),
+        **_by_graph(context, relations, ids),
+        **_by_belief(_reckon(context, ways, rng), ids),
         **_by_grasps(context, ways, ids),
         **_by_relations(relations, ids),
     }
@@ -105,12 +105,11 @@ def _of_the_scene(context: PlanningContext, ids: tuple[int, ...]) -> dict[str, l
 
 def _by_graph(
     context: PlanningContext,
-    config: BeliefConfig,
     relations: tuple[DependencyEdge, ...],
     ids: tuple[int, ...],
 ) -> dict[str, list[float]]:
-    graph = build_dependency_graph(context, config.fallback.relations, relations)
-    decision = decide_by_graph(graph, context, config.fallback.paths)
+    graph = build_dependency_graph(context, REASONING.fallback.relations, relations)
+    decision = decide_by_graph(graph, context, REASONING.fallback.paths)
     p = decision.evidence["probabilities"]
     return {
         "probability by the graph": [float(p.get(str(k), 0.0)) for k in ids],
@@ -118,17 +117,15 @@ def _by_graph(
     }
 
 
-def _reckon(
-    context: PlanningContext, ways: dict[int, Ways], config: BeliefConfig, rng: np.random.Generator
-) -> _Reckoned:
+def _reckon(context: PlanningContext, ways: dict[int, Ways], rng: np.random.Generator) -> _Reckoned:
     if context.scene.target_id is not None:
-        access = free_target(context, ways, config)
+        access = free_target(context, ways, REASONING)
         if not np.isfinite(access.picks):
             return _Reckoned()
         first = access.order[0] if access.order else TARGET_ID
         picks = {first: access.picks} | ({TARGET_ID: access.now} if np.isfinite(access.now) else {})
         return _Reckoned(picks=picks, first=first)
-    search = search_target(context, ways, config, rng)
+    search = search_target(context, ways, REASONING, rng)
     behind = search.belief.mass_behind()
     each = dict(zip(search.candidates, search.plan.each.tolist()))
     return _Reckoned(

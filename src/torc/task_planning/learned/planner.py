@@ -37,7 +37,7 @@ class LearnedPlanner:
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
         """The object that most probably no other one is better than, or None if nothing visible has a valid grasp."""
-        ids, features = features_of(context, REASONING, rng)
+        ids, features = features_of(context, rng)
         if not ids:
             return Decision(None, "No visible object has a valid grasp.")
         p, parts = self.model.score(features), self.model.parts(features)
