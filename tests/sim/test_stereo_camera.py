@@ -62,6 +62,28 @@ def test_dots_do_not_reach_into_the_shadow_of_the_projector():
     assert lit.mean() > 5
 
 
+def test_dots_are_as_bright_as_the_cosine_of_the_angle_at_which_they_arrive():
+    rig = StereoRig(light=0.0, shot_noise=0.0, read_noise=0.0)
+    K = np.array([[600.0, 0, 99.5], [0, 600.0, 59.5], [0, 0, 1]])
+    white = np.full((120, 200, 3), 255, np.uint8)
+    x = ((np.arange(200) - 99.5) / 600).astype(np.float32)
+
+    def brightness(degrees):
+        """Of a plane 1 m before the projector, turned from it about the vertical."""
+        tangent = np.float32(np.tan(np.radians(degrees)))
+        left, right = (
+            np.tile((1 - tangent * side * np.float32(rig.baseline_m)) / (1 + tangent * x), (120, 1))
+            for side in (-0.5, 0.5)
+        )
+        pair = stereo_pair(rig, (white, white), (left, right), K, np.random.default_rng(0))
+        return pair.left[10:-10, 60:-60].mean()
+
+    for degrees in (30, 50):
+        # Turned either way, since one side of the picture is nearer.
+        both = (brightness(degrees) + brightness(-degrees)) / 2
+        assert both / brightness(0) == pytest.approx(np.cos(np.radians(degrees)), abs=0.06)
+
+
 @pytest.mark.parametrize("wrong", [{"baseline_m": 0.0}, {"dots": -1.0}])
 def test_rigs_without_sense_are_refused(wrong):
     with pytest.raises(InputError):

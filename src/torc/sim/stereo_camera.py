@@ -11,6 +11,7 @@ from functools import cache
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
+from numba import njit
 
 from torc.errors import InputError
 from torc.records import StereoPair
@@ -124,15 +125,27 @@ def _lit(cloud: _Cloud, nearest: Float32[np.ndarray, "n n"]) -> Bool[np.ndarray,
     return np.asarray(cloud.points[..., 2] <= first + _SHADOW_M)
 
 
+@njit(cache=True)
 def _facing(cloud: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "h w"]:
-    """Cosine of the angle at which light from the projector arrives."""
-    across = np.gradient(cloud, axis=1)
-    down = np.gradient(cloud, axis=0)
-    normal = np.cross(down, across)
-    length = np.linalg.norm(normal, axis=-1) * np.linalg.norm(cloud, axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        cosine = np.abs((normal * cloud).sum(axis=-1)) / length
-    return np.nan_to_num(cosine).astype(np.float32)
+    """Cosine of the angle at which light from the projector arrives; normals by central differences."""
+    h, w, _ = cloud.shape
+    cosine = np.zeros((h, w), np.float32)
+    across, down = np.empty(3, np.float32), np.empty(3, np.float32)
+    for r in range(h):
+        above, below = max(r - 1, 0), min(r + 1, h - 1)
+        for c in range(w):
+            left, right = max(c - 1, 0), min(c + 1, w - 1)
+            for k in range(3):
+                across[k] = (cloud[r, right, k] - cloud[r, left, k]) / np.float32(right - left)
+                down[k] = (cloud[below, c, k] - cloud[above, c, k]) / np.float32(below - above)
+            x = down[1] * across[2] - down[2] * across[1]
+            y = down[2] * across[0] - down[0] * across[2]
+            z = down[0] * across[1] - down[1] * across[0]
+            px, py, pz = cloud[r, c]
+            length = np.sqrt(x * x + y * y + z * z) * np.sqrt(px * px + py * py + pz * pz)
+            if length > 0:
+                cosine[r, c] = abs(x * px + y * py + z * pz) / length
+    return cosine
 
 
 @cache
