@@ -90,6 +90,29 @@ def test_of_two_alike_the_size_tells_which_it_is():
     assert odds_of_the_short_one((1.5, 1.5)) == pytest.approx(odds_of_the_short_one(None))
 
 
+class TooHigh(FromMasks):
+    """The true masks, two pixels more at their upper edge."""
+
+    def find(self, observation, wanted):
+        label = np.full(observation.depth_m.shape, -1, np.int16)
+        for k in np.unique(self.truth[self.truth >= 0]):
+            mask = self.truth == k
+            label[mask | np.roll(mask, -1, axis=0) | np.roll(mask, -2, axis=0)] = k
+        return Masks(label, np.ones(label.max() + 1, np.float32))
+
+
+def test_a_mask_that_reaches_beyond_its_object_makes_it_no_larger():
+    """With exact depth too: a strip of table or wall behind it, taken for a part, would make it a metre wide."""
+    shapes = (box(0, 0.55, -0.20, (0.1, 0.1, 0.2)), box(1, 0.55, 0.0, (0.1, 0.1, 0.2)))
+    observation = synthetic_observation(shapes)
+    eyes = TooHigh()
+    eyes.truth = observation.label_image
+    scene = eyes.perceive(replace(observation, label_image=None), Wanted(""), None)
+    assert len(scene.objects) == 2
+    for o in scene.objects:
+        assert np.all(np.ptp(o.points, axis=0) < 0.22)
+
+
 def test_a_recognition_that_is_no_probability_is_refused():
     eyes = Halves()
     eyes.recognise = lambda *_: 1.2

@@ -1,7 +1,7 @@
 """The occlusion volume, updated snapshot by snapshot (paper: Perception).
 
 A voxel is unknown until a snapshot sees it free or on a surface; then it stays seen, unless an object has moved
-there. An unknown voxel carries the bit of the object whose pixel hides it.
+there. An unknown voxel carries the bit of the object whose pixel hides it. Of a stereo pair, both cameras count.
 """
 
 from collections.abc import Iterable
@@ -19,12 +19,14 @@ from torc.geometry.transforms import invert, kernel_array
 from torc.occlusion.holes import bridge_holes
 from torc.occlusion.kernels import (
     FREE,
+    NO_READING,
     OUT_OF_VIEW,
     hold_bridged,
     points_in_free_space,
     project_voxels,
     vote_labels,
 )
+from torc.occlusion.second_view import right_view
 from torc.records import BACKGROUND, EMPTY, OcclusionVolume, SegmentedObject, SegmentedScene, VoxelGrid
 
 
@@ -111,6 +113,11 @@ def update_volume(
     )
     hold_bridged(rays.bridged, *pixels, K, T_world_camera, origin, voxel_m, state, bits, near_behind)
     seen_now = (state == FREE) | (surface != EMPTY)
+    if view.pair is not None:
+        of_pixels = _bits_by_label(scene)[scene.label_image.astype(np.uint8)]
+        right = right_view(grid, view, _readings(scene, config), of_pixels, view.pair.baseline_m)
+        seen_now |= right.free
+        bits = np.where((state == NO_READING) & (bits == 0), right.bits, bits)
     if config.out_of_view_is_free:
         seen_now |= state == OUT_OF_VIEW
     seen = seen_now | (volume.seen & ~near_behind)

@@ -30,8 +30,8 @@ from torc.records import BACKGROUND, MAX_OBJECTS, TARGET_ID, KnownObject, Observ
 from torc.workspace.description import Workspace
 from torc.workspace.files import load_workspace
 
-_EXACT = replace(PerceptionConfig(), rim_px=2)
-"""Masks are a pixel or two off, whatever the depth."""
+_EXACT = replace(PerceptionConfig(), rim_px=2, piece_px=5)
+"""Masks are a pixel or two off, whatever the depth: there they hold readings of what lies behind."""
 _HELD = 1
 """Label of what is in the hand; 0, the target's, has rules of its own."""
 
