@@ -219,6 +219,19 @@ def test_readings_of_what_lies_behind_along_a_masks_edge_are_none(shape):
     assert np.all(rough.observation.depth_m[background] == view.depth_m[background])
 
 
+@pytest.mark.parametrize(("offset_m", "kept"), [(1.5, False), (-0.1, True)])
+def test_a_tiny_piece_far_behind_the_rest_may_reach_further_into_the_mask(offset_m, kept):
+    """As where a side is seen too flat to be matched. In front of the rest it may be a part that sticks out."""
+    view = synthetic_observation([BOX])
+    rows, cols = np.nonzero(view.label_image == BOX.id)
+    strip = (rows > rows.mean()) & (rows < rows.mean() + 15) & (cols < cols.min() + 8)
+    depth = view.depth_m.copy()
+    depth[rows[strip], cols[strip]] += offset_m
+    seen = perceive(replace(view, depth_m=depth), piece_px=5).observation.depth_m[rows[strip], cols[strip]]
+    assert np.count_nonzero(strip) > 50
+    assert np.all(seen > 0) if kept else np.all(seen == 0)
+
+
 def test_an_object_that_something_in_front_cuts_in_two_keeps_both_parts():
     post = SyntheticBox(0, (0.50, 0.0, 1.2), (0.02, 0.03, 0.3))
     view = synthetic_observation([post, BOX])

@@ -43,7 +43,8 @@ class PerceptionConfig:
             exact masks and edges.
         piece_px: a piece of a mask that jumps in depth tear off the rest, and that reaches no further than this into
             the mask, is what lies behind it, unless it is half as large as the largest piece: its readings count
-            for nothing. Stereo matchers give a few pixels along an edge the depth of the other side. 0 keeps all.
+            for nothing. It may reach twice as far if it is tiny and wholly behind the largest piece. Stereo matchers
+            give a few pixels along an edge the depth of the other side, or of the far wall. 0 keeps all.
     """
 
     min_depth_m: float = 0.1
@@ -89,6 +90,10 @@ class PerceptionConfig:
 
 REAL_CAMERA = PerceptionConfig(edge_slope=4.0, normal_radius_px=3, rim_px=2, piece_px=5)
 """For sensors that smear edges, and masks that are a pixel or two off."""
+
+
+_TINY = 20
+"""A piece this many times smaller than the largest one is tiny."""
 
 
 def valid_depth(
@@ -164,13 +169,20 @@ def _torn_off(
         edge[a] |= label[a] != label[b]
         edge[:, a] |= label[:, a] != label[:, b]
     inside_px = cv2.distanceTransform((~edge).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
-    size = np.bincount(piece[there], minlength=count)
+    pieces = piece[there]
+    size = np.bincount(pieces, minlength=count)
     reach, owner = np.zeros(count, np.float32), np.zeros(count, np.int64)
-    np.maximum.at(reach, piece[there], inside_px[there])
-    owner[piece[there]] = label[there]
-    largest = np.zeros(MAX_OBJECTS, np.int64)
-    np.maximum.at(largest, owner, size)
-    torn = (2 * size < largest[owner]) & (reach < piece_px)
+    np.maximum.at(reach, pieces, inside_px[there])
+    owner[pieces] = label[there]
+    near_m, far_m = np.full(count, np.inf, np.float32), np.zeros(count, np.float32)
+    np.minimum.at(near_m, pieces, depth[there])
+    np.maximum.at(far_m, pieces, depth[there])
+    # Ascending sizes: of each mask's pieces the largest is set last.
+    largest, order = np.zeros(MAX_OBJECTS, np.int64), np.argsort(size, kind="stable")
+    largest[owner[order]] = order
+    main = largest[owner]
+    behind = (_TINY * size < size[main]) & (near_m > far_m[main])
+    torn = (2 * size < size[main]) & (reach < np.where(behind, 2 * piece_px, piece_px))
     return there & torn[np.maximum(piece, 0)]
 
 
