@@ -34,12 +34,12 @@ def stereo_view(shapes):
     return replace(view, depth_m=np.where(both, z, np.float32(0)), pair=pair)
 
 
-def volumes(shapes):
+def volumes(shapes, config=FIXED_CAMERA):
     """With the left camera alone, and with both."""
     view = stereo_view(shapes)
     scene = LabelPerception().perceive(view)
     alone = replace(scene, observation=replace(view, pair=None))
-    return [update_volume(empty_volume(GRID), s, FIXED_CAMERA) for s in (alone, scene)]
+    return [update_volume(empty_volume(GRID), s, config) for s in (alone, scene)]
 
 
 def pixels_of_right(points):
@@ -69,6 +69,16 @@ def test_it_clears_only_what_the_right_camera_sees_through_and_nothing_within_a_
     assert np.all(z < seen_near(raycast(shapes, RIGHT).depth_m, cleared) + 1e-3)
     assert not any(inside(shape, cleared, -GRID.voxel_size_m).any() for shape in shapes)
     assert np.all(both.seen | ~alone.seen), "what was seen stays seen"
+
+
+def test_a_shorter_range_changes_nothing_within_it():
+    """The right camera sees what is out of range where it is, not where the range ends."""
+    range_m = 0.7
+    whole, short = (volumes([POST], replace(FIXED_CAMERA, max_depth_m=m))[1] for m in (10.0, range_m))
+    near = (
+        project(GRID.centers().reshape(-1, 3), LEFT.K, LEFT.T_world_camera)[2].reshape(GRID.shape) < range_m
+    )
+    assert np.array_equal(whole.seen & near, short.seen & near)
 
 
 def test_beside_a_post_the_space_before_it_is_seen_and_that_behind_it_is_hidden_by_it():

@@ -29,21 +29,25 @@ def right_view(
     readings: Float32[np.ndarray, "h w"],
     pixel_bits: UInt64[np.ndarray, "h w"],
     baseline_m: float,
+    max_depth_m: float,
 ) -> RightView:
-    """What the right camera sees, by readings that were made from the pair.
+    """What the right camera of a view's stereo pair sees.
 
     Args:
-        readings: of the left camera: depth in metres, 0 for none.
+        grid: where the voxels are.
+        view: of the left camera.
+        readings: its depth in metres, 0 for none; made from the pair.
         pixel_bits: of the object that each of its pixels shows.
+        baseline_m: distance of the two cameras.
+        max_depth_m: a larger reading means free space as far as this.
     """
     K = kernel_array(view.K)
     T_right_world = invert(view.T_world_camera)
     T_right_world[0, 3] -= baseline_m
     depth_m, source = _to_right(readings, float(K[0, 0]) * baseline_m)
     bits = np.where(source >= 0, pixel_bits.ravel()[source], np.uint64(0))
-    undisturbed = np.zeros(depth_m.shape, np.bool_)
+    pixels = np.minimum(depth_m, np.float32(max_depth_m)), bits, np.zeros(depth_m.shape, np.bool_)
     shape, origin, voxel_m = grid.shape, kernel_array(grid.origin), float(grid.voxel_size_m)
-    pixels = depth_m, bits, undisturbed
     state, hidden_by, _ = project_voxels(shape, origin, voxel_m, kernel_array(T_right_world), K, *pixels, 0.0)
     return RightView(state == FREE, hidden_by)
 

@@ -103,7 +103,8 @@ def update_volume(
     config = OcclusionConfig() if config is None else config
     grid, view = volume.grid, scene.observation
     surface = surface_labels(grid, scene, config)
-    rays = _rays(volume, scene, config)
+    readings = _readings(scene, config)
+    rays = _rays(volume, scene, readings, config)
     origin, voxel_m = kernel_array(grid.origin), float(grid.voxel_size_m)
     K, T_world_camera = kernel_array(view.K), kernel_array(view.T_world_camera)
     T_camera_world = kernel_array(invert(view.T_world_camera))
@@ -115,7 +116,7 @@ def update_volume(
     seen_now = (state == FREE) | (surface != EMPTY)
     if view.pair is not None:
         of_pixels = _bits_by_label(scene)[scene.label_image.astype(np.uint8)]
-        right = right_view(grid, view, _readings(scene, config), of_pixels, view.pair.baseline_m)
+        right = right_view(grid, view, readings, of_pixels, view.pair.baseline_m, config.max_depth_m)
         seen_now |= right.free
         bits = np.where((state == NO_READING) & (bits == 0), right.bits, bits)
     if config.out_of_view_is_free:
@@ -157,8 +158,13 @@ class _Rays(NamedTuple):
     bridged: Int32[np.ndarray, "n 2"]
 
 
-def _rays(volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfig) -> _Rays:
-    readings, label = _readings(scene, config), _labels(scene, config)
+def _rays(
+    volume: OcclusionVolume,
+    scene: SegmentedScene,
+    readings: Float32[np.ndarray, "h w"],
+    config: OcclusionConfig,
+) -> _Rays:
+    readings, label = np.minimum(readings, np.float32(config.max_depth_m)), _labels(scene, config)
     K = scene.observation.K
     depth_m, source = bridge_holes(readings, label, float(min(K[0, 0], K[1, 1])), config.hole_rad)
     label = label.ravel()[source]
@@ -176,12 +182,11 @@ def _rays(volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfi
 
 
 def _readings(scene: SegmentedScene, config: OcclusionConfig) -> Float32[np.ndarray, "h w"]:
-    """Depth capped at the range; 0 where there is no reading."""
+    """Depth; 0 where there is no reading."""
     depth_m = scene.observation.depth_m
     with np.errstate(invalid="ignore"):
         good = (depth_m >= config.min_depth_m) & (depth_m < np.inf)
-    depth_m = np.where(good, np.minimum(depth_m, np.float32(config.max_depth_m)), np.float32(0))
-    return kernel_array(depth_m, np.float32)
+    return kernel_array(np.where(good, depth_m, np.float32(0)), np.float32)
 
 
 def _labels(scene: SegmentedScene, config: OcclusionConfig) -> Int16[np.ndarray, "h w"]:
