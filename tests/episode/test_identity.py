@@ -148,8 +148,17 @@ def test_what_was_taken_for_the_target_and_is_not_is_let_go(play):
     assert result.end is EndReason.RETRIEVED
     assert eyes.before[1].target_id is None
     assert TARGET_ID not in eyes.before[1].ids
+    assert eyes.before[1].brought_odds == pytest.approx(0.1 / 0.9)
     lines = [log_line(e) for e in events if isinstance(e, Executed)]
     assert [line["target_p"] for line in lines] == [0.1, 0.9]
+
+
+def test_only_what_was_brought_may_be_the_target_in_the_bin(play):
+    slipped = PickOutcome(PickResult.SLIPPED, 4, held_after_lift=True)
+    result, _, eyes = play([4, 7], {0: 7, 1: 4, 2: 5}, results=[slipped], in_hand={4: 0.5, 7: 0.9})
+    assert result.retrieved
+    assert result.outcomes[0].target_p == 0.5
+    assert eyes.before[1].brought_odds == 0
 
 
 def test_another_object_that_passes_for_the_target_in_the_hand_ends_the_episode(play):

@@ -57,7 +57,10 @@ class FakeRobot:
         """Take the object away, or what the script says."""
         self.executed.append(plan)
         if len(self.executed) <= len(self.results):
-            return self.results[len(self.executed) - 1]
+            outcome = self.results[len(self.executed) - 1]
+            if outcome.held_after_lift and is_target is not None:
+                is_target(self.capture(), 0.04)
+            return outcome
         meant = plan.object_id if true_id is None else true_id
         self.shapes = [s for s in self.shapes if s.id != meant]
         believed = plan.object_id == TARGET_ID if is_target is None else is_target(self.capture(), 0.04)

@@ -90,6 +90,18 @@ def test_of_two_alike_the_size_tells_which_it_is():
     assert odds_of_the_short_one((1.5, 1.5)) == pytest.approx(odds_of_the_short_one(None))
 
 
+def test_what_may_be_in_the_bin_is_remembered_from_look_to_look():
+    observation = synthetic_observation((box(1, 0.55, -0.20, (0.1, 0.1, 0.25)),))
+    observation, eyes = replace(observation, label_image=None), Halves()
+    wanted = Wanted("", (np.full((30, 30, 3), 128, np.uint8),))
+    scene = eyes.perceive(observation, wanted, None)
+    again = eyes.perceive(observation, wanted, replace(scene, brought_odds=3.0))
+    assert again.brought_odds == 3.0
+    before, after = ([k.target_p for k in s.known] for s in (scene, again))
+    none = 1 - sum(before)
+    assert after == pytest.approx([p / (1 + 3.0 * none) for p in before])
+
+
 class TooHigh(FromMasks):
     """The true masks, two pixels more at their upper edge."""
 

@@ -35,6 +35,14 @@ def test_the_nearest_reference_counts():
     assert len(target_probabilities(looks[:0], [], references, CONFIG)) == 0
 
 
+def test_what_may_have_been_brought_counts_like_one_more_object():
+    references, looks = unit(1, 0)[None], np.stack([unit(1, 0.2), unit(1, 0.4)])
+    both = target_probabilities(looks, [1000] * 2, references, CONFIG)
+    odds = float(both[1] / (1 - both.sum()))
+    alone = target_probabilities(looks[:1], [1000], references, CONFIG, brought_odds=odds)
+    assert alone[0] == pytest.approx(both[0])
+
+
 def test_a_half_is_where_the_fit_says_and_small_masks_say_less():
     cosine = CONFIG.likeness
     looks = unit(cosine, np.sqrt(1 - cosine**2))[None]

@@ -62,7 +62,7 @@ class Steps:
 
     def attempt(self, state: EpisodeState, look: Look, decision: Decision) -> EpisodeState:
         """The state after planning and executing a decision; a lost pick where there is nothing to execute."""
-        choice, failed, seconds = checked_choice(look, decision), state.failed, 0.0
+        choice, failed, seconds, named = checked_choice(look, decision), state.failed, 0.0, False
         truth, scene = true_ids(look), look.context.scene
         if isinstance(choice, PickOutcome):
             outcome = choice
@@ -86,9 +86,11 @@ class Steps:
                     outcome, scene = replace(outcome, object_id=choice), scene.with_target(choice)
                 elif check is not None and check.p is not None:
                     outcome = replace(outcome, target_p=check.p)
+                    if outcome.as_felt.delivered and not check.is_target:
+                        scene = scene.with_brought(choice, check.p)
                     scene = scene if check.is_target or choice != TARGET_ID else scene.without_target()
             failed = remembered(failed, look, plan, outcome.as_felt, self.parts.robot.description)
-            if scene is not look.context.scene:
+            if named:
                 failed = tuple(
                     replace(f, object_id=TARGET_ID) if f.object_id == choice else f for f in failed
                 )

@@ -119,7 +119,8 @@ class FromMasks(ABC):
         seen = self._seen(found, label, sureness, before, carried)
         was = seen.ids.index(TARGET_ID) if TARGET_ID in seen.ids else None
         settled = replace(masks, label=label, sureness=sureness)
-        p = self._target_p(settled, seen, wanted)
+        brought_odds = 0.0 if before is None else before.brought_odds
+        p = self._target_p(settled, seen, wanted, brought_odds)
         certainty = self.config.target if wanted.pictures else self.words
         target = was if p is None else choose_target(p, was, certainty)
         if wanted.mark and before is None:
@@ -127,7 +128,8 @@ class FromMasks(ABC):
             target = seen.masks.index(marked) if marked in seen.masks else None
         chances = {} if p is None else dict(zip(seen.ids, map(float, p), strict=True))
         known = tuple(replace(k, target_p=chances.get(k.id, k.target_p)) for k in seen.known)
-        return _named(found, *with_target(seen.ids, known, was, target))
+        scene = _named(found, *with_target(seen.ids, known, was, target))
+        return replace(scene, brought_odds=brought_odds)
 
     def recognise(
         self,
@@ -180,13 +182,16 @@ class FromMasks(ABC):
         pixels = [o.pixel_count for o in found.objects]
         return _Seen(masks, looks, pixels, [o.points for o in found.objects], ids, known)
 
-    def _target_p(self, masks: Masks, seen: _Seen, wanted: Wanted) -> Float[np.ndarray, "n"] | None:
+    def _target_p(
+        self, masks: Masks, seen: _Seen, wanted: Wanted, brought_odds: float
+    ) -> Float[np.ndarray, "n"] | None:
         """How surely each object in sight is the target; None if nothing but a mark tells."""
         if wanted.pictures:
             references = self._described(wanted)
             told = wanted.size_m
             stretched = None if told is None else stretch([size_in_sight(c) for c in seen.clouds], told)
-            return target_probabilities(seen.looks, seen.pixels, references, self.config.target, stretched)
+            config = self.config.target
+            return target_probabilities(seen.looks, seen.pixels, references, config, stretched, brought_odds)
         if masks.wanted_p is not None:
             return by_words(masks.label, masks.wanted_p, seen.masks)
         return None

@@ -78,9 +78,11 @@ def target_probabilities(
     references: Float32[np.ndarray, "m d"],
     config: TargetConfig,
     stretched: Float[np.ndarray, "n 2"] | None = None,
+    brought_odds: float = 0.0,
 ) -> Float[np.ndarray, "n"]:
     """Per object the probability that it is the one on the reference pictures: at most one of them is (a softmax over
-    all of them and none). `stretched`: see `torc.perception.extent.stretch`.
+    all of them, none, and what was brought before). `stretched`: see `torc.perception.extent.stretch`; `brought_odds`:
+    see `torc.records.SegmentedScene`.
     """
     if len(looks) == 0:
         return np.zeros(0)
@@ -90,7 +92,7 @@ def target_probabilities(
     if stretched is not None:
         score -= np.maximum(stretched, 0) @ (config.too_long, config.too_thick)
     odds = np.exp(score)
-    return np.asarray(odds / (1 + odds.sum()))
+    return np.asarray(odds / (1 + brought_odds + odds.sum()))
 
 
 def held_probability(

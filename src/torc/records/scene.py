@@ -8,6 +8,9 @@ from jaxtyping import Float32, Int16, Int32
 
 from torc.records.camera import MAX_OBJECTS, TARGET_ID, Observation
 
+_LEAST_P = 1e-3
+"""No probability that odds are made of is smaller."""
+
 
 @dataclass(frozen=True)
 class SegmentedObject:
@@ -63,6 +66,8 @@ class SegmentedScene:
         target_id: id of the target, or None while it is hidden.
         background_points: surface points of no object (table, bin), world frame.
         known: all objects so far, for a perception that keeps ids by itself: its memory, for nobody else.
+        brought_odds: of the target being among what was brought unrecognised, against its never having been in
+            sight; memory of the same kind.
     """
 
     observation: Observation
@@ -71,6 +76,7 @@ class SegmentedScene:
     target_id: int | None
     background_points: Float32[np.ndarray, "m 3"]
     known: tuple[KnownObject, ...] = ()
+    brought_odds: float = 0.0
 
     @cached_property
     def ids(self) -> tuple[int, ...]:
@@ -98,6 +104,17 @@ class SegmentedScene:
         taken = {*self.ids, *(k.id for k in self.known)}
         free = next(k for k in range(1, MAX_OBJECTS + 1) if k not in taken)
         return replace(self._renamed({TARGET_ID: free}), target_id=None)
+
+    def with_brought(self, object_id: int, p: float) -> "SegmentedScene":
+        """The scene whose memory knows that this object was brought, and was the target with probability `p` by a look
+        in the hand: what looks like it and is left is less likely the target.
+        """
+        told = {k.id: k.target_p for k in self.known if k.id in self.ids}
+        # Odds against "in sight nowhere, and not brought", whose probability is what the others leave.
+        others = (
+            (1 - told.get(object_id, 0.0)) * (1 + self.brought_odds) / max(1 - sum(told.values()), _LEAST_P)
+        )
+        return replace(self, brought_odds=self.brought_odds + p / max(1 - p, _LEAST_P) * others)
 
     def _renamed(self, new: dict[int, int]) -> "SegmentedScene":
         """The scene with other ids for some objects."""
