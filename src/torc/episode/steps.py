@@ -86,9 +86,11 @@ class Steps:
                     outcome, scene = replace(outcome, object_id=choice), scene.with_target(choice)
                 elif check is not None and check.p is not None:
                     outcome = replace(outcome, target_p=check.p)
-                    if outcome.as_felt.delivered and not check.is_target:
-                        scene = scene.with_brought(choice, check.p)
-                    scene = scene if check.is_target or choice != TARGET_ID else scene.without_target()
+                    if not check.is_target:
+                        if outcome.as_felt.delivered:
+                            scene = scene.with_brought(choice, check.p)
+                        if choice == TARGET_ID:
+                            scene = scene.without_target()
             failed = remembered(failed, look, plan, outcome.as_felt, self.parts.robot.description)
             if named:
                 failed = tuple(
