@@ -13,8 +13,10 @@ from torc.perception.target import (
     choose_target,
     held_probability,
     reference_mask,
+    rivals,
     target_probabilities,
 )
+from torc.records import KnownObject
 
 CONFIG = TargetConfig(likeness=0.75, steepness=20.0, pixels=0.3, sure=0.6, still=0.2, ahead=0.2)
 
@@ -114,6 +116,27 @@ def test_in_the_hand_looks_count_and_so_does_what_was_believed():
     assert 0 < by_size[1] < by_size[2] < 0.5
     # A belief of nothing can be overcome, and one of certainty lost.
     assert held_probability(0.95, 0.0, config) > 0.5 > held_probability(0.45, 1.0, config)
+
+
+def known(object_id, look, target_p):
+    return KnownObject(object_id, np.zeros((1, 3), np.float32), look, 1.0, target_p=target_p)
+
+
+def test_of_those_that_look_the_same_each_may_be_what_is_in_the_hand():
+    alike = [known(i, unit(1, 0, 0), 0.24) for i in range(1, 5)]
+    assert rivals(alike[:1], 1, CONFIG) == 0
+    of_four = rivals(alike, 1, CONFIG)
+    assert 2.7 < of_four < 3
+    other = known(7, unit(0, 1, 0), 0.24)
+    assert rivals([*alike, other], 1, CONFIG) == pytest.approx(of_four, abs=0.01)
+    # What is surely not the target is no rival; nobody counts for more than one, however likely.
+    assert rivals([alike[0], known(2, unit(1, 0, 0), 0.0)], 1, CONFIG) == 0
+    assert rivals([known(1, unit(1, 0, 0), 0.1), known(2, unit(1, 0, 0), 0.9)], 1, CONFIG) < 1
+    assert rivals([known(1, unit(1, 0, 0), 0.9), known(2, unit(1, 0, 0), 0.09)], 1, CONFIG) < 0.1
+    # However well it looks, it is the target no more surely than one of so many.
+    for cosine in (0.7, 0.9, 1.0):
+        alone = held_probability(cosine, 0.6, CONFIG)
+        assert held_probability(cosine, 0.6, CONFIG, rivals=3.0) == pytest.approx(1 / (1 / alone + 3))
 
 
 def test_what_is_too_large_cannot_be_it_and_of_what_is_too_small_a_part_may_be_hidden():

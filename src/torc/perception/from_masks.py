@@ -23,6 +23,7 @@ from torc.perception.target import (
     held_probability,
     marked_object,
     reference_mask,
+    rivals,
     target_probabilities,
 )
 from torc.perception.tracking import Seen, TrackingConfig, agreement, carried_over, same_ids, settled_masks
@@ -152,7 +153,8 @@ class FromMasks(ABC):
         stretched = None
         if wanted.size_m is not None:
             stretched = stretch([self.size_in_hand(observation, mask)], wanted.size_m)[0]
-        return held_probability(cosine, before, self.config.target, stretched)
+        config = self.config.target
+        return held_probability(cosine, before, config, stretched, rivals(scene.known, object_id, config))
 
     def size_in_hand(self, observation: Observation, mask: Bool[np.ndarray, "h w"]) -> Extent:
         """How large what the mask shows is at least; nothing without readings."""

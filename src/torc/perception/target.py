@@ -11,6 +11,7 @@ from PIL import Image
 
 from torc.errors import InputError
 from torc.perception.grab_cut import grab_cut
+from torc.records import KnownObject
 
 
 @dataclass(frozen=True)
@@ -96,10 +97,15 @@ def target_probabilities(
 
 
 def held_probability(
-    cosine: float, before: float, config: TargetConfig, stretched: Float[np.ndarray, "2"] | None = None
+    cosine: float,
+    before: float,
+    config: TargetConfig,
+    stretched: Float[np.ndarray, "2"] | None = None,
+    rivals: float = 0.0,
 ) -> float:
     """How surely an object in the hand is the target: by its cosine to the nearest reference picture, by how surely it
     was before the pick, and by its size (`stretched`: see `torc.perception.extent.stretch`) where the target's is told.
+    What it looks like speaks for its `rivals` as much, so that they stay in the sum.
     """
     before = min(max(before, _LEAST_P), 1 - _LEAST_P)
     odds = config.held_steepness * (cosine - config.held_likeness) + config.held_trust * np.log(
@@ -107,7 +113,23 @@ def held_probability(
     )
     if stretched is not None:
         odds -= config.held_too_large * float(np.maximum(stretched, 0).sum())
-    return float(1 / (1 + np.exp(-odds)))
+    return float(1 / (1 + np.exp(-odds) + rivals))
+
+
+def rivals(known: Sequence[KnownObject], object_id: int, config: TargetConfig) -> float:
+    """How many others are as likely the target as an object, and look the same, before it is picked.
+
+    Each counts by how surely it looks the same (in the scale of reference pictures), and by how much less likely it is.
+    More likely ones count as equals: what was seen least of is not the less likely for it once it is in the hand.
+    """
+    own = next((k for k in known if k.id == object_id), None)
+    others = [k for k in known if k.id != object_id]
+    if own is None or not others:
+        return 0.0
+    cosine = np.stack([k.look for k in others]) @ own.look
+    same = 1 / (1 + np.exp(-config.held_steepness * (cosine - config.held_likeness)))
+    share = np.array([k.target_p for k in others]) / max(own.target_p, _LEAST_P)
+    return float(same @ np.minimum(share, 1))
 
 
 def choose_target(p: Float[np.ndarray, "n"], was: int | None, config: Certainty) -> int | None:
