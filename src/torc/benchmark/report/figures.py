@@ -38,6 +38,7 @@ _STYLE: dict[Any, Any] = {
     "hatch.linewidth": 0.6,
 }
 _MAX_POINTS = 400
+_LONG_NAME = 24
 _MARKERS = "osD^v<>P"
 
 
@@ -134,7 +135,8 @@ def _boxes(
 
 
 def _within(table: Table, planners: list[str]) -> Figure:
-    figure, (axes,) = _new_figure(6.4, 4.2)
+    columns = 1 if max(map(len, planners)) > _LONG_NAME else 3
+    figure, (axes,) = _new_figure(6.4, 4.0 + 0.24 * (-(-len(planners) // columns)))
     budget = max(r.max_picks for r in table.rows)
     picks = np.arange(1, budget + 1)
     for i, planner in enumerate(planners):
@@ -144,9 +146,11 @@ def _within(table: Table, planners: list[str]) -> Figure:
         axes.fill_between(picks, [f.low for f in found], [f.high for f in found], color=_color(i), alpha=0.12)
     axes.set_ylim(0, 1.04)
     axes.set_xlim(0.8, budget + 0.2)
+    axes.set_xticks(picks[:: 1 + budget // 21])
     axes.set_xlabel("picks")
     axes.set_ylabel("share of trials retrieved by then")
-    axes.legend(loc="lower right", frameon=False, fontsize=9)
+    below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "ncols": columns}
+    axes.legend(**below, frameon=False, fontsize=9)
     return figure
 
 
