@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from torc.benchmark.report.scores import give_ups_table, score_summary, scores_table, within_table
+from torc.benchmark.report.sets import sets_table
 from torc.benchmark.rows import Table
 from torc.benchmark.scores import (
     efficiency,
@@ -53,6 +54,21 @@ def test_drops_cost_what_they_are_said_to(made_up):
     rows = made_up(drops=["mine"], mine=MINE).completed("mine")
     free, dear = with_drops(rows, 0), with_drops(rows, 5)
     assert dear.value - free.value == pytest.approx(5 * np.mean([r.drops for r in rows]))
+
+
+def test_sets_are_told_apart_where_there_are_several(made_up):
+    table = made_up(mine=MINE, best=BEST)
+    assert not sets_table(table, ["best", "mine"], "best").rows
+    names = dict(zip(table.problems, ("absent-01", "structured-01", "a-pile-of-mine")))
+    table = replace(table, rows=tuple(replace(r, problem=names[r.problem]) for r in table.rows))
+    found = sets_table(table, ["best", "mine"], "best")
+    by_cell = {row[:2]: row[2:] for row in found.rows}
+    assert {name for name, _ in by_cell} == {"torc-hard/absent", "torc40", "others"}
+    for mine, best, name in zip(MINE, BEST, ("torc-hard/absent", "torc40", "others")):
+        trials, cost, more, *_ = by_cell[name, "mine"]
+        assert (trials, by_cell[name, "best"][2]) == ("2", "")
+        assert cost.startswith(f"{np.mean(mine):.1f} [")
+        assert more.startswith(f"{np.mean(mine) - np.mean(best):+.2f} [")
 
 
 def test_failures_fall_into_two_kinds(made_up):

@@ -37,6 +37,12 @@ def shipped_path(name: str) -> Path | None:
     return _paths().get(name)
 
 
+def set_of(name: str) -> str | None:
+    """The shipped set with the problem of that name, e.g. "torc-hard/absent"; None if there is none of that name."""
+    path = shipped_path(name)
+    return None if path is None else _set_of(path)
+
+
 def select_problems(selection: str) -> tuple[str, ...]:
     """The problems that a user means: names or paths that `load_problem` takes. Raises InputError.
 

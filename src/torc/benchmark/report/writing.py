@@ -18,6 +18,7 @@ from torc.benchmark.report.pages import Section, html_page, markdown_page
 from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
 from torc.benchmark.report.real import real_sections
 from torc.benchmark.report.scores import BOUNDS, give_ups_table, score_summary, scores_table, within_table
+from torc.benchmark.report.sets import sets_table
 from torc.benchmark.report.trials import KEY, failures, trial_board
 from torc.benchmark.report.vlm import vlm_table
 from torc.benchmark.rows import Table
@@ -85,6 +86,7 @@ def _sections(
     planners = [s.planner for s in ranking.standings]
     references = tables.references_table(ranking.standings, ranking.table)
     open_tables = [
+        sets_table(table, planners, ranking.verdict.planner),
         within_table(table, planners),
         scores_table(table, planners),
         give_ups_table(table, planners),
