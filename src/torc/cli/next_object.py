@@ -41,29 +41,27 @@ class MakeCommand:
     values: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Values that were found before, and need no search: results/next-object/values.jsonl has those of the published
     set. Those of further decisions are added."""
+    workers: int = 1
+    """Processes; each takes a problem at a time, and a core."""
     hidden_seed: str | None = None
     """Make the split "hidden": a word that the host keeps. It decides numbers and ids, and is written nowhere."""
 
     def run(self) -> int:
         """Make the rows."""
-        from torc.next_object.making.building import build
-        from torc.next_object.making.known_values import KnownValues
-        from torc.next_object.making.rows import MakingConfig, RowMaker
+        from torc.next_object.making.building import Making, build
+        from torc.next_object.making.rows import MakingConfig
         from torc.problems.sets import select_problems
 
+        if self.workers < 1 or (self.decisions is not None and self.decisions < 1):
+            raise InputError("--workers and --decisions must be at least 1.")
         options: dict[str, Any] = {"per_problem": self.per_problem, "most_looks": self.looks}
         if self.hidden_seed is not None:
             if self.values is not None:
                 raise InputError("The values of a hidden set belong into no file: leave out --values.")
             options |= {"key": self.hidden_seed, "hidden": True}
         files = select_problems(self.problems)
-        built = build(
-            files,
-            self.out,
-            RowMaker(MakingConfig(**options), KnownValues(self.values)),
-            self.decisions,
-            lambda t: print(printable(t), flush=True),
-        )
+        making = Making(files, MakingConfig(**options), self.values, self.workers)
+        built = build(making, self.out, self.decisions, lambda t: print(printable(t), flush=True))
         counts = ", ".join(f"{split} {n}" for split, n in built.splits.items())
         print(f"{built.new} new decisions. In {self.out}: {counts}")
         return 0

@@ -97,6 +97,7 @@ def test_rows_are_made_gone_on_with_and_numbered_by_the_key(tmp_path, capsys):
     assert "0 new decisions" in capsys.readouterr().out
     again = make("b", "--decisions", "1")
     assert again == first
+    assert make("d", "--workers", "2") == both
     hidden = make("c", "--decisions", "1", "--hidden-seed", "only-the-host-knows")
     (row,), (secret,) = first.values(), hidden.values()
     assert secret.split == "hidden"

@@ -1,17 +1,22 @@
 """A directory of rows from problems, gone on with where it was interrupted."""
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import as_completed
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from torc.errors import InputError, PhysicsError
 from torc.next_object.data.publishing import publish
 from torc.next_object.data.tables import read_rows, write_rows, write_splits
-from torc.next_object.making.rows import RowMaker
+from torc.next_object.making.known_values import KnownValues
+from torc.next_object.making.rows import MakingConfig, RowMaker
 from torc.next_object.schema import NextObjectRow
 from torc.problems.problem import load_problem
+from torc.processes import open_pool
 
 ASIDE = ".rows"
+Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -23,21 +28,34 @@ class Built:
     skipped: tuple[str, ...]
 
 
-def build(
-    problems: Sequence[str],
-    out: Path,
-    maker: RowMaker,
-    most: int | None,
-    say: Callable[[str], None],
-) -> Built:
+@dataclass(frozen=True)
+class Making:
+    """What rows are made of, and how: names or files of problems, the file of values that are known already (see
+    `KnownValues`), and how many processes share the work.
+    """
+
+    problems: Sequence[str]
+    config: MakingConfig
+    values: Path | None = None
+    workers: int = 1
+
+
+def build(making: Making, out: Path, most: int | None, say: Say) -> Built:
     """Make what is missing of the problems' rows, at most `most` new ones, and write all that there are. Rows are kept
-    in a directory beside `out`, each as it comes. Raises InputError where there is no row at all.
+    in a directory beside `out`, each as it comes. Several processes may make a few more than `most`. Raises InputError
+    where there is no row at all.
     """
     aside = out.with_name(out.name + ASIDE)
     aside.mkdir(parents=True, exist_ok=True)
-    skipped, new = list[str](), 0
-    for row in _new_rows(problems, aside, maker, skipped, say):
-        write_rows(aside / f"{row.id}.parquet", [row])
+    count, skipped, new = len(making.problems), list[str](), 0
+    orders = [
+        _Order(file, f"[{number}/{count}] ", making.config, making.values, aside)
+        for number, file in enumerate(making.problems, start=1)
+    ]
+    for row in _made(orders, making.workers, say):
+        if isinstance(row, str):
+            skipped.append(row)
+            continue
         new += 1
         if most is not None and new >= most:
             break
@@ -45,34 +63,70 @@ def build(
         raise InputError(f"No decision could be made of these problems. {' '.join(skipped)}")
     rows = read_rows(aside)
     splits = write_splits(out, rows)
-    publish(out, rows, maker.config.hidden)
+    publish(out, rows, making.config.hidden)
     return Built(splits, new, tuple(skipped))
 
 
-def _new_rows(
-    problems: Sequence[str],
-    aside: Path,
-    maker: RowMaker,
-    skipped: list[str],
-    say: Callable[[str], None],
-) -> Iterator[NextObjectRow]:
-    config = maker.config
-    for number, file in enumerate(problems, start=1):
-        problem = load_problem(file)
-        done = aside / f"{maker.scene(problem)}-{config.per_problem}.done"
-        if done.exists():
-            continue
+@dataclass(frozen=True)
+class _Order:
+    """One problem: `place` begins each line about it."""
+
+    problem: str
+    place: str
+    config: MakingConfig
+    values: Path | None
+    aside: Path
+
+
+def _made(orders: Sequence[_Order], workers: int, say: Say) -> Iterator[NextObjectRow | str]:
+    """New rows, which are written already, and why problems gave none."""
+    if workers == 1:
+        maker = RowMaker(orders[0].config, KnownValues(orders[0].values))
+        for order in orders:
+            yield from _of_problem(order, maker, say)
+        return
+    with open_pool(workers) as pool:
+        running = [pool.submit(_in_worker, order) for order in orders]
         try:
-            for row in maker.rows(problem, lambda key: (aside / f"{key}.parquet").exists()):
-                yield row
-                # A problem's name may tell the seed that the host keeps.
-                name = "a problem" if config.hidden else problem.name
-                best, random = f"{row.best_value:.2f}", f"{row.random_value:.2f}"
-                say(
-                    f"[{number}/{len(problems)}] {name}, {row.picks_taken} gone: {len(row.numbers)} choices, "
-                    f"best {best} picks, random {random}"
-                )
-        except (InputError, PhysicsError) as error:
-            skipped.append(str(error))
-            say(f"[{number}/{len(problems)}] left out: {error}")
-        done.touch()
+            for done in as_completed(running):
+                found, lines = done.result()
+                for line in lines:
+                    say(line)
+                yield from found
+        finally:
+            for future in running:
+                future.cancel()
+
+
+def _in_worker(order: _Order) -> tuple[list[NextObjectRow | str], list[str]]:
+    lines = list[str]()
+    return list(_of_problem(order, _maker(order.config, order.values), lines.append)), lines
+
+
+def _of_problem(order: _Order, maker: RowMaker, say: Say) -> Iterator[NextObjectRow | str]:
+    config, aside = order.config, order.aside
+    problem = load_problem(order.problem)
+    done = aside / f"{maker.scene(problem)}-{config.per_problem}.done"
+    if done.exists():
+        return
+    try:
+        for row in maker.rows(problem, lambda key: (aside / f"{key}.parquet").exists()):
+            write_rows(aside / f"{row.id}.parquet", [row])
+            # A problem's name may tell the seed that the host keeps.
+            name = "a problem" if config.hidden else problem.name
+            best, random = f"{row.best_value:.2f}", f"{row.random_value:.2f}"
+            say(
+                f"{order.place}{name}, {row.picks_taken} gone: {len(row.numbers)} choices, best {best} picks, "
+                f"random {random}"
+            )
+            yield row
+    except (InputError, PhysicsError) as error:
+        say(f"{order.place}left out: {error}")
+        yield str(error)
+    done.touch()
+
+
+@cache
+def _maker(config: MakingConfig, values: Path | None) -> RowMaker:
+    """Of a worker."""
+    return RowMaker(config, KnownValues(values))
