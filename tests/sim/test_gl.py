@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -38,6 +39,34 @@ def test_a_missing_library_has_a_remedy(monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco.osmesa", None)
     with pytest.raises(MissingDependencyError, match="apt-get install"):
         gl.make_context("osmesa", 10, 10)
+
+
+def test_a_returned_context_is_used_again_in_its_thread_alone(monkeypatch):
+    made, freed = [], []
+
+    class Context:
+        def __init__(self, *size):
+            made.append(size)
+
+        def free(self):
+            freed.append(self)
+
+    monkeypatch.setattr(gl, "make_context", lambda backend, *size: Context(*size))
+    monkeypatch.setattr(gl, "_spare", gl._Spare())
+    first = gl.borrow_context("egl", 10, 20)
+    second = gl.borrow_context("egl", 10, 20)
+    assert first is not second
+    gl.return_context(first, "egl", 10, 20)
+    assert gl.borrow_context("egl", 20, 10) is not first
+    elsewhere = []
+    thread = threading.Thread(target=lambda: elsewhere.append(gl.borrow_context("egl", 10, 20)))
+    thread.start()
+    thread.join()
+    assert elsewhere[0] is not first
+    assert gl.borrow_context("egl", 10, 20) is first
+    for _ in range(9):
+        gl.return_context(Context(), "egl", 10, 20)
+    assert 0 < len(freed) < 9
 
 
 def test_importing_the_simulation_starts_no_gl():

@@ -69,6 +69,18 @@ def test_pictures_repeat_exactly(world):
         assert np.array_equal(first.label_image, other.label_image)
 
 
+def test_pictures_do_not_depend_on_what_was_drawn_before(world, views):
+    other = world_of(*row("apple_green", "mug_white", "cereal_box_yellow"), robot=load_robot())
+    for _ in range(2):
+        with CameraRenderer(other, MOUNT) as renderer:
+            renderer.render()
+        with CameraRenderer(world, MOUNT) as renderer:
+            found = renderer.render()
+        assert np.array_equal(found.rgb, views[gl_backend()].rgb)
+        assert np.array_equal(found.depth_m, views[gl_backend()].depth_m)
+        assert np.array_equal(found.label_image, views[gl_backend()].label_image)
+
+
 def test_the_camera_delivers_an_observation(world):
     with SimulatedCamera(world) as camera:
         observation = camera.capture()

@@ -5,6 +5,7 @@ fails there if that library is missing; torc never sets that variable, and makes
 import os
 import subprocess
 import sys
+import threading
 from functools import cache
 from importlib import import_module
 from typing import Any
@@ -42,6 +43,34 @@ def make_context(backend: str, width: int, height: int) -> Any:
         return import_module(f"mujoco.{backend}").GLContext(width, height)
     except (ImportError, AttributeError, OSError, RuntimeError) as error:
         raise MissingDependencyError(f"Rendering with {backend} ({error})", _REMEDY) from error
+
+
+class _Spare(threading.local):
+    """Contexts that nobody uses. Each belongs to the thread that used it."""
+
+    def __init__(self) -> None:
+        self.contexts: dict[tuple[str, int, int], list[Any]] = {}
+
+
+_spare = _Spare()
+_MOST_SPARE = 4
+
+
+def borrow_context(backend: str, width: int, height: int) -> Any:
+    """As `make_context`, but one that was returned before in this thread, if there is one: what it has compiled takes a
+    new one .3 s.
+    """
+    spare = _spare.contexts.get((backend, width, height))
+    return spare.pop() if spare else make_context(backend, width, height)
+
+
+def return_context(context: Any, backend: str, width: int, height: int) -> None:
+    """Keep a context for the next one who asks for such a one; it is freed where enough are kept."""
+    spare = _spare.contexts.setdefault((backend, width, height), [])
+    if len(spare) < _MOST_SPARE:
+        spare.append(context)
+    else:
+        context.free()
 
 
 def _works(backend: str) -> bool:

@@ -12,7 +12,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import Pose
 from torc.records import BACKGROUND
 from torc.sim.closing import Closing
-from torc.sim.gl import BACKENDS, gl_backend, make_context
+from torc.sim.gl import BACKENDS, borrow_context, gl_backend, return_context
 from torc.sim.raycasting import cast, pixel_directions, shade
 from torc.sim.world import World
 from torc.workspace.description import CameraMount
@@ -93,7 +93,8 @@ class _GlImages:
 
     def __init__(self, model: mujoco.MjModel, mount: CameraMount, backend: str) -> None:
         self._model, self.mount = model, mount
-        self._context = make_context(backend, mount.width, mount.height)
+        self._kind = backend, mount.width, mount.height
+        self._context = borrow_context(*self._kind)
         self._context.make_current()
         self._scene = mujoco.MjvScene(model, maxgeom=_MAX_SCENE_GEOMS)
         self._option, self._camera = mujoco.MjvOption(), mujoco.MjvCamera()
@@ -124,7 +125,7 @@ class _GlImages:
         if self._context is not None:
             self._context.make_current()
             self._buffers.free()
-            self._context.free()
+            return_context(self._context, *self._kind)
             self._context = None
 
     def _draw(self, data: mujoco.MjData, T_world_camera: Pose, numbers: bool) -> None:
