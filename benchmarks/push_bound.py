@@ -5,7 +5,7 @@ moved out of the way, gripped or not, each for one action.
 
 Orders as in `benchmarks.planning_alone`: each pick takes its object away, and nothing slips or falls. A push that does
 this to every object that cannot be gripped, never fails, and leaves what it moved nowhere in the way, is better than
-any real one. The target itself must still be gripped. A line for each problem, then the means.
+any real one. The target itself must still be gripped. A line for each problem, then the mean.
 """
 
 import json

@@ -33,7 +33,7 @@ class MakeCommand:
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """The directory to make, or to go on with."""
     decisions: int | None = None
-    """Make at most so many new ones; if not given, all."""
+    """Make at most so many new ones (several workers may make a few more); if not given, all."""
     per_problem: int = 5
     """Decisions of each problem, at most."""
     looks: int = 40

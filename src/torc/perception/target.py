@@ -105,7 +105,7 @@ def held_probability(
 ) -> float:
     """How surely an object in the hand is the target: by its cosine to the nearest reference picture, by how surely it
     was before the pick, and by its size (`stretched`: see `torc.perception.extent.stretch`) where the target's is told.
-    What it looks like speaks for its `rivals` as much, so that they stay in the sum.
+    `rivals`: how many others its looks speak for as well, see the function of that name.
     """
     before = min(max(before, _LEAST_P), 1 - _LEAST_P)
     odds = config.held_steepness * (cosine - config.held_likeness) + config.held_trust * np.log(
@@ -117,10 +117,10 @@ def held_probability(
 
 
 def rivals(known: Sequence[KnownObject], object_id: int, config: TargetConfig) -> float:
-    """How many others are as likely the target as an object, and look the same, before it is picked.
+    """How many others may be the target as well as this object, by what was seen before it is picked.
 
-    Each counts by how surely it looks the same (in the scale of reference pictures), and by how much less likely it is.
-    More likely ones count as equals: what was seen least of is not the less likely for it once it is in the hand.
+    Each counts by how surely it looks the same (on the scale of reference pictures), and less if it is less likely. A
+    likelier one counts as an equal: it may only have been seen better than what is now in the hand.
     """
     own = next((k for k in known if k.id == object_id), None)
     others = [k for k in known if k.id != object_id]

@@ -57,15 +57,13 @@ _MOST_SPARE = 4
 
 
 def borrow_context(backend: str, width: int, height: int) -> Any:
-    """As `make_context`, but one that was returned before in this thread, if there is one: what it has compiled takes a
-    new one .3 s.
-    """
+    """As `make_context`, but one that was returned in this thread before, if there is one: its shaders are compiled."""
     spare = _spare.contexts.get((backend, width, height))
     return spare.pop() if spare else make_context(backend, width, height)
 
 
 def return_context(context: Any, backend: str, width: int, height: int) -> None:
-    """Keep a context for the next one who asks for such a one; it is freed where enough are kept."""
+    """Keep a context for the next that is borrowed in this thread; free it if enough are kept."""
     spare = _spare.contexts.setdefault((backend, width, height), [])
     if len(spare) < _MOST_SPARE:
         spare.append(context)

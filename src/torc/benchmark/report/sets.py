@@ -22,7 +22,7 @@ def sets_table(table: Table, planners: Sequence[str], best: str | None) -> TextT
                 more = "" if best in (None, planner) else signed_text(compare(part, planner, best).cost, 2)
                 cost, *shares = (m.of(done).text(m.digits) for m in (COST, SUCCESS, DROP_FREE))
                 rows.append((name, planner, str(len(done)), cost, more, *shares))
-    more = f"more than {best or 'the best'}"
-    header = ("set", "planner", "trials", "picks to retrieval", more, "retrieved", "with no drop")
+    against = f"more than {best or 'the best'}"
+    header = ("set", "planner", "trials", "picks to retrieval", against, "retrieved", "with no drop")
     note = "More: on the same problems and seeds. Brackets: 95 % intervals over the problems of the set."
     return TextTable("Set by set", header, rows, note)

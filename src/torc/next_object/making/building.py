@@ -11,7 +11,6 @@ from torc.next_object.data.publishing import publish
 from torc.next_object.data.tables import read_rows, write_rows, write_splits
 from torc.next_object.making.known_values import KnownValues
 from torc.next_object.making.rows import MakingConfig, RowMaker
-from torc.next_object.schema import NextObjectRow
 from torc.problems.problem import load_problem
 from torc.processes import open_pool
 
@@ -52,9 +51,9 @@ def build(making: Making, out: Path, most: int | None, say: Say) -> Built:
         _Order(file, f"[{number}/{count}] ", making.config, making.values, aside)
         for number, file in enumerate(making.problems, start=1)
     ]
-    for row in _made(orders, making.workers, say):
-        if isinstance(row, str):
-            skipped.append(row)
+    for why_none in _made(orders, making.workers, say):
+        if why_none is not None:
+            skipped.append(why_none)
             continue
         new += 1
         if most is not None and new >= most:
@@ -78,8 +77,8 @@ class _Order:
     aside: Path
 
 
-def _made(orders: Sequence[_Order], workers: int, say: Say) -> Iterator[NextObjectRow | str]:
-    """New rows, which are written already, and why problems gave none."""
+def _made(orders: Sequence[_Order], workers: int, say: Say) -> Iterator[str | None]:
+    """None for each new row, which is written by then; a text for each problem that gave none, saying why."""
     if workers == 1:
         maker = RowMaker(orders[0].config, KnownValues(orders[0].values))
         for order in orders:
@@ -98,12 +97,12 @@ def _made(orders: Sequence[_Order], workers: int, say: Say) -> Iterator[NextObje
                 future.cancel()
 
 
-def _in_worker(order: _Order) -> tuple[list[NextObjectRow | str], list[str]]:
+def _in_worker(order: _Order) -> tuple[list[str | None], list[str]]:
     lines = list[str]()
     return list(_of_problem(order, _maker(order.config, order.values), lines.append)), lines
 
 
-def _of_problem(order: _Order, maker: RowMaker, say: Say) -> Iterator[NextObjectRow | str]:
+def _of_problem(order: _Order, maker: RowMaker, say: Say) -> Iterator[str | None]:
     config, aside = order.config, order.aside
     problem = load_problem(order.problem)
     done = aside / f"{maker.scene(problem)}-{config.per_problem}.done"
@@ -119,7 +118,7 @@ def _of_problem(order: _Order, maker: RowMaker, say: Say) -> Iterator[NextObject
                 f"{order.place}{name}, {row.picks_taken} gone: {len(row.numbers)} choices, best {best} picks, "
                 f"random {random}"
             )
-            yield row
+            yield None
     except (InputError, PhysicsError) as error:
         say(f"{order.place}left out: {error}")
         yield str(error)
@@ -128,5 +127,5 @@ def _of_problem(order: _Order, maker: RowMaker, say: Say) -> Iterator[NextObject
 
 @cache
 def _maker(config: MakingConfig, values: Path | None) -> RowMaker:
-    """Of a worker."""
+    """One in each worker."""
     return RowMaker(config, KnownValues(values))
