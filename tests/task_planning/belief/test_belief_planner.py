@@ -165,6 +165,18 @@ def test_the_same_seed_gives_the_same_decision(seed):
     assert decide(CLUTTER, seed=seed) == decide(CLUTTER, seed=seed)
 
 
+@pytest.mark.parametrize("most", [1, 3])
+def test_what_no_candidate_hides_takes_longer_than_all_of_them(most):
+    ways = ways_of(CLUTTER, find_relations(CLUTTER.scene, BeliefConfig().fallback.relations))
+    few = BeliefConfig(search=SearchConfig(candidates=most))
+    search = search_target(CLUTTER, ways, few, np.random.default_rng(0))
+    shares = search.places.beyond, float(search.places.weights.sum())
+    assert sum(shares) == pytest.approx(1.0)
+    assert min(shares) > 0.1
+    assert search.expected_picks > search.plan.price + search.places.beyond * (most + 1)
+    assert decide(CLUTTER, few).reason.endswith(f"About {search.expected_picks:.1f} picks to the target.")
+
+
 def test_a_target_that_can_be_grasped_is_taken_and_what_lies_on_it_goes_first():
     assert decide(contexts.open_context()).object_id == 0
     assert decide(contexts.stacked_context()).object_id == 1

@@ -27,6 +27,7 @@ class Search:
             (`Particles.room`), else for any (`unseen_room`).
         presence: chance that the target is there at all, after what was seen.
         suspects: chance of each object in sight to be the target.
+        clearing: picks to remove all candidates, each without what blocks it.
     """
 
     belief: Belief
@@ -36,6 +37,7 @@ class Search:
     room: float
     presence: float
     suspects: dict[int, float]
+    clearing: float
 
     @property
     def order(self) -> tuple[int, ...]:
@@ -44,8 +46,10 @@ class Search:
 
     @property
     def expected_picks(self) -> float:
-        """Picks to the target, by the share of the belief that some removal reveals."""
-        return self.plan.price / max(float(self.places.weights.sum()), 1e-9)
+        """Picks to the target. From the places that no candidate reveals it is taken once all of them are gone: more
+        than the plan reckons with, and rather too few.
+        """
+        return self.plan.price + self.places.beyond * (self.clearing + _TARGET_PICKS)
 
     def reveals(self, object_ids: tuple[int, ...]) -> float:
         """Share of the belief that comes into sight once these candidates are gone."""
@@ -74,7 +78,9 @@ def search_target(
     room = particles.room
     if room is None:
         room = unseen_room(volume, bodies, config.give_up.size_m, config.give_up.proposals, rng)
-    return Search(belief, candidates, places, plan, room, presence(room, config.give_up), suspects)
+    rest = clearing_costs(ways, candidates, np.array([sum(1 << k for k in candidates)], np.uint64), p)
+    there = presence(room, config.give_up)
+    return Search(belief, candidates, places, plan, room, there, suspects, float(rest.sum()))
 
 
 def presence(room: float, config: GiveUpConfig) -> float:
