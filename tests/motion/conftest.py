@@ -16,6 +16,7 @@ from torc.robots.ik import solve_ik
 from torc.testing.synthetic import Shape, SyntheticBox, half_sizes
 from torc.testing.views import View, view_of, view_of_clutter
 from torc.workspace.description import Workspace
+from torc.workspace.files import load_workspace
 
 
 @pytest.fixture(scope="session")
@@ -55,10 +56,39 @@ def request_alone(robot: RobotDescription, workspace: Workspace) -> Callable[[fl
     return request
 
 
-def requests_of(view: View, robot: RobotDescription) -> list[PickRequest]:
+@pytest.fixture(scope="session")
+def shelf() -> Workspace:
+    """Where things stand under a roof, between walls."""
+    return load_workspace("deep-shelf")
+
+
+@pytest.fixture(scope="session")
+def requests_in_shelf(robot: RobotDescription, shelf: Workspace) -> list[PickRequest]:
+    """Requests for boxes in the shelf, with grasps from the front."""
+    places = enumerate((x, y) for x in (0.66, 0.76) for y in (-0.30, -0.21, -0.12, -0.03, 0.06))
+    z = shelf.support_z_m
+    boxes = [SyntheticBox(k, (x, y, z + 0.06), (0.05, 0.05, 0.12)) for k, (x, y) in places]
+    views = [view_of(box, workspace=shelf) for box in boxes]
+    return [r for view in views for r in requests_of(view, robot, tilts=(1.1, 1.3, 1.5))]
+
+
+@pytest.fixture(scope="session")
+def request_by_the_wall(robot: RobotDescription, shelf: Workspace) -> Callable[[float], PickRequest]:
+    """A request for a tall box beside a wall of the shelf: lifted, it comes close to wall and roof."""
+
+    def request(x: float) -> PickRequest:
+        box = SyntheticBox(1, (x, -0.335, shelf.support_z_m + 0.1), (0.06, 0.06, 0.2))
+        return requests_of(view_of(box, workspace=shelf), robot, tilts=(1.1, 1.3, 1.5))[0]
+
+    return request
+
+
+def requests_of(
+    view: View, robot: RobotDescription, tilts: tuple[float, ...] = (0.0, 0.5, 0.9)
+) -> list[PickRequest]:
     """Requests for all graspable objects of a view, the arm at rest."""
     scene = view.scene
-    grasps = simple_grasps([s for s in view.shapes if s.id in scene.ids], robot)
+    grasps = simple_grasps([s for s in view.shapes if s.id in scene.ids], robot, tilts)
     report = simple_report(grasps, view.world, robot, scene.ids)
     return [
         PickRequest(scene, view.volume, view.world, grasps, report, k, robot.arm.rest_qpos)
@@ -66,13 +96,13 @@ def requests_of(view: View, robot: RobotDescription) -> list[PickRequest]:
     ]
 
 
-def simple_grasps(shapes: list[Shape], robot: RobotDescription) -> GraspSet:
-    """Grasps near the tops of shapes: straight down and tilted, several yaws."""
+def simple_grasps(shapes: list[Shape], robot: RobotDescription, tilts: tuple[float, ...]) -> GraspSet:
+    """Grasps near the tops of shapes: tilted from straight down towards the robot's side, several yaws."""
     poses, ids = [], []
     for shape in shapes:
         top = shape.center[2] + half_sizes(shape)[2]
         p = np.array([shape.center[0], shape.center[1], max(top - 0.02, 1.056)])
-        for tilt in (0.0, 0.5, 0.9):
+        for tilt in tilts:
             for yaw in (0.0, 0.8, -0.8, 1.6):
                 z = np.array([np.sin(tilt), 0.0, -np.cos(tilt)])
                 across = np.array([0.0, 1.0, 0.0])

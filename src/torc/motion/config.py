@@ -11,6 +11,8 @@ class CartesianConfig:
         back_offs_m: distances of the pre-grasp from the grasp, against the approach direction; the first one
             that is feasible and free is taken.
         lifts_m: heights of the lift; the first one at whose end nothing is touched is taken, else the highest.
+        line_out_m: longest line against the approach out of a narrow place, where no free motion leads into or out of
+            it.
         step_m: distance between waypoints of a line.
         max_branches: inverse-kinematics solutions of a grasp that are followed along both lines at a time.
         max_rounds: how many times so many are followed before the grasp is given up.
@@ -21,6 +23,7 @@ class CartesianConfig:
 
     back_offs_m: tuple[float, ...] = (0.09, 0.07, 0.05, 0.035)
     lifts_m: tuple[float, ...] = (0.10, 0.14, 0.18, 0.07, 0.05)
+    line_out_m: float = 0.30
     step_m: float = 0.005
     max_branches: int = 12
     max_rounds: int = 4

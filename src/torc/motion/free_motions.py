@@ -1,5 +1,6 @@
 """The free motions of a pick: to the pre-grasp, with the object to the bin, and home."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -10,17 +11,22 @@ from torc.collision.placement import RobotArrays
 from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import invert, make_pose
 from torc.motion.config import MotionConfig
+from torc.motion.following import follow_lines, waypoints_of
 from torc.motion.geometry import rounded_path
 from torc.motion.line_context import LineContext
 from torc.motion.lines import LinePair
 from torc.motion.protocol import NoMotionError
 from torc.motion.space import FreeSpace, MotionQuery, free_space
 from torc.motion.timed_motions import timed_motion, way_out
-from torc.motion.timing import join, time_path
+from torc.motion.timing import join, time_line, time_path
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
+from torc.robots.kinematics import tool0_poses
 from torc.workspace.description import Workspace
+
+_FEWEST_OUT = 5
+"""Configurations of a line out; a shorter one leads nowhere else."""
 
 
 class FreeMotions:
@@ -59,7 +65,11 @@ class FreeMotions:
         out = way_out(space, start, rng)
         if out is None:
             raise NoMotionError(PlanStage.FREE, "where the arm is, it touches table, bin or itself.")
-        motion, chosen = self._motion(MotionQuery(space, out, goals[open_goals]), PlanStage.FREE, rng)
+        query = MotionQuery(space, out, goals[open_goals])
+        try:
+            motion, chosen = self._motion(query, PlanStage.FREE, rng)
+        except NoMotionError as failed:
+            motion, chosen = self._along_a_line(context, query, rng, failed)
         return self._from(start, motion), pairs[chosen]
 
     def to_bin(
@@ -69,14 +79,26 @@ class FreeMotions:
 
         At first the object is taken to be as large as it may be, and what it hid to be an obstacle: another object may
         stand there. Where arm or object are in that already, or no way is found, it is taken to be free; then so is
-        more of the start's surroundings; and at last the object is taken to be what is seen of it.
+        more of the start's surroundings; and at last the object is taken to be what is seen of it. Where even that
+        touches something fixed, it leaves it first.
         """
         failed = NoMotionError(PlanStage.TRANSFER, "nothing was tried.")
-        for held in (context.held.possible, context.held.seen):
+        extents = context.held.possible, context.held.seen
+        for held in extents:
             for world, margin_m in self._ways_to_bin(context, start, held):
                 try:
                     world = self._opened(world, start, context.width_m, held, margin_m)
-                    return self._over_bin(self._space(world, context.width_m, held), start, rng)
+                    return self._over_bin(context, self._space(world, context.width_m, held), start, rng)
+                except NoMotionError as error:
+                    failed = error
+        world, margin_m = context.without_object, 2 * self._config.carve_margin_m
+        for held in extents:
+            opened = self._opened(world, start, context.width_m, held, margin_m, strict=False)
+            space = self._space(opened, context.width_m, held)
+            out = way_out(space, start, rng)
+            if out is not None and out is not start:
+                try:
+                    return self._from(start, self._over_bin(context, space, out, rng))
                 except NoMotionError as error:
                     failed = error
         raise failed
@@ -102,15 +124,60 @@ class FreeMotions:
         return self._motion(query, PlanStage.TRANSFER, rng)[0]
 
     def _over_bin(
-        self, space: FreeSpace, start: Float[np.ndarray, "dof"], rng: np.random.Generator
+        self,
+        context: LineContext,
+        space: FreeSpace,
+        start: Float[np.ndarray, "dof"],
+        rng: np.random.Generator,
     ) -> Trajectory:
         """To the drop position, where it is quick to reach both from here and from the rest position."""
         for goals in self._drop_qpos:
             goals = goals[~space.collides(goals)]
             if len(goals):
                 later = space.seconds_between(goals, self._robot.arm.rest_qpos)
-                return self._motion(MotionQuery(space, start, goals, later), PlanStage.TRANSFER, rng)[0]
+                query = MotionQuery(space, start, goals, later)
+                try:
+                    return self._motion(query, PlanStage.TRANSFER, rng)[0]
+                except NoMotionError as failed:
+                    out = self._line_out(context, space, start)
+                    if len(out) < _FEWEST_OUT:
+                        raise failed
+                    motion = self._motion(replace(query, start=out[-1]), PlanStage.TRANSFER, rng)[0]
+                    return join([self._timed_line(out), motion])
         raise NoMotionError(PlanStage.TRANSFER, "no free configuration above the bin.")
+
+    def _along_a_line(
+        self, context: LineContext, query: MotionQuery, rng: np.random.Generator, failed: NoMotionError
+    ) -> tuple[Trajectory, int]:
+        """A free motion whose last part is a straight line along the approach, and to which goal; `failed` is raised
+        where no goal has one.
+
+        A tree of long edges hardly gets into a narrow place, such as a shelf; a line does.
+        """
+        lines = [self._line_out(context, query.space, goal) for goal in query.goals]
+        usable = [i for i, line in enumerate(lines) if len(line) >= _FEWEST_OUT]
+        if not usable:
+            raise failed
+        ends = np.stack([lines[i][-1] for i in usable])
+        motion, chosen = self._motion(replace(query, goals=ends), PlanStage.FREE, rng)
+        return join([motion, self._timed_line(lines[usable[chosen]][::-1])]), usable[chosen]
+
+    def _line_out(
+        self, context: LineContext, space: FreeSpace, qpos: Float[np.ndarray, "dof"]
+    ) -> Float[np.ndarray, "m dof"]:
+        """From a configuration straight back, against the approach, as far as nothing is touched; it comes first."""
+        config, arm = self._config.cartesian, self._robot.arm
+        line = tool0_poses(arm, qpos[None]), -context.approach_axis[None], config.line_out_m
+        paths, counts = follow_lines(arm, self._arrays, qpos[None], *line, config)
+        path = np.vstack([qpos, paths[0, : counts[0]]])
+        touching = space.collides(path)
+        return path[: np.argmax(touching)] if touching.any() else path
+
+    def _timed_line(self, path: Float[np.ndarray, "m dof"]) -> Trajectory:
+        config = self._config.cartesian
+        spacing_m = config.line_out_m / waypoints_of(config.line_out_m, config.step_m)
+        distances_m = spacing_m * np.arange(len(path))
+        return time_line(path, distances_m, config.lift_speed_m_s, self._robot.arm, self._config.timing)
 
     def _motion(
         self, query: MotionQuery, stage: PlanStage, rng: np.random.Generator

@@ -1,0 +1,49 @@
+"""Into a shelf and out of it, where free motions alone often find no way."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.helpers.motion_checker import PlanChecker
+from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
+from torc.motion.planner import SamplingMotionPlanner
+from torc.records import PickPlan
+
+SHORT = MotionConfig(search=SearchConfig(max_iterations=60))
+"""Searches so short that they often fail."""
+NO_LINES = replace(SHORT, cartesian=CartesianConfig(line_out_m=0.005))
+
+
+@pytest.fixture(scope="module")
+def plans(robot, shelf, requests_in_shelf):
+    """Per settings, what is planned for each request."""
+    return {
+        name: [
+            SamplingMotionPlanner(robot, shelf, config).plan_pick(r, np.random.default_rng(0))
+            for r in requests_in_shelf
+        ]
+        for name, config in {"lines": SHORT, "no lines": NO_LINES}.items()
+    }
+
+
+def test_lines_find_ways_where_the_search_alone_does_not(plans):
+    found = {name: sum(isinstance(p, PickPlan) for p in planned) for name, planned in plans.items()}
+    assert found["lines"] >= found["no lines"] + 2
+
+
+def test_what_is_planned_with_lines_passes_the_independent_checker(robot, shelf, plans, requests_in_shelf):
+    checker, checked = PlanChecker(robot, shelf), 0
+    for request, without, plan in zip(requests_in_shelf, plans["no lines"], plans["lines"]):
+        if isinstance(plan, PickPlan) and not isinstance(without, PickPlan):
+            assert checker.faults(plan, request) == []
+            checked += 1
+    assert checked >= 2
+
+
+@pytest.mark.parametrize("x", [0.64, 0.70])
+def test_what_is_close_to_wall_and_roof_leaves_them_first(robot, shelf, request_by_the_wall, x):
+    request = request_by_the_wall(x)
+    plan = SamplingMotionPlanner(robot, shelf).plan_pick(request, np.random.default_rng(0))
+    assert isinstance(plan, PickPlan), plan
+    assert PlanChecker(robot, shelf).faults(plan, request) == []
