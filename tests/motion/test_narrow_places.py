@@ -41,7 +41,7 @@ def test_what_is_planned_with_lines_passes_the_independent_checker(robot, shelf,
     assert checked >= 2
 
 
-@pytest.mark.parametrize("x", [0.64, 0.70])
+@pytest.mark.parametrize("x", [0.66, 0.68, 0.70])
 def test_what_is_close_to_wall_and_roof_leaves_them_first(robot, shelf, request_by_the_wall, x):
     request = request_by_the_wall(x)
     plan = SamplingMotionPlanner(robot, shelf).plan_pick(request, np.random.default_rng(0))

@@ -79,29 +79,27 @@ class FreeMotions:
 
         At first the object is taken to be as large as it may be, and what it hid to be an obstacle: another object may
         stand there. Where arm or object are in that already, or no way is found, it is taken to be free; then so is
-        more of the start's surroundings; and at last the object is taken to be what is seen of it. Where even that
-        touches something fixed, it leaves it first.
+        more of the start's surroundings; and at last the object is taken to be what is seen of it, or to leave what
+        fixed things it touches first. Out of a narrow place it goes only as large as it may be: less would be torn out
+        of the fingers.
         """
         failed = NoMotionError(PlanStage.TRANSFER, "nothing was tried.")
-        extents = context.held.possible, context.held.seen
-        for held in extents:
+        possible = context.held.possible
+        for held in (possible, context.held.seen):
             for world, margin_m in self._ways_to_bin(context, start, held):
                 try:
                     world = self._opened(world, start, context.width_m, held, margin_m)
-                    return self._over_bin(context, self._space(world, context.width_m, held), start, rng)
+                    space = self._space(world, context.width_m, held)
+                    return self._over_bin(space, start, rng, context if held is possible else None)
                 except NoMotionError as error:
                     failed = error
-        world, margin_m = context.without_object, 2 * self._config.carve_margin_m
-        for held in extents:
-            opened = self._opened(world, start, context.width_m, held, margin_m, strict=False)
-            space = self._space(opened, context.width_m, held)
-            out = way_out(space, start, rng)
-            if out is not None and out is not start:
-                try:
-                    return self._from(start, self._over_bin(context, space, out, rng))
-                except NoMotionError as error:
-                    failed = error
-        raise failed
+        margin_m = 2 * self._config.carve_margin_m
+        world = self._opened(context.without_object, start, context.width_m, possible, margin_m, strict=False)
+        space = self._space(world, context.width_m, possible)
+        out = way_out(space, start, rng)
+        if out is None or out is start:
+            raise failed
+        return self._from(start, self._over_bin(space, out, rng, context))
 
     def _ways_to_bin(
         self, context: LineContext, start: Float[np.ndarray, "dof"], held: Float[np.ndarray, "a 4"]
@@ -125,12 +123,14 @@ class FreeMotions:
 
     def _over_bin(
         self,
-        context: LineContext,
         space: FreeSpace,
         start: Float[np.ndarray, "dof"],
         rng: np.random.Generator,
+        context: LineContext | None,
     ) -> Trajectory:
-        """To the drop position, where it is quick to reach both from here and from the rest position."""
+        """To the drop position, where it is quick to reach both from here and from the rest position; with a context,
+        first along a line out of the place, where nothing else leads there.
+        """
         for goals in self._drop_qpos:
             goals = goals[~space.collides(goals)]
             if len(goals):
@@ -139,7 +139,7 @@ class FreeMotions:
                 try:
                     return self._motion(query, PlanStage.TRANSFER, rng)[0]
                 except NoMotionError as failed:
-                    out = self._line_out(context, space, start)
+                    out = start[None] if context is None else self._line_out(context, space, start)
                     if len(out) < _FEWEST_OUT:
                         raise failed
                     motion = self._motion(replace(query, start=out[-1]), PlanStage.TRANSFER, rng)[0]
