@@ -79,9 +79,9 @@ class FreeMotions:
 
         At first the object is taken to be as large as it may be, and what it hid to be an obstacle: another object may
         stand there. Where arm or object are in that already, or no way is found, it is taken to be free; then so is
-        more of the start's surroundings; and at last the object is taken to be what is seen of it, or to leave what
-        fixed things it touches first. Out of a narrow place it goes only as large as it may be: less would be torn out
-        of the fingers.
+        more of the start's surroundings; and then the object is taken to be what is seen of it. If none of this leads
+        to the bin, because it touches something fixed, it first moves away from that. Lines out of narrow places are
+        only for an object as large as it may be: taken to be smaller, it was torn out of the fingers.
         """
         failed = NoMotionError(PlanStage.TRANSFER, "nothing was tried.")
         possible = context.held.possible
@@ -90,7 +90,9 @@ class FreeMotions:
                 try:
                     world = self._opened(world, start, context.width_m, held, margin_m)
                     space = self._space(world, context.width_m, held)
-                    return self._over_bin(space, start, rng, context if held is possible else None)
+                    if held is possible:
+                        return self._out_over_bin(context, space, start, rng)
+                    return self._over_bin(space, start, rng)
                 except NoMotionError as error:
                     failed = error
         margin_m = 2 * self._config.carve_margin_m
@@ -99,7 +101,7 @@ class FreeMotions:
         out = way_out(space, start, rng)
         if out is None or out is start:
             raise failed
-        return self._from(start, self._over_bin(space, out, rng, context))
+        return self._from(start, self._out_over_bin(context, space, out, rng))
 
     def _ways_to_bin(
         self, context: LineContext, start: Float[np.ndarray, "dof"], held: Float[np.ndarray, "a 4"]
@@ -121,29 +123,31 @@ class FreeMotions:
         query = MotionQuery(self._space(world, context.opening_m), start, rest[None])
         return self._motion(query, PlanStage.TRANSFER, rng)[0]
 
-    def _over_bin(
+    def _out_over_bin(
         self,
+        context: LineContext,
         space: FreeSpace,
         start: Float[np.ndarray, "dof"],
         rng: np.random.Generator,
-        context: LineContext | None,
     ) -> Trajectory:
-        """To the drop position, where it is quick to reach both from here and from the rest position; with a context,
-        first along a line out of the place, where nothing else leads there.
-        """
+        """To the drop position; along a line out of the place first, where nothing else leads there."""
+        try:
+            return self._over_bin(space, start, rng)
+        except NoMotionError:
+            out = self._line_out(context, space, start)
+            if len(out) < _FEWEST_OUT:
+                raise
+            return join([self._timed_line(out), self._over_bin(space, out[-1], rng)])
+
+    def _over_bin(
+        self, space: FreeSpace, start: Float[np.ndarray, "dof"], rng: np.random.Generator
+    ) -> Trajectory:
+        """To the drop position, where it is quick to reach both from here and from the rest position."""
         for goals in self._drop_qpos:
             goals = goals[~space.collides(goals)]
             if len(goals):
                 later = space.seconds_between(goals, self._robot.arm.rest_qpos)
-                query = MotionQuery(space, start, goals, later)
-                try:
-                    return self._motion(query, PlanStage.TRANSFER, rng)[0]
-                except NoMotionError as failed:
-                    out = start[None] if context is None else self._line_out(context, space, start)
-                    if len(out) < _FEWEST_OUT:
-                        raise failed
-                    motion = self._motion(replace(query, start=out[-1]), PlanStage.TRANSFER, rng)[0]
-                    return join([self._timed_line(out), motion])
+                return self._motion(MotionQuery(space, start, goals, later), PlanStage.TRANSFER, rng)[0]
         raise NoMotionError(PlanStage.TRANSFER, "no free configuration above the bin.")
 
     def _along_a_line(
