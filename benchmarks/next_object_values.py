@@ -1,5 +1,5 @@
 """Are the values of torc-next-object what they say? Each is compared with continuations whose grasps and outcomes are
-drawn anew: at every try but the first the grasps come from one of five looks with other seeds, and hold as their scores
+drawn anew: at every try but the first the grasps come from one of ten looks with other seeds, and hold as their scores
 say.
 
 python -m benchmarks.next_object_values --problems torc40 --decisions 200 --out build/values.jsonl
@@ -19,8 +19,9 @@ from torc.episode.ideal import MAX_PICKS, best_hold
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import PhysicsError
-from torc.next_object.making.looks import DRAWS, Looks
-from torc.next_object.making.valuing import Gone, Price, first_prices, value_choices
+from torc.next_object.making.looks import DRAWS, FURTHER_DRAWS, Looks
+from torc.next_object.making.pricing import Price, first_prices
+from torc.next_object.making.valuing import Gone, value_choices
 from torc.next_object.making.visits import visits
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.building import System, build_system
@@ -29,7 +30,7 @@ from torc.problems.sets import select_problems
 from torc.records import TARGET_ID
 from torc.specs.conditions import Conditions
 
-_SEEDS = 5
+_SEEDS = 10
 _SIGNS = 1.96
 
 
@@ -67,7 +68,8 @@ def continued(
             p = best_hold(seen.context(gone), k)
             if rng.random() < p:
                 break
-            if k == TARGET_ID and rng.random() < BetConfig().lost_share:
+            # Without a grasp, a pick is wasted, but nothing is lost.
+            if k == TARGET_ID and p > 0 and rng.random() < BetConfig().lost_share:
                 return float(left)
         gone |= {k}
     return float(picks)
@@ -112,23 +114,24 @@ def main() -> None:
 def _checked(name: str, system: System, args: Args) -> list[dict[str, Any]]:
     problem, rng = load_problem(name), np.random.default_rng([7, *name.encode()])
     with ExitStack() as stack:
-        sandboxes = [
-            stack.enter_context(open_sandbox(problem, system, EpisodeConfig(MAX_PICKS, seed)))
-            for seed in range(DRAWS + _SEEDS)
-        ]
-        looks = Looks(sandboxes[0], sandboxes[1:DRAWS])
-        drawn = [looks, *(Looks(sandbox) for sandbox in sandboxes[DRAWS:])]
+        sandbox = stack.enter_context(open_sandbox(problem, system, EpisodeConfig(MAX_PICKS, 0)))
+        others = range(1 + DRAWS + FURTHER_DRAWS, 1 + DRAWS + FURTHER_DRAWS + _SEEDS)
+        looks = Looks(sandbox)
+        drawn = [looks, *(Looks(sandbox.with_draws(seed)) for seed in others)]
         found = []
         for gone in visits(looks.context, args.per_problem, rng):
             context = looks.context(gone)
-            first = first_prices(context, looks.seen(gone))
+            first = first_prices(context, looks.seen(gone).prices)
             valued = value_choices(looks.seen, gone, context.scene.ids, args.most_looks, first)
-            choice = int(rng.choice(sorted(k for k, order in valued.orders.items() if order)))
+            known = sorted(k for k, order in valued.orders.items() if order)
+            if not known:
+                continue
+            choice = int(rng.choice(known))
             order, value = valued.orders[choice], valued.values[choice]
             left = MAX_PICKS - len(gone)
             draws = [continued(order, gone, drawn, left, rng) for _ in range(args.continuations)]
             picks = np.array(draws)
-            facts = {"problem": name, "gone": len(gone), "order": order, "within": within(value, picks)}
+            facts = {"problem": name, "gone": sorted(gone), "order": order, "within": within(value, picks)}
             facts |= {"value": value.mean, "low": value.low, "high": value.high, "mean": float(picks.mean())}
             found.append(facts)
     return found

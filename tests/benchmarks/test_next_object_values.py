@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks import next_object_values
 from benchmarks.next_object_values import continued, within
-from torc.next_object.making.valuing import Price
+from torc.next_object.making.pricing import Price
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID
 from torc.task_planning.expected_picks import expected_picks
@@ -36,6 +36,13 @@ def test_the_mean_of_continuations_is_what_is_expected():
     # A lost target costs all 1,000 here, those that were spent before included.
     lost = BetConfig().lost_share * 0.2 / (0.8 + BetConfig().lost_share * 0.2)
     assert np.mean(picks) == pytest.approx(wanted - lost * (clearing + 1), rel=0.12)
+
+
+def test_a_look_without_a_grasp_wastes_a_pick_and_loses_nothing():
+    """Half the looks show a sure grasp of the target, the others none."""
+    rng, many = np.random.default_rng(0), [Looks(p) for p in (0.0, 1.0, 0.0)]
+    picks = [continued((TARGET_ID,), frozenset(), many, 1000, rng) for _ in range(2000)]
+    assert np.mean(picks) == pytest.approx(1 + 2.0, abs=0.15)
 
 
 def test_picks_end_with_the_budget():

@@ -108,15 +108,18 @@ class Sandbox:
         episode = self._steps.attempt(state.episode, look, Decision(object_id, "to see what comes of it"))
         return SimulatedState(self._robot.save(), episode)
 
-    def look_without(self, state: SimulatedState, object_ids: Iterable[int]) -> Look:
-        """What the robot would see if these objects were gone: about what it sees after picking them. Raises
-        PhysicsError.
+    def look_without(
+        self, state: SimulatedState, object_ids: Iterable[int], *, same_draws: bool = False
+    ) -> Look:
+        """What the robot would see if these objects were gone: about what it sees after picking them. `same_draws`:
+        what is drawn at random is the same whatever is gone. Raises PhysicsError.
         """
         gone = sorted(object_ids)
         self._robot.restore(state.robot)
         self._robot.remove(gone)
         # As many picks later, so that the random draws are those of the look then.
-        picked = tuple(PickOutcome(PickResult.REMOVED, k, k, True, True) for k in gone)
+        removed = () if same_draws else gone
+        picked = tuple(PickOutcome(PickResult.REMOVED, k, k, True, True) for k in removed)
         return self._steps.look(replace(state.episode, outcomes=state.episode.outcomes + picked))
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from torc.errors import InputError
 from torc.next_object.making.known_values import KnownValues
-from torc.next_object.making.valuing import Price
+from torc.next_object.making.pricing import Price
 
 VALUES = {3: Price(2.5, 2.25, 2.75), 0: Price(1.0, 1.0, 15.0)}
 

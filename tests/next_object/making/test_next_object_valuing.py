@@ -2,13 +2,12 @@
 
 from functools import cache
 from itertools import chain, combinations
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from torc.next_object.making import valuing
-from torc.next_object.making.valuing import CALIBRATION_ERROR, Price, Seen, value_choices
+from torc.next_object.making.pricing import CALIBRATION_ERROR, Price
+from torc.next_object.making.valuing import Seen, value_choices
 from torc.records import TARGET_ID
 
 
@@ -110,15 +109,13 @@ def test_only_what_can_be_picked_at_the_shown_look_is_a_choice(seed):
     assert valued.values[free[0]].mean == pytest.approx(1 + min(wanted.values()), abs=0.031)
 
 
-def test_the_first_try_is_known_and_further_ones_are_not(monkeypatch):
-    context = SimpleNamespace(picks_left=15)
-    holds = {3: 0.9, 5: 0.5, TARGET_ID: 0.8}
-    monkeypatch.setattr(valuing, "options_of", lambda _: SimpleNamespace(choices=(TARGET_ID, 3, 5, None)))
-    monkeypatch.setattr(valuing, "best_hold", lambda _, k: holds[k])
-    seen = Seen({3: Price(2.0, 1.9, 2.1)}, Price(1.5, 1.4, 1.6), 0.0)
-    found = valuing.first_prices(context, seen)
-    # What no draw holds well enough to have a price is no choice.
-    assert set(found) == {3, TARGET_ID}
-    assert found[3].mean == pytest.approx(1 + 0.1 * 2.0)
-    assert found[TARGET_ID].mean == pytest.approx(1 + 0.2 * (0.85 * 1.5 + 0.15 * 15))
-    assert all(p.low <= p.mean <= p.high for p in found.values())
+@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("most", [3, 5, 8])
+def test_to_begin_with_another_pick_of_the_best_order_costs_nothing(seed, most):
+    world = MadeUp(seed, n=7)
+    valued = value_choices(world.peek, frozenset(), tuple(world.prices), most)
+    assert all(len(set(order)) == len(order) for order in valued.orders.values())
+    best = min(valued.orders, key=lambda k: valued.values[k].mean)
+    for k in valued.orders[best]:
+        if k in valued.orders:
+            assert valued.values[k].mean <= valued.values[best].mean + 1e-9

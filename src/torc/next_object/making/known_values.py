@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
-from torc.next_object.making.valuing import Price
+from torc.next_object.making.pricing import Price
 
 _DIGITS = 4
 

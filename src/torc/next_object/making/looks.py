@@ -1,27 +1,38 @@
 """Looks at a problem without some of its objects: contexts, of which few are kept, and what a search needs of them."""
 
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Mapping
 
+from torc.episode.ideal import MAX_PICKS, best_hold
+from torc.episode.oracle.solve import options_of
 from torc.episode.privileged import Sandbox, Truth
-from torc.next_object.making.valuing import Gone, Seen, seen_in
-from torc.records import PlanningContext
+from torc.next_object.making.pricing import price_of
+from torc.next_object.making.valuing import Gone, Seen
+from torc.records import TARGET_ID, PlanningContext
 
 _KEPT = 12
 """Contexts: each holds a volume."""
-DRAWS = 3
+DRAWS = 2
 """Looks at the same for the search, whose grasps are drawn anew in each."""
+FURTHER_DRAWS = 8
+"""What they leave in doubt is drawn again so often."""
+_ALIKE = 0.1
+"""p(hold) may differ so much between draws that agree."""
+Holds = tuple[float, ...]
 
 
 class Looks:
     """Looks from a problem's beginning, each taken once as far as it is still kept. All raise PhysicsError."""
 
-    def __init__(self, sandbox: Sandbox, others: Sequence[Sandbox] = ()) -> None:
-        """`others` draw other grasps, for `seen`."""
+    def __init__(self, sandbox: Sandbox, seed: int = 0) -> None:
+        """The sandbox's own draws are those of the contexts; the draws for `seen` begin after `seed`."""
         self._sandbox, self._start = sandbox, sandbox.begin()
-        self._others = [(other, other.begin()) for other in others]
+        first = seed + 1
+        self._draws = [sandbox.with_draws(first + i) for i in range(DRAWS)]
+        self._further = [sandbox.with_draws(first + DRAWS + i) for i in range(FURTHER_DRAWS)]
         self._contexts: OrderedDict[Gone, PlanningContext] = OrderedDict()
         self._seen: dict[Gone, Seen] = {}
+        self._settled: dict[tuple[int, Holds], Holds] = {}
 
     def context(self, gone: Gone) -> PlanningContext:
         """What a planner is shown when these are gone, all of them taken without a failure."""
@@ -32,13 +43,39 @@ class Looks:
         return self._contexts[gone]
 
     def seen(self, gone: Gone) -> Seen:
-        """What a search for values needs of that look, and of others at the same."""
+        """What a search for values needs of looks at that.
+
+        Draws are the same whatever is gone. So values differ by what is gone, not by luck.
+        """
         if gone not in self._seen:
-            again = [other.look_without(start, gone).context for other, start in self._others]
-            self._seen[gone] = seen_in([self.context(gone), *again])
+            contexts = [self._drawn(draw, gone) for draw in self._draws]
+            options = [options_of(context) for context in contexts]
+            found = dict.fromkeys(k for one in options for k in one.choices if k is not None)
+            holds = {k: tuple(best_hold(context, k) for context in contexts) for k in found}
+            holds = self._settle(gone, holds)
+            left = MAX_PICKS - len(gone)
+            prices = {k: price_of(p, left, k == TARGET_ID) for k, p in holds.items() if any(p)}
+            target = prices.pop(TARGET_ID, None)
+            self._seen[gone] = Seen(prices, target, options[0].outlook)
         return self._seen[gone]
 
     def context_and_truth(self, gone: Gone) -> tuple[PlanningContext, Truth]:
         """The look, taken anew, and what is so then."""
         context = self._sandbox.look_without(self._start, gone).context
         return context, self._sandbox.truth(self._sandbox.now(self._start))
+
+    def _settle(self, gone: Gone, holds: Mapping[int, Holds]) -> dict[int, Holds]:
+        """p(hold) of each object in further draws alone, where the first ones leave it in doubt: an order that counts
+        on lucky draws would look better than it is. Where the first draws give an object the same p(hold) as at
+        another look, further ones are taken to do so, too.
+        """
+        doubtful = {k: p for k, p in holds.items() if k == TARGET_ID or max(p) - min(p) > _ALIKE}
+        new = {k: p for k, p in doubtful.items() if (k, p) not in self._settled}
+        if new:
+            contexts = [self._drawn(draw, gone) for draw in self._further]
+            for k, p in new.items():
+                self._settled[k, p] = tuple(best_hold(context, k) for context in contexts)
+        return {k: self._settled.get((k, p), p) if k in doubtful else p for k, p in holds.items()}
+
+    def _drawn(self, draw: Sandbox, gone: Gone) -> PlanningContext:
+        return draw.look_without(self._start, gone, same_draws=True).context

@@ -17,9 +17,10 @@ from torc.episode.trial import situation_of
 from torc.errors import InputError
 from torc.next_object.making.baselines import Baselines
 from torc.next_object.making.known_values import KnownValues
-from torc.next_object.making.looks import DRAWS, Looks
+from torc.next_object.making.looks import Looks
 from torc.next_object.making.numbering import drawn_numbers, renumbered
-from torc.next_object.making.valuing import Price, first_prices, value_choices
+from torc.next_object.making.pricing import Price, first_prices
+from torc.next_object.making.valuing import value_choices
 from torc.next_object.making.visits import visits
 from torc.next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
 from torc.objects.library import load_object
@@ -93,11 +94,7 @@ class RowMaker:
         episode = EpisodeConfig(MAX_PICKS, 0)
         with ExitStack() as stack:
             # Pictures in color take long, and the search for values needs none.
-            sandboxes = [
-                stack.enter_context(open_sandbox(problem, self._system, EpisodeConfig(MAX_PICKS, seed)))
-                for seed in range(DRAWS)
-            ]
-            looks = Looks(sandboxes[0], sandboxes[1:])
+            looks = Looks(stack.enter_context(open_sandbox(problem, self._system, episode)))
             seeing = Looks(stack.enter_context(open_sandbox(problem, self._system, episode, color=True)))
             references = _references(problem)
             chosen = visits(looks.context, config.per_problem, self._rng(scene))
@@ -110,10 +107,11 @@ class RowMaker:
                     continue
                 values = self._known.get(key)
                 if values is None:
-                    first = first_prices(looks.context(gone), looks.seen(gone))
-                    values = value_choices(
-                        looks.seen, gone, context.scene.ids, config.most_looks, first
-                    ).values
+                    first = first_prices(looks.context(gone), looks.seen(gone).prices)
+                    found = value_choices(looks.seen, gone, context.scene.ids, config.most_looks, first)
+                    if not any(found.orders.values()):
+                        continue
+                    values = found.values
                     self._known.add(key, values)
                 part = _Decision(context, situation_of(context, truth), values, len(gone))
                 yield self._row(problem, key, part, references)

@@ -1,52 +1,26 @@
 """What each choice is worth: the picks to be expected until the target is brought, if it is made now.
 
-The value is privileged: it knows what hides the target. A pick takes the expected tries of the object's best grasp,
-1 / p(hold), with the mean p(hold) of several looks, whose grasps are drawn anew (0 where a look finds none); only for
-the first try the grasp is known. For the target, which a failed try may lose with all picks that are left, see
-`torc.task_planning.expected_picks`. What follows is the cheapest order that a search finds, where each pick takes its
-object away and does nothing else (`torc.episode.ideal`). What has no grasp is a wasted pick: one, and then the best
-choice.
+The value is privileged: it knows what hides the target. A pick takes its object's price (`pricing`). What follows is
+the cheapest order that a search finds, where each pick takes its object away and does nothing else
+(`torc.episode.ideal`). What has no grasp is a wasted pick: one, and then the best choice.
 
-The interval of a value has two parts. p(hold) may be off by CALIBRATION_ERROR, in every pick of the order alike: the
-difference between promised and delivered of the grasp model with masks and depth (docs/grasp_model.md), rounded up. And
-the search is bounded: the low end is what no order that was not looked at can be below, if the picks that are left, of
-which one at least is the target's, never fail. What it does not cover: objects that fall or roll, which an ideal pick
-does not make.
+The interval of a value has two parts. p(hold) may be off, in every pick of the order alike. And the search is bounded:
+the low end is what no order that was not looked at can be below, if the picks that are left, of which one at least is
+the target's, never fail. What it does not cover: objects that fall or roll, which an ideal pick does not make.
 """
 
 import heapq
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
+from torc.episode.ideal import MAX_PICKS
+from torc.next_object.making.pricing import NEVER, Price
+from torc.records import TARGET_ID
 
-from torc.episode.ideal import MAX_PICKS, best_hold
-from torc.episode.oracle.solve import options_of
-from torc.pipeline.better_bet import BetConfig
-from torc.records import TARGET_ID, PlanningContext
-from torc.task_planning.expected_picks import expected_picks
-
-CALIBRATION_ERROR = 0.03
-_LEAST_P = 0.05
 _CLOSE = 0.03
 """Picks; a bound this near to what was found is as good as a proof."""
 Gone = frozenset[int]
-
-
-@dataclass(frozen=True)
-class Price:
-    """Expected picks, and the least and most if p(hold) is off."""
-
-    mean: float = 0.0
-    low: float = 0.0
-    high: float = 0.0
-
-    def __add__(self, other: "Price") -> "Price":
-        return Price(self.mean + other.mean, self.low + other.low, self.high + other.high)
-
-
-_NEVER = Price(float(MAX_PICKS), float(MAX_PICKS), float(MAX_PICKS))
 
 
 @dataclass(frozen=True)
@@ -58,6 +32,11 @@ class Seen:
     others: Mapping[int, Price]
     target: Price | None
     outlook: float
+
+    @property
+    def prices(self) -> dict[int, Price]:
+        """Of all, the target's too."""
+        return dict(self.others) | ({} if self.target is None else {TARGET_ID: self.target})
 
 
 Peek = Callable[[Gone], Seen]
@@ -75,46 +54,6 @@ class Valued:
     orders: Mapping[int, tuple[int, ...]]
     looks: int
     proved: bool
-
-
-def seen_in(contexts: Sequence[PlanningContext]) -> Seen:
-    """What matters of looks at the same, whose grasps are drawn anew in each."""
-    options, left = [options_of(context) for context in contexts], contexts[0].picks_left
-    found = dict.fromkeys(k for one in options for k in one.choices if k is not None)
-    holds = {k: float(np.mean([best_hold(context, k) for context in contexts])) for k in found}
-    target = holds.pop(TARGET_ID, 0.0)
-    prices = {k: _price(p, left) for k, p in holds.items() if p > 0}
-    return Seen(prices, _price(target, left, True) if target > 0 else None, options[0].outlook)
-
-
-def first_prices(context: PlanningContext, seen: Seen) -> dict[int, Price]:
-    """What each choice takes at the look that is shown: the grasp of the first try is known, those of further ones are
-    not.
-    """
-    again = dict(seen.others) | ({} if seen.target is None else {TARGET_ID: seen.target})
-    found: dict[int, Price] = {}
-    for k in options_of(context).choices:
-        if k is not None and k in again:
-            lost = BetConfig().lost_share if k == TARGET_ID else 0.0
-            p, rest = best_hold(context, k), again[k]
-            tries = ((p, rest.mean), (p + CALIBRATION_ERROR, rest.low), (p - CALIBRATION_ERROR, rest.high))
-            found[k] = Price(*(_first_try(q, most, lost, context.picks_left) for q, most in tries))
-    return found
-
-
-def _first_try(p: float, rest: float, lost_share: float, picks_left: int) -> float:
-    """Picks, where a failed try either leads to `rest` or loses all that are left."""
-    p = min(max(p, 0.0), 1.0)
-    return min(1 + (1 - p) * ((1 - lost_share) * rest + lost_share * picks_left), float(MAX_PICKS))
-
-
-def _price(p: float, picks_left: int, is_target: bool = False) -> Price:
-    lost = BetConfig().lost_share if is_target else 0.0
-
-    def cost(q: float) -> float:
-        return min(expected_picks(min(max(q, _LEAST_P), 1.0), lost, picks_left), float(MAX_PICKS))
-
-    return Price(cost(p), cost(p + CALIBRATION_ERROR), cost(p - CALIBRATION_ERROR))
 
 
 def value_choices(
@@ -160,7 +99,7 @@ class _Branch:
     @property
     def open(self) -> bool:
         """Whether something better may come of going on."""
-        return bool(self.waiting) and self.lowest < (self.found or _NEVER).mean - _CLOSE
+        return bool(self.waiting) and self.lowest < (self.found or NEVER).mean - _CLOSE
 
     @property
     def lowest(self) -> float:
@@ -198,7 +137,7 @@ class _Search:
             before = self._best()
             self._expand(branch)
             if self._best() < before - _CLOSE:
-                leader = min(self.branches, key=lambda b: b.cost.mean + (b.found or _NEVER).mean)
+                leader = min(self.branches, key=lambda b: b.cost.mean + (b.found or NEVER).mean)
                 self._carry_over((leader.first, *leader.order))
 
     def values(self) -> tuple[dict[int, Price], dict[int, tuple[int, ...]]]:
@@ -207,19 +146,27 @@ class _Search:
         orders = {b.first: (b.first, *b.order) if b.order else () for b in self.branches}
         if self._now.target is not None:
             found[TARGET_ID], orders[TARGET_ID] = self._now.target, (TARGET_ID,)
-        # Something that is taken to no end cannot make what was found for the rest worse than it is.
-        first = min(found, key=lambda k: found[k].mean)
-        best = found[first]
-        for b in self.branches:
-            if b.found is None or b.found.mean > best.mean:
-                rest = b.cost + best
-                if rest.mean < found[b.first].mean:
-                    found[b.first] = Price(rest.mean, min(found[b.first].low, rest.low), rest.high)
-                    orders[b.first] = (b.first, *orders[first])
+        # What is taken before it need be, or to no end, cannot make what was found for the rest worse than it is.
+        best = orders[min(found, key=lambda k: found[k].mean)]
+        steps = self._steps(best)
+        for b in self.branches if best else ():
+            others = [k for k in best if k != b.first]
+            value = sum((steps[k] for k in others), b.cost)
+            if value.mean < found[b.first].mean:
+                found[b.first] = Price(value.mean, min(found[b.first].low, value.low), value.high)
+                orders[b.first] = (b.first, *others)
         return found, orders
 
+    def _steps(self, order: tuple[int, ...]) -> dict[int, Price]:
+        """What each pick of an order that was found takes."""
+        steps, seen, gone = dict[int, Price](), self._now, self._gone
+        for k in order:
+            steps[k], gone = seen.prices[k], gone | {k}
+            seen = self._known.get(gone, seen)
+        return steps
+
     def _value(self, b: _Branch) -> Price:
-        rest = b.found or _NEVER
+        rest = b.found or NEVER
         low = min(rest.low, b.lowest if b.open else rest.low)
         return b.cost + Price(rest.mean, max(low, 1.0), rest.high)
 
@@ -228,7 +175,7 @@ class _Search:
         return self.spent < self._most
 
     def _best(self) -> float:
-        return min((b.cost.mean + (b.found or _NEVER).mean for b in self.branches), default=0.0)
+        return min((b.cost.mean + (b.found or NEVER).mean for b in self.branches), default=0.0)
 
     def _look(self, gone: Gone) -> Seen:
         if gone not in self._known:
@@ -282,8 +229,8 @@ class _Search:
         return plan
 
     def _carry_over(self, plan: tuple[int, ...]) -> None:
-        """Follow a plan after each choice."""
-        for branch in self.branches:
+        """Follow a plan after each choice, its own ones first: they lead to the same sets."""
+        for branch in sorted(self.branches, key=lambda b: b.first not in plan):
             gone, price, order = self._gone | {branch.first}, Price(), tuple[int, ...]()
             rest = [k for k in plan if k not in (branch.first, TARGET_ID)]
             while self._affords or gone in self._known:
