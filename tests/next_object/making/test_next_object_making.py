@@ -9,8 +9,11 @@ from torc.cli.main import parse
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.next_object.data.checking import check_directory
+from torc.next_object.making import rows as rows_module
 from torc.next_object.making.looks import Looks
 from torc.next_object.making.numbering import drawn_numbers, renumbered
+from torc.next_object.making.rows import MakingConfig, RowMaker
+from torc.next_object.making.valuing import Valued
 from torc.next_object.making.visits import MOST_DEEP, visits
 from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
@@ -71,6 +74,13 @@ def test_a_look_with_new_numbers_tells_the_same(looks):
     ]
     assert {(numbers[i], numbers[j], n) for i, j, n in pairs[0] if {i, j} <= set(numbers)} == pairs[1]
     assert len(grasp_facts(context)) == len(grasp_facts(shown))
+
+
+def test_a_decision_after_which_no_order_was_found_is_left_out(monkeypatch):
+    unknown = Valued({}, {1: (), 2: ()}, 1, False)
+    monkeypatch.setattr(rows_module, "value_choices", lambda *_: unknown)
+    maker = RowMaker(MakingConfig(per_problem=1))
+    assert list(maker.rows(load_problem("validation-unstructured-01"), lambda key: False)) == []
 
 
 @pytest.mark.long
