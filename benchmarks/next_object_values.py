@@ -20,7 +20,7 @@ from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import PhysicsError
 from torc.next_object.making.looks import DRAWS, FURTHER_DRAWS, Looks
-from torc.next_object.making.pricing import Price, first_prices
+from torc.next_object.making.pricing import Price
 from torc.next_object.making.valuing import Gone, value_choices
 from torc.next_object.making.visits import visits
 from torc.pipeline.better_bet import BetConfig
@@ -121,7 +121,7 @@ def _checked(name: str, system: System, args: Args) -> list[dict[str, Any]]:
         found = []
         for gone in visits(looks.context, args.per_problem, rng):
             context = looks.context(gone)
-            first = first_prices(context, looks.seen(gone).prices)
+            first = looks.first_prices(gone)
             valued = value_choices(looks.seen, gone, context.scene.ids, args.most_looks, first)
             known = sorted(k for k, order in valued.orders.items() if order)
             if not known:

@@ -36,12 +36,12 @@ def plain_contexts(monkeypatch):
     monkeypatch.setattr(looks_module, "best_hold", lambda holds, k: holds.get(k, 0.0))
 
 
-def test_what_draws_agree_on_is_not_drawn_again():
-    draws = Draws(lambda seed, gone: {3: 0.9, 5: 0.75 + seed / 32})
+def test_what_is_sure_in_all_draws_is_not_drawn_again():
+    draws = Draws(lambda seed, gone: {3: 0.9, 5: 0.875 + seed / 32})
     looks = Looks(draws)
     seen = looks.seen(frozenset())
     assert draws.asked == [(seed, frozenset(), True) for seed in range(1, 1 + DRAWS)]
-    assert seen.prices == {3: price_of([0.9] * 2, 15), 5: price_of([0.78125, 0.8125], 15)}
+    assert seen.prices == {3: price_of([0.9] * 2, 15), 5: price_of([0.90625, 0.9375], 15)}
     looks.seen(frozenset())
     assert len(draws.asked) == DRAWS
 
@@ -54,6 +54,23 @@ def test_lucky_draws_do_not_count_for_what_is_in_doubt():
     assert seen.target == price_of([0.3] * FURTHER_DRAWS, 14, True)
     # The one look in which it had a grasp is not one of those that settle it.
     assert 7 not in seen.others
+
+
+def test_a_poor_grasp_is_in_doubt_even_where_draws_agree():
+    draws = Draws(lambda seed, gone: {3: 0.3 if seed <= DRAWS else 0.1})
+    assert Looks(draws).seen(frozenset()).others == {3: price_of([0.1] * FURTHER_DRAWS, 15)}
+
+
+def test_what_the_shown_look_alone_has_a_grasp_of_is_in_doubt(monkeypatch):
+    """The shown look is that of seed 0."""
+    draws = Draws(lambda seed, gone: {3: 1.0} | ({5: 0.5} if seed in (0, 4, 5) else {}))
+    told = []
+    monkeypatch.setattr(looks_module, "first_prices", lambda context, again: told.append(again))
+    looks = Looks(draws)
+    assert 5 not in looks.seen(frozenset()).others
+    looks.first_prices(frozenset())
+    settled = [0.5 if seed in (4, 5) else 0.0 for seed in range(1 + DRAWS, 1 + DRAWS + FURTHER_DRAWS)]
+    assert told == [{3: price_of([1.0, 1.0], 15), 5: price_of(settled, 15)}]
 
 
 def test_what_looks_the_same_in_the_first_draws_is_settled_once():

@@ -119,3 +119,17 @@ def test_to_begin_with_another_pick_of_the_best_order_costs_nothing(seed, most):
     for k in valued.orders[best]:
         if k in valued.orders:
             assert valued.values[k].mean <= valued.values[best].mean + 1e-9
+
+
+def test_a_pick_that_is_not_the_first_has_no_known_grasp():
+    """Object 1 frees the target and has a sure grasp at the shown look, but a poor one at any other."""
+    poor, sure, free = Price(3.0, 2.9, 3.1), Price(1.0, 1.0, 1.0), Price(1.0, 1.0, 1.0)
+
+    def peek(gone: frozenset[int]) -> Seen:
+        others = {k: p for k, p in {1: poor, 2: free}.items() if k not in gone}
+        return Seen(others, free if 1 in gone else None, 0.0)
+
+    for looks in (3, 100):
+        valued = value_choices(peek, frozenset(), (1, 2), looks, {1: sure, 2: free})
+        assert valued.values[1].mean == 2.0
+        assert valued.values[2].mean == 1.0 + 3.0 + 1.0

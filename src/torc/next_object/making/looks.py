@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from torc.episode.ideal import MAX_PICKS, best_hold
 from torc.episode.oracle.solve import options_of
 from torc.episode.privileged import Sandbox, Truth
-from torc.next_object.making.pricing import price_of
+from torc.next_object.making.pricing import Price, first_prices, price_of
 from torc.next_object.making.valuing import Gone, Seen
 from torc.records import TARGET_ID, PlanningContext
 
@@ -16,8 +16,8 @@ DRAWS = 2
 """Looks at the same for the search, whose grasps are drawn anew in each."""
 FURTHER_DRAWS = 8
 """What they leave in doubt is drawn again so often."""
-_ALIKE = 0.1
-"""p(hold) may differ so much between draws that agree."""
+_SURE = 0.9
+"""What holds so surely in all draws is not in doubt."""
 Holds = tuple[float, ...]
 
 
@@ -51,25 +51,34 @@ class Looks:
             contexts = [self._drawn(draw, gone) for draw in self._draws]
             options = [options_of(context) for context in contexts]
             found = dict.fromkeys(k for one in options for k in one.choices if k is not None)
-            holds = {k: tuple(best_hold(context, k) for context in contexts) for k in found}
-            holds = self._settle(gone, holds)
-            left = MAX_PICKS - len(gone)
-            prices = {k: price_of(p, left, k == TARGET_ID) for k, p in holds.items() if any(p)}
+            prices = self._prices(gone, {k: tuple(best_hold(c, k) for c in contexts) for k in found})
             target = prices.pop(TARGET_ID, None)
             self._seen[gone] = Seen(prices, target, options[0].outlook)
         return self._seen[gone]
+
+    def first_prices(self, gone: Gone) -> dict[int, Price]:
+        """What each choice at the context takes, whose grasps are known for the first try."""
+        again, context = self.seen(gone).prices, self.context(gone)
+        unknown = [k for k in options_of(context).choices if k is not None and k not in again]
+        # No draw of the search found a grasp, but this look did: that is in doubt, too.
+        again |= self._prices(gone, {k: (*(0.0,) * DRAWS, best_hold(context, k)) for k in unknown})
+        return first_prices(context, again)
 
     def context_and_truth(self, gone: Gone) -> tuple[PlanningContext, Truth]:
         """The look, taken anew, and what is so then."""
         context = self._sandbox.look_without(self._start, gone).context
         return context, self._sandbox.truth(self._sandbox.now(self._start))
 
+    def _prices(self, gone: Gone, holds: Mapping[int, Holds]) -> dict[int, Price]:
+        left, settled = MAX_PICKS - len(gone), self._settle(gone, holds)
+        return {k: price_of(p, left, k == TARGET_ID) for k, p in settled.items() if any(p)}
+
     def _settle(self, gone: Gone, holds: Mapping[int, Holds]) -> dict[int, Holds]:
         """p(hold) of each object in further draws alone, where the first ones leave it in doubt: an order that counts
         on lucky draws would look better than it is. Where the first draws give an object the same p(hold) as at
         another look, further ones are taken to do so, too.
         """
-        doubtful = {k: p for k, p in holds.items() if k == TARGET_ID or max(p) - min(p) > _ALIKE}
+        doubtful = {k: p for k, p in holds.items() if k == TARGET_ID or min(p) < _SURE}
         new = {k: p for k, p in doubtful.items() if (k, p) not in self._settled}
         if new:
             contexts = [self._drawn(draw, gone) for draw in self._further]

@@ -19,7 +19,7 @@ from torc.next_object.making.baselines import Baselines
 from torc.next_object.making.known_values import KnownValues
 from torc.next_object.making.looks import Looks
 from torc.next_object.making.numbering import drawn_numbers, renumbered
-from torc.next_object.making.pricing import Price, first_prices
+from torc.next_object.making.pricing import Price
 from torc.next_object.making.valuing import value_choices
 from torc.next_object.making.visits import visits
 from torc.next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
@@ -107,8 +107,8 @@ class RowMaker:
                     continue
                 values = self._known.get(key)
                 if values is None:
-                    first = first_prices(looks.context(gone), looks.seen(gone).prices)
-                    found = value_choices(looks.seen, gone, context.scene.ids, config.most_looks, first)
+                    visible, first = context.scene.ids, looks.first_prices(gone)
+                    found = value_choices(looks.seen, gone, visible, config.most_looks, first)
                     if not any(found.orders.values()):
                         continue
                     values = found.values

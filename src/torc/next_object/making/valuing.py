@@ -158,11 +158,10 @@ class _Search:
         return found, orders
 
     def _steps(self, order: tuple[int, ...]) -> dict[int, Price]:
-        """What each pick of an order that was found takes."""
-        steps, seen, gone = dict[int, Price](), self._now, self._gone
+        """What each pick of an order that was found takes if it is not the first one, whose grasp is known."""
+        steps, gone = dict[int, Price](), self._gone
         for k in order:
-            steps[k], gone = seen.prices[k], gone | {k}
-            seen = self._known.get(gone, seen)
+            steps[k], gone = self._known[gone].prices.get(k, NEVER), gone | {k}
         return steps
 
     def _value(self, b: _Branch) -> Price:
