@@ -20,8 +20,8 @@ from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import PhysicsError
 from torc.next_object.making.looks import DRAWS, FURTHER_DRAWS, Looks
-from torc.next_object.making.pricing import Price
-from torc.next_object.making.valuing import Gone, value_choices
+from torc.next_object.making.pricing import Price, first_tries
+from torc.next_object.making.valuing import Gone, Valued, value_choices
 from torc.next_object.making.visits import visits
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.building import System, build_system
@@ -53,19 +53,31 @@ class Args:
 
 
 def continued(
-    order: tuple[int, ...], gone: Gone, looks: Sequence[Looks], left: int, rng: np.random.Generator
+    valued: Valued, choice: int, gone: Gone, looks: Sequence[Looks], left: int, rng: np.random.Generator
 ) -> float:
-    """Picks of one continuation along an order; a lost target costs all picks that are left. The first of the looks is
-    the one that is shown.
+    """Picks of one continuation of a choice; a lost target costs all picks that are left. The first of the looks is the
+    one that is shown.
     """
-    picks, (shown, *others) = 0, looks
+    shown, *others = looks
+    _, *rest = valued.orders[choice]
+    if rng.random() < best_hold(shown.context(gone), choice):
+        return 1.0 + followed(rest, gone | {choice}, others, left - 1, rng)
+    if choice == TARGET_ID and rng.random() < BetConfig().lost_share:
+        return float(left)
+    return 1.0 + followed(valued.otherwise, gone, others, left - 1, rng)
+
+
+def followed(
+    order: Sequence[int], gone: Gone, looks: Sequence[Looks], left: int, rng: np.random.Generator
+) -> float:
+    """Picks of an order, each of which is tried until it succeeds."""
+    picks = 0
     for k in order:
         while True:
             picks += 1
             if picks >= left:
                 return float(left)
-            seen = shown if picks == 1 else others[int(rng.integers(len(others)))]
-            p = best_hold(seen.context(gone), k)
+            p = best_hold(looks[int(rng.integers(len(looks)))].context(gone), k)
             if rng.random() < p:
                 break
             # Without a grasp, a pick is wasted, but nothing is lost.
@@ -121,7 +133,7 @@ def _checked(name: str, system: System, args: Args) -> list[dict[str, Any]]:
         found = []
         for gone in visits(looks.context, args.per_problem, rng):
             context = looks.context(gone)
-            first = looks.first_prices(gone)
+            first = first_tries(context)
             valued = value_choices(looks.seen, gone, context.scene.ids, args.most_looks, first)
             known = sorted(k for k, order in valued.orders.items() if order)
             if not known:
@@ -129,7 +141,7 @@ def _checked(name: str, system: System, args: Args) -> list[dict[str, Any]]:
             choice = int(rng.choice(known))
             order, value = valued.orders[choice], valued.values[choice]
             left = MAX_PICKS - len(gone)
-            draws = [continued(order, gone, drawn, left, rng) for _ in range(args.continuations)]
+            draws = [continued(valued, choice, gone, drawn, left, rng) for _ in range(args.continuations)]
             picks = np.array(draws)
             facts = {"problem": name, "gone": sorted(gone), "order": order, "within": within(value, picks)}
             facts |= {"value": value.mean, "low": value.low, "high": value.high, "mean": float(picks.mean())}

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from benchmarks import next_object_values
-from benchmarks.next_object_values import continued, within
+from benchmarks.next_object_values import continued, followed, within
 from torc.next_object.making.pricing import Price
+from torc.next_object.making.valuing import Valued
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID
 from torc.task_planning.expected_picks import expected_picks
@@ -26,11 +27,12 @@ def by_look(monkeypatch):
     monkeypatch.setattr(next_object_values, "best_hold", lambda context, k: context)
 
 
-def test_the_mean_of_continuations_is_what_is_expected():
+ANY = frozenset[int]()
+
+
+def test_the_mean_of_an_order_is_what_is_expected():
     rng = np.random.default_rng(0)
-    picks = [
-        continued((3, 5, TARGET_ID), frozenset(), [Looks(0.8), Looks(0.8)], 1000, rng) for _ in range(4000)
-    ]
+    picks = [followed((3, 5, TARGET_ID), ANY, [Looks(0.8)], 1000, rng) for _ in range(4000)]
     clearing = 2 * expected_picks(0.8, 0.0, 1000)
     wanted = clearing + expected_picks(0.8, BetConfig().lost_share, 1000)
     # A lost target costs all 1,000 here, those that were spent before included.
@@ -39,15 +41,30 @@ def test_the_mean_of_continuations_is_what_is_expected():
 
 
 def test_a_look_without_a_grasp_wastes_a_pick_and_loses_nothing():
-    """Half the looks show a sure grasp of the target, the others none."""
+    """A third of the looks show a sure grasp of the target, the others none."""
     rng, many = np.random.default_rng(0), [Looks(p) for p in (0.0, 1.0, 0.0)]
-    picks = [continued((TARGET_ID,), frozenset(), many, 1000, rng) for _ in range(2000)]
-    assert np.mean(picks) == pytest.approx(1 + 2.0, abs=0.15)
+    picks = [followed((TARGET_ID,), ANY, many, 1000, rng) for _ in range(2000)]
+    assert np.mean(picks) == pytest.approx(3.0, abs=0.15)
 
 
 def test_picks_end_with_the_budget():
     rng = np.random.default_rng(0)
-    assert continued((3, TARGET_ID), frozenset(), [Looks(0.0), Looks(0.0)], 6, rng) == 6.0
+    assert followed((3, TARGET_ID), ANY, [Looks(0.0)], 6, rng) == 6.0
+
+
+@pytest.mark.parametrize(("p", "wanted"), [(1.0, 2.0), (0.0, 4.0), (0.5, 3.0)])
+def test_a_choice_that_fails_is_followed_by_what_is_best(p, wanted):
+    valued = Valued({}, {7: (7, TARGET_ID)}, (3, 5, TARGET_ID), 1, True)
+    rng = np.random.default_rng(0)
+    picks = [continued(valued, 7, ANY, [Looks(p), Looks(1.0)], 15, rng) for _ in range(4000)]
+    assert np.mean(picks) == pytest.approx(wanted, abs=0.06)
+
+
+def test_a_failed_try_at_the_target_may_lose_it():
+    valued, rng = Valued({}, {TARGET_ID: (TARGET_ID,)}, (TARGET_ID,), 1, True), np.random.default_rng(0)
+    picks = [continued(valued, TARGET_ID, ANY, [Looks(0.0), Looks(1.0)], 15, rng) for _ in range(4000)]
+    assert set(picks) == {2.0, 15.0}
+    assert np.mean(np.array(picks) == 15.0) == pytest.approx(BetConfig().lost_share, abs=0.02)
 
 
 def test_a_value_that_is_off_is_found():

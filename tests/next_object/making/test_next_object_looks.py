@@ -61,18 +61,6 @@ def test_a_poor_grasp_is_in_doubt_even_where_draws_agree():
     assert Looks(draws).seen(frozenset()).others == {3: price_of([0.1] * FURTHER_DRAWS, 15)}
 
 
-def test_what_the_shown_look_alone_has_a_grasp_of_is_in_doubt(monkeypatch):
-    """The shown look is that of seed 0."""
-    draws = Draws(lambda seed, gone: {3: 1.0} | ({5: 0.5} if seed in (0, 4, 5) else {}))
-    told = []
-    monkeypatch.setattr(looks_module, "first_prices", lambda context, again: told.append(again))
-    looks = Looks(draws)
-    assert 5 not in looks.seen(frozenset()).others
-    looks.first_prices(frozenset())
-    settled = [0.5 if seed in (4, 5) else 0.0 for seed in range(1 + DRAWS, 1 + DRAWS + FURTHER_DRAWS)]
-    assert told == [{3: price_of([1.0, 1.0], 15), 5: price_of(settled, 15)}]
-
-
 def test_what_looks_the_same_in_the_first_draws_is_settled_once():
     draws = Draws(lambda seed, gone: {TARGET_ID: 0.5, 1: 1.0, 2: 1.0} if 9 in gone or 8 in gone else {1: 1.0})
     looks = Looks(draws)

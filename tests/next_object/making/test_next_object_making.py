@@ -77,7 +77,7 @@ def test_a_look_with_new_numbers_tells_the_same(looks):
 
 
 def test_a_decision_after_which_no_order_was_found_is_left_out(monkeypatch):
-    unknown = Valued({}, {1: (), 2: ()}, 1, False)
+    unknown = Valued({}, {1: (), 2: ()}, (), 1, False)
     monkeypatch.setattr(rows_module, "value_choices", lambda *_: unknown)
     maker = RowMaker(MakingConfig(per_problem=1))
     assert list(maker.rows(load_problem("validation-unstructured-01"), lambda key: False)) == []

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from torc.next_object.making import pricing
-from torc.next_object.making.pricing import CALIBRATION_ERROR, Price, first_prices, price_of
+from torc.next_object.making.pricing import CALIBRATION_ERROR, Price, Try, first_tries, price_of
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID
 from torc.task_planning.expected_picks import expected_picks
@@ -52,15 +52,20 @@ def test_no_price_is_more_than_a_whole_trial():
     assert price_of([0.01, 0.01], 15, True).high == 15.0
 
 
-def test_the_first_try_is_known_and_further_ones_are_not(monkeypatch):
-    context = SimpleNamespace(picks_left=15)
-    holds = {3: 0.9, 5: 0.5, TARGET_ID: 0.8}
-    monkeypatch.setattr(pricing, "options_of", lambda _: SimpleNamespace(choices=(TARGET_ID, 3, 5, None)))
-    monkeypatch.setattr(pricing, "best_hold", lambda _, k: holds[k])
-    again = {3: Price(2.0, 1.9, 2.1), TARGET_ID: Price(1.5, 1.4, 1.6)}
-    found = first_prices(context, again)
-    # Object 5 has a grasp at this look alone.
-    assert found[5].mean == pytest.approx(1 + 0.5 * 15)
-    assert found[3].mean == pytest.approx(1 + 0.1 * 2.0)
-    assert found[TARGET_ID].mean == pytest.approx(1 + 0.2 * (0.85 * 1.5 + 0.15 * 15))
-    assert all(p.low <= p.mean <= p.high for p in found.values())
+def test_a_first_try_leads_on_or_back_or_loses_the_target():
+    after, otherwise = Price(2.0, 1.8, 2.3), Price(3.0, 2.9, 3.1)
+    assert Try(1.0).then(after, otherwise).mean == 3.0
+    assert Try(0.25).then(after, otherwise).mean == 1 + 0.25 * 2.0 + 0.75 * 3.0
+    lost = Try(0.6, 0.15, 12).then(Price(), otherwise)
+    assert lost.mean == pytest.approx(1 + 0.4 * (0.85 * 3.0 + 0.15 * 12))
+    for after in (Price(2.0, 2.0, 2.0), Price(4.0, 4.0, 4.0)):
+        price = Try(0.5).then(after, Price(3.0, 3.0, 3.0))
+        assert price.high - price.mean == pytest.approx(CALIBRATION_ERROR)
+        assert price.mean - price.low == pytest.approx(CALIBRATION_ERROR)
+
+
+def test_only_a_failed_try_at_the_target_may_lose_it(monkeypatch):
+    context = SimpleNamespace(picks_left=11)
+    monkeypatch.setattr(pricing, "options_of", lambda _: SimpleNamespace(choices=(TARGET_ID, 3, None)))
+    monkeypatch.setattr(pricing, "best_hold", lambda _, k: {3: 0.9, TARGET_ID: 0.8}[k])
+    assert first_tries(context) == {TARGET_ID: Try(0.8, LOST, 11), 3: Try(0.9, 0.0, 11)}

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from torc.episode.ideal import MAX_PICKS, best_hold
 from torc.episode.oracle.solve import options_of
 from torc.episode.privileged import Sandbox, Truth
-from torc.next_object.making.pricing import Price, first_prices, price_of
+from torc.next_object.making.pricing import price_of
 from torc.next_object.making.valuing import Gone, Seen
 from torc.records import TARGET_ID, PlanningContext
 
@@ -51,27 +51,17 @@ class Looks:
             contexts = [self._drawn(draw, gone) for draw in self._draws]
             options = [options_of(context) for context in contexts]
             found = dict.fromkeys(k for one in options for k in one.choices if k is not None)
-            prices = self._prices(gone, {k: tuple(best_hold(c, k) for c in contexts) for k in found})
+            holds = self._settle(gone, {k: tuple(best_hold(c, k) for c in contexts) for k in found})
+            left = MAX_PICKS - len(gone)
+            prices = {k: price_of(p, left, k == TARGET_ID) for k, p in holds.items() if any(p)}
             target = prices.pop(TARGET_ID, None)
             self._seen[gone] = Seen(prices, target, options[0].outlook)
         return self._seen[gone]
-
-    def first_prices(self, gone: Gone) -> dict[int, Price]:
-        """What each choice at the context takes, whose grasps are known for the first try."""
-        again, context = self.seen(gone).prices, self.context(gone)
-        unknown = [k for k in options_of(context).choices if k is not None and k not in again]
-        # No draw of the search found a grasp, but this look did: that is in doubt, too.
-        again |= self._prices(gone, {k: (*(0.0,) * DRAWS, best_hold(context, k)) for k in unknown})
-        return first_prices(context, again)
 
     def context_and_truth(self, gone: Gone) -> tuple[PlanningContext, Truth]:
         """The look, taken anew, and what is so then."""
         context = self._sandbox.look_without(self._start, gone).context
         return context, self._sandbox.truth(self._sandbox.now(self._start))
-
-    def _prices(self, gone: Gone, holds: Mapping[int, Holds]) -> dict[int, Price]:
-        left, settled = MAX_PICKS - len(gone), self._settle(gone, holds)
-        return {k: price_of(p, left, k == TARGET_ID) for k, p in settled.items() if any(p)}
 
     def _settle(self, gone: Gone, holds: Mapping[int, Holds]) -> dict[int, Holds]:
         """p(hold) of each object in further draws alone, where the first ones leave it in doubt: an order that counts

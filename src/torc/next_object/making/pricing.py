@@ -9,7 +9,7 @@ The interval of a price allows for an error of p(hold): CALIBRATION_ERROR, which
 delivered of the grasp model with masks and depth (docs/grasp_model.md), rounded up, and what so few looks may be off.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,7 @@ from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID, PlanningContext
 
 CALIBRATION_ERROR = 0.03
+_ERRORS = (-CALIBRATION_ERROR, CALIBRATION_ERROR)
 _LEAST_P = 0.05
 _SIGNS = 1.96
 """Standard errors on either side in a 95 % interval."""
@@ -57,21 +58,33 @@ def price_of(holds: Sequence[float], picks_left: int, is_target: bool = False) -
     return Price(picks(0.0), picks(error), picks(-error))
 
 
-def first_prices(context: PlanningContext, again: Mapping[int, Price]) -> dict[int, Price]:
-    """What each choice takes at the look that is shown: the grasp of the first try is known, those of further ones are
-    not, which cost what they take at any look, and all picks that there are where no other look finds a grasp.
+@dataclass(frozen=True)
+class Try:
+    """The first try of an object: its grasp is known, and holds with probability p. A failed one loses the target with
+    this share, and with it all picks that are left.
     """
-    found: dict[int, Price] = {}
+
+    p: float
+    lost_share: float = 0.0
+    picks_left: int = MAX_PICKS
+
+    def then(self, after: Price, otherwise: Price) -> Price:
+        """What choosing it takes, if so much follows where it is out, and so much where it is not."""
+        tries = [Try(min(max(self.p + d, 0.0), 1.0), self.lost_share, self.picks_left) for d in _ERRORS]
+        low = min(t._picks(after.low, otherwise.low) for t in tries)
+        high = max(t._picks(after.high, otherwise.high) for t in tries)
+        return Price(self._picks(after.mean, otherwise.mean), low, high)
+
+    def _picks(self, after: float, otherwise: float) -> float:
+        failed = (1.0 - self.lost_share) * otherwise + self.lost_share * self.picks_left
+        return 1.0 + self.p * after + (1.0 - self.p) * failed
+
+
+def first_tries(context: PlanningContext) -> dict[int, Try]:
+    """Of all that can be picked at a look."""
+    found: dict[int, Try] = {}
     for k in options_of(context).choices:
         if k is not None:
             lost = BetConfig().lost_share if k == TARGET_ID else 0.0
-            p, rest = best_hold(context, k), again.get(k, NEVER)
-            tries = ((p, rest.mean), (p + CALIBRATION_ERROR, rest.low), (p - CALIBRATION_ERROR, rest.high))
-            found[k] = Price(*(_first_try(q, most, lost, context.picks_left) for q, most in tries))
+            found[k] = Try(best_hold(context, k), lost, context.picks_left)
     return found
-
-
-def _first_try(p: float, rest: float, lost_share: float, picks_left: int) -> float:
-    """Picks, where a failed try either leads to `rest` or loses all that are left."""
-    p = min(max(p, 0.0), 1.0)
-    return min(1 + (1 - p) * ((1 - lost_share) * rest + lost_share * picks_left), float(MAX_PICKS))

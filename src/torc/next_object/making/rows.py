@@ -19,7 +19,7 @@ from torc.next_object.making.baselines import Baselines
 from torc.next_object.making.known_values import KnownValues
 from torc.next_object.making.looks import Looks
 from torc.next_object.making.numbering import drawn_numbers, renumbered
-from torc.next_object.making.pricing import Price
+from torc.next_object.making.pricing import Price, first_tries
 from torc.next_object.making.valuing import value_choices
 from torc.next_object.making.visits import visits
 from torc.next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
@@ -107,7 +107,7 @@ class RowMaker:
                     continue
                 values = self._known.get(key)
                 if values is None:
-                    visible, first = context.scene.ids, looks.first_prices(gone)
+                    visible, first = context.scene.ids, first_tries(looks.context(gone))
                     found = value_choices(looks.seen, gone, visible, config.most_looks, first)
                     if not any(found.orders.values()):
                         continue

@@ -1,8 +1,8 @@
 """What each choice is worth: the picks to be expected until the target is brought, if it is made now.
 
-The value is privileged: it knows what hides the target. A pick takes its object's price (`pricing`). What follows is
-the cheapest order that a search finds, where each pick takes its object away and does nothing else
-(`torc.episode.ideal`). What has no grasp is a wasted pick: one, and then the best choice.
+The value is privileged: it knows what hides the target. The choice is tried once, with the grasp that is shown. Where
+it fails, what is best at any look follows; else the cheapest order that a search finds. There a pick takes its object's
+price (`pricing`), takes it away and does nothing else (`torc.episode.ideal`). What has no grasp is a wasted pick.
 
 The interval of a value has two parts. p(hold) may be off, in every pick of the order alike. And the search is bounded:
 the low end is what no order that was not looked at can be below, if the picks that are left, of which one at least is
@@ -11,11 +11,11 @@ the target's, never fail. What it does not cover: objects that fall or roll, whi
 
 import heapq
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from torc.episode.ideal import MAX_PICKS
-from torc.next_object.making.pricing import NEVER, Price
+from torc.next_object.making.pricing import NEVER, Price, Try
 from torc.records import TARGET_ID
 
 _CLOSE = 0.03
@@ -45,13 +45,14 @@ Peek = Callable[[Gone], Seen]
 
 @dataclass(frozen=True)
 class Valued:
-    """Value of each choice by object id, with its interval; the order that it is the price of, for what can be picked
-    (the choice first, the target last; empty where none was found); `looks` that it took, and whether every interval is
-    as narrow as p(hold) allows.
+    """Value of each choice by object id, with its interval; the order that follows where its first try succeeds, for
+    what can be picked (the choice first, the target last; empty where none was found); the best order at any look,
+    which follows where it fails; `looks` that it took, and whether every interval is as narrow as p(hold) allows.
     """
 
     values: Mapping[int, Price]
     orders: Mapping[int, tuple[int, ...]]
+    otherwise: tuple[int, ...]
     looks: int
     proved: bool
 
@@ -61,19 +62,27 @@ def value_choices(
     gone: Gone,
     visible: tuple[int, ...],
     most_looks: int,
-    first: Mapping[int, Price] | None = None,
+    first: Mapping[int, Try] | None = None,
 ) -> Valued:
     """Values of all visible objects where these are gone. `most_looks` bounds the looks that were not taken before:
-    `peek` remembers its own, which cost nothing. `first`: what can be picked at the look that is shown, and what that
-    takes, if not as at any look. Raises ValueError where nothing can be picked.
+    `peek` remembers its own, which cost nothing. `first`: what can be picked at the look that is shown; without it, the
+    first try is like any. Raises ValueError where nothing can be picked.
     """
-    search = _Search(peek, gone, most_looks, first)
+    search = _Search(peek, gone, most_looks, first or {})
     search.run()
-    graspable, orders = search.values()
-    best = min(graspable.values(), key=lambda price: price.mean)
-    wasted = Price(1.0, 1.0, 1.0) + Price(best.mean, min(p.low for p in graspable.values()), best.high)
-    values = {k: graspable.get(k, wasted) for k in visible}
-    return Valued(values, orders, search.spent, not any(b.open for b in search.branches))
+    rests, orders = search.found()
+    totals = {k: search.again.get(k, NEVER) + rest for k, rest in rests.items()}
+    leader = min(totals, key=lambda k: totals[k].mean)
+    otherwise = Price(totals[leader].mean, min(p.low for p in totals.values()), totals[leader].high)
+    best = orders[leader]
+    values = dict.fromkeys(visible, Price(1.0, 1.0, 1.0) + otherwise)
+    if first is None:
+        values |= totals
+    else:
+        values |= {k: tried.then(rests[k], otherwise) for k, tried in first.items()}
+        orders = {k: orders[k] for k in first}
+    open_still = any(b.open for b in search.branches)
+    return Valued(values, orders, best, search.spent, not open_still)
 
 
 @dataclass(frozen=True)
@@ -108,22 +117,19 @@ class _Branch:
 
 
 class _Search:
-    def __init__(
-        self, peek: Peek, gone: Gone, most_looks: int, first: Mapping[int, Price] | None = None
-    ) -> None:
+    """`again`: what can be picked at any look where these are gone, and what that takes; `shown` can be picked now."""
+
+    def __init__(self, peek: Peek, gone: Gone, most_looks: int, shown: Iterable[int]) -> None:
         self._peek, self._gone, self._most = peek, gone, most_looks
         self._known: dict[Gone, Seen] = {}
         self.spent = 0
         self._numbers = itertools.count()
-        self._now = self._look(gone)
-        if first is not None:
-            # Most promising first, as at any look.
-            known = [k for k in (*self._now.others, *first) if k in first and k != TARGET_ID]
-            others = {k: first[k] for k in known}
-            self._now = Seen(others, first.get(TARGET_ID), self._now.outlook)
-        self.branches = [self._branch(k, price) for k, price in self._now.others.items()]
-        if not self.branches and self._now.target is None:
+        self.again = self._look(gone).prices
+        choices = dict.fromkeys((*self.again, *shown))
+        if not choices:
             raise ValueError("Nothing can be picked, so there is nothing to choose.")
+        self._target_free = TARGET_ID in choices
+        self.branches = [self._branch(k, self.again.get(k, NEVER)) for k in choices if k != TARGET_ID]
 
     def run(self) -> None:
         """Find a good order, carry it over to all choices, then look where something better may be."""
@@ -140,34 +146,34 @@ class _Search:
                 leader = min(self.branches, key=lambda b: b.cost.mean + (b.found or NEVER).mean)
                 self._carry_over((leader.first, *leader.order))
 
-    def values(self) -> tuple[dict[int, Price], dict[int, tuple[int, ...]]]:
-        """Of everything that can be picked, with their orders."""
-        found = {b.first: self._value(b) for b in self.branches}
+    def found(self) -> tuple[dict[int, Price], dict[int, tuple[int, ...]]]:
+        """What follows once each of what can be picked is out; and the orders, the pick itself first."""
+        rests = {b.first: self._rest(b) for b in self.branches}
         orders = {b.first: (b.first, *b.order) if b.order else () for b in self.branches}
-        if self._now.target is not None:
-            found[TARGET_ID], orders[TARGET_ID] = self._now.target, (TARGET_ID,)
+        if self._target_free:
+            rests[TARGET_ID], orders[TARGET_ID] = Price(), (TARGET_ID,)
         # What is taken before it need be, or to no end, cannot make what was found for the rest worse than it is.
-        best = orders[min(found, key=lambda k: found[k].mean)]
+        best = orders[min(rests, key=lambda k: (self.again.get(k, NEVER) + rests[k]).mean)]
         steps = self._steps(best)
         for b in self.branches if best else ():
             others = [k for k in best if k != b.first]
-            value = sum((steps[k] for k in others), b.cost)
-            if value.mean < found[b.first].mean:
-                found[b.first] = Price(value.mean, min(found[b.first].low, value.low), value.high)
+            rest = sum((steps[k] for k in others), Price())
+            if rest.mean < rests[b.first].mean:
+                rests[b.first] = Price(rest.mean, min(rests[b.first].low, rest.low), rest.high)
                 orders[b.first] = (b.first, *others)
-        return found, orders
+        return rests, orders
 
     def _steps(self, order: tuple[int, ...]) -> dict[int, Price]:
-        """What each pick of an order that was found takes if it is not the first one, whose grasp is known."""
+        """What each pick of an order that was found takes."""
         steps, gone = dict[int, Price](), self._gone
         for k in order:
             steps[k], gone = self._known[gone].prices.get(k, NEVER), gone | {k}
         return steps
 
-    def _value(self, b: _Branch) -> Price:
-        rest = b.found or NEVER
-        low = min(rest.low, b.lowest if b.open else rest.low)
-        return b.cost + Price(rest.mean, max(low, 1.0), rest.high)
+    def _rest(self, b: _Branch) -> Price:
+        found = b.found or NEVER
+        low = min(found.low, b.lowest if b.open else found.low)
+        return Price(found.mean, max(low, 1.0), found.high)
 
     @property
     def _affords(self) -> bool:
