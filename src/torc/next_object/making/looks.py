@@ -24,12 +24,11 @@ Holds = tuple[float, ...]
 class Looks:
     """Looks from a problem's beginning, each taken once as far as it is still kept. All raise PhysicsError."""
 
-    def __init__(self, sandbox: Sandbox, seed: int = 0) -> None:
-        """The sandbox's own draws are those of the contexts; the draws for `seen` begin after `seed`."""
+    def __init__(self, sandbox: Sandbox) -> None:
+        """The sandbox's own draws are those of the contexts; those for `seen` have the seeds from 1 on."""
         self._sandbox, self._start = sandbox, sandbox.begin()
-        first = seed + 1
-        self._draws = [sandbox.with_draws(first + i) for i in range(DRAWS)]
-        self._further = [sandbox.with_draws(first + DRAWS + i) for i in range(FURTHER_DRAWS)]
+        draws = [sandbox.with_draws(seed) for seed in range(1, 1 + DRAWS + FURTHER_DRAWS)]
+        self._draws, self._further = draws[:DRAWS], draws[DRAWS:]
         self._contexts: OrderedDict[Gone, PlanningContext] = OrderedDict()
         self._seen: dict[Gone, Seen] = {}
         self._settled: dict[tuple[int, Holds], Holds] = {}
