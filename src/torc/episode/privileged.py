@@ -118,8 +118,8 @@ class Sandbox:
         self._robot.restore(state.robot)
         self._robot.remove(gone)
         # As many picks later, so that the random draws are those of the look then.
-        removed = () if same_draws else gone
-        picked = tuple(PickOutcome(PickResult.REMOVED, k, k, True, True) for k in removed)
+        counted = () if same_draws else gone
+        picked = tuple(PickOutcome(PickResult.REMOVED, k, k, True, True) for k in counted)
         return self._steps.look(replace(state.episode, outcomes=state.episode.outcomes + picked))
 
 

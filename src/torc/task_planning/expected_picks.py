@@ -8,7 +8,9 @@ def expected_picks(p: float, lost_share: float, picks_left: int) -> float:
 
         cost(p) = tries + lost * picks_left,  tries = 1 / (p + q (1 - p)),  lost = q (1 - p) * tries
     """
-    ends = p + lost_share * (1 - p)
-    if ends <= 0 or p <= 0:
-        return float("inf")
-    return float((1 + lost_share * (1 - p) * picks_left) / ends)
+    return picks_until(p, lost_share * (1 - p), picks_left) if p > 0 else float("inf")
+
+
+def picks_until(comes: float, goes: float, picks_left: int) -> float:
+    """The same where a try gets the object with one probability and loses it with another; one of them is above 0."""
+    return float((1 + goes * picks_left) / (comes + goes))

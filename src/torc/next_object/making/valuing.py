@@ -101,7 +101,6 @@ class _Branch:
     cost: Price
     found: Price | None = None
     order: tuple[int, ...] = ()
-    bound: float = 1.0
     waiting: list[tuple[float, float, int, _Node]] = field(default_factory=list)
     known: set[Gone] = field(default_factory=set)
 
