@@ -78,6 +78,16 @@ def test_it_goes_on_where_it_was(bench):
     assert "8 trials, 4 complete already, 4 to play now." in err
 
 
+def test_seeds_may_begin_where_other_trials_ended(bench, tmp_path):
+    bench("--repeats", 1, out=tmp_path / "before")
+    bench("--repeats", 2, "--first-seed", 1, out=tmp_path / "after")
+    table = read_tables([tmp_path / "before", tmp_path / "after"])
+    assert table.left_out == ()
+    assert {r.seed for r in read_table(tmp_path / "after").rows} == {1, 2}
+    bench("--repeats", 3)
+    assert [r.cell for r in table.rows] == [r.cell for r in read_table(tmp_path / "out").rows]
+
+
 def test_it_says_that_it_goes_on_under_other_versions(bench, tmp_path, monkeypatch):
     assert "other versions" not in bench("--limit", 3)[2] + bench("--limit", 1)[2]
     monkeypatch.setattr(importlib.metadata, "version", lambda name: "9.9" if name == "numpy" else "1.0")
@@ -135,6 +145,7 @@ def test_a_dry_run_leaves_nothing(bench, tmp_path):
         (["--planners", ""], "nothing to play"),
         (["--planners", "no_such_module:Mine"], "no_such_module"),
         (["--timeout", "0"], "--timeout"),
+        (["--first-seed", "-1"], "--first-seed at least 0"),
         (["--shard", "3/2"], "I from 1 to N"),
         (["--repeats", "1", "--shard", "5/5"], "holds none of the 4 trials"),
         (["--grasps", "json:JSONDecoder"], "needs a method `plan(scene, volume, rng)`"),

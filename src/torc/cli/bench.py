@@ -72,7 +72,9 @@ class BenchCommand:
     """Play everything under each of these conditions, which then stand side by side in the report: a stage, as in
     perception=labels,my_module:Mine, or a setting, as in occlusion.smooth_px=0,3. May be given several times."""
     repeats: int = 10
-    """Trials of each planner on each problem: seeds 0 to N-1. All planners get the same seeds."""
+    """Trials of each planner on each problem, with the seeds 0 to N-1. All planners get the same seeds."""
+    first_seed: int = 0
+    """Begin with this seed in place of 0: for more trials of what was played elsewhere, or published."""
     workers: int = 0
     """Trials at the same time, on a core each; 0 for as many as there are cores."""
     ray: Annotated[str | None, tyro.conf.arg(metavar="ADDRESS")] = None
@@ -127,8 +129,8 @@ class BenchCommand:
     def _check(self) -> None:
         if self.repeats < 1 or self.workers < 0 or (self.limit is not None and self.limit < 1):
             raise InputError("--repeats and --limit must be at least 1, and --workers at least 0.")
-        if self.timeout <= 0 or self.memory < 0:
-            raise InputError("--timeout must be above 0 and --memory at least 0.")
+        if self.timeout <= 0 or self.memory < 0 or self.first_seed < 0:
+            raise InputError("--timeout must be above 0, --memory and --first-seed at least 0.")
         if self.ray is not None:
             from torc.benchmark.ray_pool import load_ray
 
@@ -149,7 +151,8 @@ class BenchCommand:
             tell(f"{hints[hint]} of {len(problems)} problem(s): {hint}")
         around = find_around(self.conditions)
         planners = under_variants(self._planners(), self.conditions, variants(self.sweep))
-        spec = make_spec(tuple(problems), planners, range(self.repeats), around, torc.__version__)
+        seeds = range(self.first_seed, self.first_seed + self.repeats)
+        spec = make_spec(tuple(problems), planners, seeds, around, torc.__version__)
         shard = spec if self.shard is None else shard_of(spec, self.shard)
         return shard, {problem.name: problem for problem in problems.values()}
 

@@ -26,6 +26,7 @@ class _Experiment(BaseModel, extra="forbid"):
     problems: str | list[str] = []
     planners: list[str | _Planner] = []
     repeats: int = Field(default=0, ge=1)
+    first_seed: int = Field(default=0, ge=0)
     sweep: dict[str, list[Any]] = {}
     conditions: dict[str, Any] = {}
 
@@ -46,6 +47,7 @@ def read_experiment(path: Path) -> dict[str, Any]:
         "problems": found.problems if isinstance(found.problems, str) else ",".join(found.problems),
         "own_planners": tuple((p.name, p.settings) for p in named),
         "repeats": found.repeats,
+        "first_seed": found.first_seed,
         "sweep": tuple(
             f"{name}={','.join(v if isinstance(v, str) else json.dumps(v) for v in values)}"
             for name, values in found.sweep.items()
