@@ -45,9 +45,12 @@ class MadeUp:
 
         return rest(gone)
 
-    def wanted(self, gone: frozenset[int]) -> dict[int, float]:
-        values = {k: self.prices[k] + self.least(gone | {k}) for k in self.open(gone)}
-        return values | ({TARGET_ID: self.target_price} if self.reached(gone) else {})
+    def first(self, gone: frozenset[int] = frozenset()) -> dict[int, Try]:
+        """Grasps at the shown look, all of them sure."""
+        return dict.fromkeys((*self.open(gone), *([TARGET_ID] if self.reached(gone) else [])), Try(1.0))
+
+    def wanted(self, gone: frozenset[int] = frozenset()) -> dict[int, float]:
+        return {k: 1.0 + (self.least(gone | {k}) if k != TARGET_ID else 0.0) for k in self.first(gone)}
 
 
 def _around(price: float) -> Price:
@@ -57,14 +60,14 @@ def _around(price: float) -> Price:
 @pytest.mark.parametrize("seed", range(40))
 def test_with_looks_enough_the_values_are_those_of_trying_every_order(seed):
     world = MadeUp(seed)
-    valued = value_choices(world.peek, frozenset(), tuple(world.prices), 10_000)
+    valued = value_choices(world.peek, frozenset(), tuple(world.prices), 10_000, world.first())
     assert valued.proved
-    wanted = world.wanted(frozenset())
+    wanted = world.wanted()
     for k, value in wanted.items():
         # A bound within .03 of what was found is taken for a proof.
         assert value - 1e-9 <= valued.values[k].mean <= value + 0.03 + 1e-9
         assert valued.values[k].low <= value <= valued.values[k].high
-    wasted = 1 + min(wanted.values())
+    wasted = 1 + world.least(frozenset())
     closed = set(world.prices) - set(wanted)
     assert all(valued.values[k].mean == pytest.approx(wasted, abs=0.031) for k in closed)
 
@@ -73,9 +76,9 @@ def test_with_looks_enough_the_values_are_those_of_trying_every_order(seed):
 @pytest.mark.parametrize("most", [1, 4, 12])
 def test_with_few_looks_the_true_value_lies_in_the_interval(seed, most):
     world = MadeUp(seed, n=6)
-    valued = value_choices(world.peek, frozenset(), tuple(world.prices), most)
+    valued = value_choices(world.peek, frozenset(), tuple(world.prices), most, world.first())
     assert valued.looks == world.looks <= most
-    for k, value in world.wanted(frozenset()).items():
+    for k, value in world.wanted().items():
         assert valued.values[k].low - 1e-9 <= value <= valued.values[k].mean + 1e-9
 
 
@@ -83,15 +86,19 @@ def test_a_target_that_can_be_picked_is_the_best_choice_but_for_a_doubtful_grasp
     world = MadeUp(3)
     gone = max(world.keys, key=len)
     everything = frozenset(chain.from_iterable(combinations(sorted(gone), len(gone))))
-    valued = value_choices(world.peek, everything, (TARGET_ID, *world.open(everything)), 10_000)
-    assert valued.values[TARGET_ID].mean == pytest.approx(world.target_price)
-    others = [valued.values[k].mean for k in world.open(everything)]
-    assert min(others) >= world.target_price + 1.0 - 1e-9
+    free = world.open(everything)
+    valued = value_choices(world.peek, everything, (TARGET_ID, *free), 10_000, world.first(everything))
+    assert valued.values[TARGET_ID].mean == 1.0
+    assert min(valued.values[k].mean for k in free) >= world.target_price + 1.0 - 1e-9
+    doubtful = world.first(everything) | {TARGET_ID: Try(0.01)}
+    valued = value_choices(world.peek, everything, (TARGET_ID, *free), 10_000, doubtful)
+    wanted = 1.0 + 0.99 * world.target_price
+    assert valued.values[TARGET_ID].mean == pytest.approx(wanted)
 
 
 def test_where_nothing_can_be_picked_there_is_no_value():
     with pytest.raises(ValueError, match="nothing to choose"):
-        value_choices(lambda _: Seen({}, None, 0.0), frozenset(), (1, 2), 5)
+        value_choices(lambda _: Seen({}, None, 0.0), frozenset(), (1, 2), 5, {})
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -103,7 +110,7 @@ def test_the_first_try_leads_on_or_back_to_the_best_order(seed):
     if not first:
         return
     valued = value_choices(world.peek, frozenset(), tuple(world.prices), 10_000, first)
-    best = min(world.wanted(frozenset()).values())
+    best = world.least(frozenset())
     for k, tried in first.items():
         wanted = 1 + tried.p * world.least(frozenset({k})) + (1 - tried.p) * best
         assert wanted - 1e-9 <= valued.values[k].mean <= wanted + 0.061
@@ -131,12 +138,13 @@ def test_what_the_shown_look_alone_can_pick_is_a_choice():
 @pytest.mark.parametrize("most", [3, 5, 8])
 def test_to_begin_with_another_pick_of_the_best_order_costs_nothing(seed, most):
     world = MadeUp(seed, n=7)
-    valued = value_choices(world.peek, frozenset(), tuple(world.prices), most)
-    assert all(len(set(order)) == len(order) for order in valued.orders.values())
-    best = min(valued.orders, key=lambda k: valued.values[k].mean)
-    for k in valued.orders[best]:
-        if k in valued.orders:
-            assert valued.values[k].mean <= valued.values[best].mean + 1e-9
+    first = world.first()
+    valued = value_choices(world.peek, frozenset(), tuple(world.prices), most, first)
+    assert all(len(set(order)) == len(order) for order in (*valued.orders.values(), valued.otherwise))
+    prices = world.prices | {TARGET_ID: world.target_price}
+    best = sum(prices[k] for k in valued.otherwise)
+    for k in set(valued.otherwise) & set(first) if best else ():
+        assert valued.values[k].mean <= 1.0 + best - prices[k] + 1e-9
 
 
 def test_a_pick_that_is_not_the_first_has_no_known_grasp():

@@ -58,31 +58,23 @@ class Valued:
 
 
 def value_choices(
-    peek: Peek,
-    gone: Gone,
-    visible: tuple[int, ...],
-    most_looks: int,
-    first: Mapping[int, Try] | None = None,
+    peek: Peek, gone: Gone, visible: tuple[int, ...], most_looks: int, first: Mapping[int, Try]
 ) -> Valued:
     """Values of all visible objects where these are gone. `most_looks` bounds the looks that were not taken before:
-    `peek` remembers its own, which cost nothing. `first`: what can be picked at the look that is shown; without it, the
-    first try is like any. Raises ValueError where nothing can be picked.
+    `peek` remembers its own, which cost nothing. `first`: what can be picked at the look that is shown. Raises
+    ValueError where nothing can be picked.
     """
-    search = _Search(peek, gone, most_looks, first or {})
+    search = _Search(peek, gone, most_looks, first)
     search.run()
     rests, orders = search.found()
     totals = {k: search.again.get(k, NEVER) + rest for k, rest in rests.items()}
     leader = min(totals, key=lambda k: totals[k].mean)
     otherwise = Price(totals[leader].mean, min(p.low for p in totals.values()), totals[leader].high)
-    best = orders[leader]
     values = dict.fromkeys(visible, Price(1.0, 1.0, 1.0) + otherwise)
-    if first is None:
-        values |= totals
-    else:
-        values |= {k: tried.then(rests[k], otherwise) for k, tried in first.items()}
-        orders = {k: orders[k] for k in first}
+    values |= {k: tried.then(rests[k], otherwise) for k, tried in first.items()}
     open_still = any(b.open for b in search.branches)
-    return Valued(values, orders, best, search.spent, not open_still)
+    shown = {k: orders[k] for k in first}
+    return Valued(values, shown, orders[leader], search.spent, not open_still)
 
 
 @dataclass(frozen=True)
