@@ -1,0 +1,111 @@
+"""The results that travel with the project: more trials for them, and the tables on their pages.
+
+torc bench --problems torc40 --planners random --first-seed 10 --repeats 5 --out runs/more
+python -m tools.published_results add runs/more results/torc40
+python -m tools.published_results page results/torc40       # the tables in docs/torc40.md
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from torc.benchmark.manifest import MANIFEST_FORMAT, calls
+from torc.benchmark.reading import comparable, read_table
+from torc.benchmark.report import tables
+from torc.benchmark.report.cells import TextTable
+from torc.benchmark.report.ranking import rank
+from torc.benchmark.report.scores import give_ups_table, scores_table, within_table
+from torc.benchmark.report.sets import sets_table
+from torc.benchmark.report.writing import write_report
+from torc.benchmark.rows import Table
+from torc.benchmark.table_files import read_rows, write_tables
+from torc.errors import InputError
+from torc.records.files import write_json
+
+ROOT = Path(__file__).parents[1]
+_NOT_KEPT = ("index.html", "*.parquet", "figures/*.png")
+_TABLE = re.compile(r"^\|.*\n(?:\|.*\n)+", re.MULTILINE)
+_AGAINST = "more than "
+
+
+@dataclass(frozen=True)
+class Add:
+    """Add the trials of a benchmark to published results, and write their report anew."""
+
+    run: tyro.conf.Positional[Path]
+    results: tyro.conf.Positional[Path]
+
+    def __call__(self) -> None:
+        """Refuses what cannot be compared with the trials that are there."""
+        known, new = read_rows(self.results), read_table(self.run)
+        moved = [replace(r, directory=self.results / r.directory.relative_to(self.run)) for r in new.rows]
+        rows, left_out = comparable([*known, *moved])
+        for directory, why in (*new.left_out, *left_out):
+            raise InputError(f"{directory}: {why}.")
+        manifest = {"format": MANIFEST_FORMAT, "calls": [*calls(self.results), *calls(self.run)]}
+        write_tables(Table(self.results, rows), self.results)
+        write_json(self.results / "manifest.json", manifest)
+        write_report([self.results], self.results)
+        for path in (p for pattern in _NOT_KEPT for p in self.results.glob(pattern)):
+            path.unlink()
+
+
+@dataclass(frozen=True)
+class Page:
+    """Write the tables on the page of published results anew, with the columns and the pairs that they have."""
+
+    results: tyro.conf.Positional[Path]
+
+    def __call__(self) -> None:
+        """What the text says stays as it is: read it again."""
+        path = ROOT / "docs" / f"{self.results.resolve().name}.md"
+        path.write_text(with_tables(path.read_text(), read_table(self.results)))
+
+
+def with_tables(page: str, table: Table) -> str:
+    """The page with these results wherever a table has columns of the report."""
+
+    def anew(found: re.Match[str]) -> str:
+        lines = found[0].splitlines()
+        header, first = _cells(lines[0]), {_cells(line)[0] for line in lines}
+        for made in _report_tables(table, header):
+            if header[0] == made.header[0] and set(header) <= set(made.header):
+                columns = [made.header.index(name) for name in header]
+                kept = [r for r in made.rows if header[0] != "pair" or r[0] in first]
+                rows = (" | ".join(str(row[i]) for i in columns) for row in kept)
+                return "\n".join([*lines[:2], *(f"| {row} |" for row in rows)]) + "\n"
+        return found[0]
+
+    return _TABLE.sub(anew, page)
+
+
+def _cells(line: str) -> list[str]:
+    return [cell.strip() for cell in line.strip().strip("|").split("|")]
+
+
+def _report_tables(table: Table, header: list[str]) -> Iterator[TextTable]:
+    planners = [s.planner for s in rank(table)]
+    against = next((name.removeprefix(_AGAINST) for name in header if name.startswith(_AGAINST)), None)
+    yield sets_table(table, planners, against)
+    for make in (give_ups_table, within_table, scores_table):
+        yield make(table, planners)
+    yield tables.comparison_table(table, planners)
+    yield tables.measures_table(table, planners)
+    yield from tables.causes_tables(table, planners)
+    yield tables.promises_table(table, planners)
+
+
+def main() -> None:
+    """Add, or write a page."""
+    command: Add | Page = tyro.cli(
+        Annotated[Add, tyro.conf.subcommand("add")] | Annotated[Page, tyro.conf.subcommand("page")]
+    )
+    command()
+
+
+if __name__ == "__main__":
+    main()
