@@ -1,21 +1,22 @@
 """Does the regret of single decisions tell who needs few picks? Rank correlation over deciders measured both ways.
 
-torc bench --problems torc40 --planners random,dg-select,belief,learned,vlm-grasps:simulated:0.5,... --out runs/deciders
-torc bench --problems torc40 --planners benchmarks.decisions_and_picks:First,... --out runs/rules
-python -m benchmarks.decisions_and_picks next_object runs/deciders runs/rules
+torc bench --problems torc40 --planners vlm-grasps:simulated:0.5,... --repeats 1 --out runs/vlms
+torc bench --problems torc40 --planners benchmarks.decisions_and_picks:First,... --repeats 1 --out runs/rules
+python -m benchmarks.decisions_and_picks next_object results/torc-hard runs/vlms runs/rules
 """
 
 import json
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import tyro
 from scipy.stats import spearmanr
 
+from torc.benchmark.reading import read_tables
+from torc.benchmark.rows import TrialRow
 from torc.next_object.data.opening import open_rows
 from torc.next_object.making.baselines import largest, nearest
 from torc.next_object.scoring import score_answer
@@ -61,7 +62,7 @@ class Args:
     data: tyro.conf.Positional[str]
     """The data set; its decisions of torc40 are those that count."""
     runs: tyro.conf.Positional[tuple[Path, ...]]
-    """Trials on torc40."""
+    """Trials on torc40, or published results."""
 
 
 def single(data: str) -> dict[str, dict[str, np.ndarray]]:
@@ -76,23 +77,19 @@ def single(data: str) -> dict[str, dict[str, np.ndarray]]:
     return sums
 
 
-def whole(runs: Sequence[Path], most: int = 15) -> dict[str, dict[str, list[float]]]:
+def whole(rows: Iterable[TrialRow]) -> dict[str, dict[str, list[float]]]:
     """Per decider and problem: picks, all that there are where the target was not retrieved."""
     found: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
-    for path in (p for run in runs for p in sorted(run.rglob("result.json"))):
-        result, spec = json.loads(path.read_text()), json.loads((path.parent / "spec.json").read_text())
-        if result["status"] != "completed":
-            continue
-        picks = float(result["picks"] if result["retrieved"] else most)
-        found[_decider(spec["planner"])][spec["problem"]].append(picks)
+    for row in rows:
+        if row.completed:
+            found[_decider(row.planner)][row.problem].append(row.cost)
     return found
 
 
-def _decider(planner: Mapping[str, Any]) -> str:
+def _decider(planner: str) -> str:
     """By the name that the data set has for it."""
-    if planner["vlm"]:
-        return f"{planner['vlm']['provider']}-{planner['vlm']['model']}"
-    return str(planner["name"]).rpartition(":")[2].lower()
+    asked, _, model = planner.partition("[")
+    return model.removesuffix("]").replace(" ", "-") if model else asked.rpartition(":")[2].lower()
 
 
 def correlation(
@@ -125,7 +122,7 @@ def correlation(
 def main() -> None:
     """Print both measures and the correlation."""
     args = tyro.cli(Args)
-    rank, low, high, table = correlation(single(args.data), whole(args.runs))
+    rank, low, high, table = correlation(single(args.data), whole(read_tables(args.runs).rows))
     print("| decider | regret, single decisions | picks, whole trials |\n|---|---|---|")
     for name, (regret, picks) in sorted(table.items(), key=lambda kv: kv[1]):
         print(f"| `{name}` | {regret:.2f} | {picks:.2f} |")

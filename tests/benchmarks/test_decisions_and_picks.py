@@ -1,9 +1,12 @@
 """The correlation between single decisions and whole trials."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from benchmarks.decisions_and_picks import correlation
+from benchmarks.decisions_and_picks import correlation, whole
+from torc.benchmark.rows import TrialRow
 
 
 def made_up(shuffled):
@@ -33,3 +36,26 @@ def test_only_deciders_measured_both_ways_count():
     regrets, picks = made_up(shuffled=False)
     del regrets["d3"], picks["d5"]
     assert set(correlation(regrets, picks)[3]) == {f"d{i}" for i in range(11)} - {"d3", "d5"}
+
+
+def test_trials_count_for_the_names_of_the_data_set():
+    def row(planner, seed=0, **more):
+        facts = {"status": "completed", "retrieved": True, "end": "retrieved", "picks": 3, "max_picks": 15}
+        return TrialRow(
+            id="",
+            directory=Path(),
+            problem="p",
+            category="structured",
+            planner=planner,
+            seed=seed,
+            **facts | more,
+        )
+
+    rows = [
+        row("vlm-grasps[simulated 0.5]"),
+        row("benchmarks.decisions_and_picks:First", retrieved=False, end="budget spent"),
+        row("dg-select"),
+        row("dg-select", seed=1, picks=4),
+        row("random", status="errored"),
+    ]
+    assert whole(rows) == {"simulated-0.5": {"p": [3]}, "first": {"p": [15]}, "dg-select": {"p": [3, 4]}}
