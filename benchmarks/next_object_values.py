@@ -134,7 +134,7 @@ def _checked(name: str, system: System, args: Args) -> list[dict[str, Any]]:
         for gone in visits(looks.context, args.per_problem, rng):
             context = looks.context(gone)
             first = first_tries(context)
-            valued = value_choices(looks.seen, gone, context.scene.ids, args.most_looks, first)
+            valued = value_choices(looks, gone, context.scene.ids, args.most_looks, first)
             known = sorted(k for k, order in valued.orders.items() if order)
             if not known:
                 continue

@@ -6,8 +6,16 @@ import pytest
 
 from torc.next_object.making import looks as looks_module
 from torc.next_object.making.looks import DRAWS, FURTHER_DRAWS, Looks
-from torc.next_object.making.pricing import price_of
+from torc.next_object.making.pricing import NEVER, price_of
 from torc.records import TARGET_ID
+
+
+class Context(dict):
+    """p(hold) by object."""
+
+    @property
+    def scene(self):
+        return SimpleNamespace(ids=tuple(self))
 
 
 class Draws:
@@ -25,7 +33,7 @@ class Draws:
     def look_without(self, start, gone, *, same_draws=False):
         self.asked.append((self.seed, gone, same_draws))
         holds = {k: p for k, p in self.hold(self.seed, gone).items() if k not in gone}
-        return SimpleNamespace(context=holds)
+        return SimpleNamespace(context=Context(holds))
 
 
 @pytest.fixture(autouse=True)
@@ -67,3 +75,12 @@ def test_what_looks_the_same_in_the_first_draws_is_settled_once():
     prices = [looks.seen(frozenset(gone)).target for gone in ((9,), (8,), (9, 1), ())]
     assert prices == [price_of([0.5] * 8, 14, True)] * 2 + [price_of([0.5] * 8, 13, True), None]
     assert len(draws.asked) == 4 * DRAWS + FURTHER_DRAWS
+
+
+def test_what_no_first_draw_can_grasp_is_looked_at_again_once_for_all_objects():
+    draws = Draws(lambda seed, gone: {4: 1.0} if seed <= DRAWS else {4: 1.0, 7: 0.5})
+    looks = Looks(draws)
+    assert looks.seen(frozenset()).others.keys() == {4}
+    assert looks.price(frozenset(), 7) == price_of([0.5] * FURTHER_DRAWS, 15)
+    assert looks.price(frozenset(), 8) == NEVER
+    assert len(draws.asked) == DRAWS + FURTHER_DRAWS

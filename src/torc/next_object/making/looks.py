@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from torc.episode.ideal import MAX_PICKS, best_hold
 from torc.episode.oracle.solve import options_of
 from torc.episode.privileged import Sandbox, Truth
-from torc.next_object.making.pricing import price_of
+from torc.next_object.making.pricing import NEVER, Price, price_of
 from torc.next_object.making.valuing import Gone, Seen
 from torc.records import TARGET_ID, PlanningContext
 
@@ -32,6 +32,7 @@ class Looks:
         self._contexts: OrderedDict[Gone, PlanningContext] = OrderedDict()
         self._seen: dict[Gone, Seen] = {}
         self._settled: dict[tuple[int, Holds], Holds] = {}
+        self._more: dict[Gone, list[dict[int, float]]] = {}
 
     def context(self, gone: Gone) -> PlanningContext:
         """What a planner is shown when these are gone, all of them taken without a failure."""
@@ -57,6 +58,11 @@ class Looks:
             self._seen[gone] = Seen(prices, target, options[0].outlook)
         return self._seen[gone]
 
+    def price(self, gone: Gone, object_id: int) -> Price:
+        """What an object takes by the further draws alone, which may have a grasp where those of `seen` have none."""
+        holds = self._further_holds(gone, object_id)
+        return price_of(holds, MAX_PICKS - len(gone), object_id == TARGET_ID) if any(holds) else NEVER
+
     def context_and_truth(self, gone: Gone) -> tuple[PlanningContext, Truth]:
         """The look, taken anew, and what is so then."""
         context = self._sandbox.look_without(self._start, gone).context
@@ -68,12 +74,16 @@ class Looks:
         another look, further ones are taken to do so, too.
         """
         doubtful = {k: p for k, p in holds.items() if k == TARGET_ID or min(p) < _SURE}
-        new = {k: p for k, p in doubtful.items() if (k, p) not in self._settled}
-        if new:
-            contexts = [self._drawn(draw, gone) for draw in self._further]
-            for k, p in new.items():
-                self._settled[k, p] = tuple(best_hold(context, k) for context in contexts)
+        for k, p in doubtful.items():
+            if (k, p) not in self._settled:
+                self._settled[k, p] = self._further_holds(gone, k)
         return {k: self._settled.get((k, p), p) if k in doubtful else p for k, p in holds.items()}
+
+    def _further_holds(self, gone: Gone, object_id: int) -> Holds:
+        if gone not in self._more:
+            contexts = (self._drawn(draw, gone) for draw in self._further)
+            self._more[gone] = [{k: best_hold(c, k) for k in c.scene.ids} for c in contexts]
+        return tuple(holds.get(object_id, 0.0) for holds in self._more[gone])
 
     def _drawn(self, draw: Sandbox, gone: Gone) -> PlanningContext:
         return draw.look_without(self._start, gone, same_draws=True).context

@@ -108,7 +108,7 @@ class RowMaker:
                 values = self._known.get(key)
                 if values is None:
                     visible, first = context.scene.ids, first_tries(looks.context(gone))
-                    found = value_choices(looks.seen, gone, visible, config.most_looks, first)
+                    found = value_choices(looks, gone, visible, config.most_looks, first)
                     if not any(found.orders.values()):
                         continue
                     values = found.values

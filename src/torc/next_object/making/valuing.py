@@ -11,8 +11,9 @@ the target's, never fail. What it does not cover: objects that fall or roll, whi
 
 import heapq
 import itertools
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from torc.episode.ideal import MAX_PICKS
 from torc.next_object.making.pricing import NEVER, Price, Try
@@ -39,8 +40,14 @@ class Seen:
         return dict(self.others) | ({} if self.target is None else {TARGET_ID: self.target})
 
 
-Peek = Callable[[Gone], Seen]
-"""What would be seen if these objects were gone. Raises PhysicsError."""
+class Seeing(Protocol):
+    """What would be seen if some objects were gone. Raises PhysicsError."""
+
+    def seen(self, gone: Gone) -> Seen:
+        """A look; each is taken once, and costs nothing after that."""
+
+    def price(self, gone: Gone, object_id: int) -> Price:
+        """What an object takes at a look that found no grasp of it, if it looks more often; NEVER without any."""
 
 
 @dataclass(frozen=True)
@@ -58,13 +65,13 @@ class Valued:
 
 
 def value_choices(
-    peek: Peek, gone: Gone, visible: tuple[int, ...], most_looks: int, first: Mapping[int, Try]
+    seeing: Seeing, gone: Gone, visible: tuple[int, ...], most_looks: int, first: Mapping[int, Try]
 ) -> Valued:
     """Values of all visible objects where these are gone. `most_looks` bounds the looks that were not taken before:
-    `peek` remembers its own, which cost nothing. `first`: what can be picked at the look that is shown. Raises
-    ValueError where nothing can be picked.
+    others cost nothing. `first`: what can be picked at the look that is shown. Raises ValueError where nothing can be
+    picked.
     """
-    search = _Search(peek, gone, most_looks, first)
+    search = _Search(seeing, gone, most_looks, first)
     search.run()
     rests, orders = search.found()
     totals = {k: search.again.get(k, NEVER) + rest for k, rest in rests.items()}
@@ -110,8 +117,8 @@ class _Branch:
 class _Search:
     """`again`: what can be picked at any look where these are gone, and what that takes; `shown` can be picked now."""
 
-    def __init__(self, peek: Peek, gone: Gone, most_looks: int, shown: Iterable[int]) -> None:
-        self._peek, self._gone, self._most = peek, gone, most_looks
+    def __init__(self, seeing: Seeing, gone: Gone, most_looks: int, shown: Iterable[int]) -> None:
+        self._seeing, self._gone, self._most = seeing, gone, most_looks
         self._known: dict[Gone, Seen] = {}
         self.spent = 0
         self._numbers = itertools.count()
@@ -143,12 +150,12 @@ class _Search:
         orders = {b.first: (b.first, *b.order) if b.order else () for b in self.branches}
         if self._target_free:
             rests[TARGET_ID], orders[TARGET_ID] = Price(), (TARGET_ID,)
-        # What is taken before it need be, or to no end, cannot make what was found for the rest worse than it is.
+        # What is taken before it need be, or to no end, hardly ever makes the rest worse than it was found to be.
         best = orders[min(rests, key=lambda k: (self.again.get(k, NEVER) + rests[k]).mean)]
         steps = self._steps(best)
         for b in self.branches if best else ():
             others = [k for k in best if k != b.first]
-            rest = sum((steps[k] for k in others), Price())
+            rest = self._after(b.first, others, steps)
             if rest.mean < rests[b.first].mean:
                 rests[b.first] = Price(rest.mean, min(rests[b.first].low, rest.low), rest.high)
                 orders[b.first] = (b.first, *others)
@@ -160,6 +167,18 @@ class _Search:
         for k in order:
             steps[k], gone = self._known[gone].prices.get(k, NEVER), gone | {k}
         return steps
+
+    def _after(self, first: int, others: Iterable[int], steps: Mapping[int, Price]) -> Price:
+        """What the others take once `first` is out: what they took without that. But where a look says that one of
+        them cannot be picked then, it was held up perhaps, and fell.
+        """
+        gone, rest = self._gone | {first}, Price()
+        for k in others:
+            seen = self._known.get(gone)
+            there = seen is None or k in seen.prices
+            rest += steps[k] if there else self._seeing.price(gone, k)
+            gone |= {k}
+        return rest
 
     def _rest(self, b: _Branch) -> Price:
         found = b.found or NEVER
@@ -176,7 +195,7 @@ class _Search:
     def _look(self, gone: Gone) -> Seen:
         if gone not in self._known:
             self.spent += 1
-            self._known[gone] = self._peek(gone)
+            self._known[gone] = self._seeing.seen(gone)
         return self._known[gone]
 
     def _branch(self, k: int, price: Price) -> _Branch:
