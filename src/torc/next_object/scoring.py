@@ -14,8 +14,8 @@ COLUMNS = ("id", "scene", "source", "category", "target_hidden", "numbers", "val
 """What scoring needs of a row."""
 BEST_WITHIN = 0.05
 """In picks: choices that near the best are as good, and rows whose random choice is, do not count for the regret."""
-DIFFICULTIES = (("easy", 0.5), ("medium", 1.0), ("hard", float("inf")))
-"""Names and upper bounds: what a random choice costs more than the best one, in picks."""
+DIFFICULTIES = (("easy", 1.5), ("medium", 2.5), ("hard", float("inf")))
+"""Names and upper bounds: picks until the target is there, with the best choice."""
 CROWDS = (("1-8", 8), ("9-14", 14), ("15-35", float("inf")))
 """The same for the number of choices."""
 RESAMPLES = 1000
@@ -95,7 +95,7 @@ def score_answer(row: Row, number: int | None) -> Scored:
     valid = type(number) is int and number in numbers
     value = values[numbers.index(number)] if valid and number is not None else chance
     groups = (
-        ("difficulty", _group(DIFFICULTIES, spread)),
+        ("difficulty", _group(DIFFICULTIES, least)),
         ("target", "hidden" if row["target_hidden"] else "visible"),
         ("choices", _group(CROWDS, len(numbers))),
         ("category", str(row["category"])),
