@@ -82,3 +82,10 @@ def test_answers_are_scored_once_each_and_not_none():
         score_answers([(ROWS[0], 1), (ROWS[0], 2)])
     with pytest.raises(ValueError, match="no answers"):
         score_answers([])
+
+
+@pytest.mark.parametrize(
+    ("values", "name"), [([1.0, 9.0], "easy"), ([2.1, 2.2], "medium"), ([8.0, 2.6], "hard")]
+)
+def test_how_hard_a_decision_is_says_how_far_the_target_is(values, name):
+    assert dict(score_answer(row(1, values), None).groups)["difficulty"] == name
