@@ -43,7 +43,8 @@ _NO_MODEL = "No model has been run yet: what stands here are baselines alone.\n"
 _HEAD = """# Leaderboard
 
 The data set [torc-next-object](next_object.md), split `test`: {rows} decisions of {scenes} problems. Regret is 0 for
-the best choices and 1 for those of RANDOM; the interval (95 %) is over problems. No number stands here that nobody ran.
+the best choices and 1 for those of RANDOM; the interval (95 %) is over problems. Hard: the target is more than 2.5
+picks away. No number stands here that nobody ran.
 
 """
 _TAIL = """

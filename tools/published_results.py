@@ -68,11 +68,12 @@ class Page:
 
 def with_tables(page: str, table: Table) -> str:
     """The page with these results wherever a table has columns of the report."""
+    planners = [s.planner for s in rank(table)]
 
     def anew(found: re.Match[str]) -> str:
         lines = found[0].splitlines()
         header, first = _cells(lines[0]), {_cells(line)[0] for line in lines}
-        for made in _report_tables(table, header):
+        for made in _report_tables(table, planners, header):
             if header[0] == made.header[0] and set(header) <= set(made.header):
                 columns = [made.header.index(name) for name in header]
                 kept = [r for r in made.rows if header[0] != "pair" or r[0] in first]
@@ -87,16 +88,15 @@ def _cells(line: str) -> list[str]:
     return [cell.strip() for cell in line.strip().strip("|").split("|")]
 
 
-def _report_tables(table: Table, header: list[str]) -> Iterator[TextTable]:
-    planners = [s.planner for s in rank(table)]
+def _report_tables(table: Table, planners: list[str], header: list[str]) -> Iterator[TextTable]:
     against = next((name.removeprefix(_AGAINST) for name in header if name.startswith(_AGAINST)), None)
     yield sets_table(table, planners, against)
     for make in (give_ups_table, within_table, scores_table):
         yield make(table, planners)
-    yield tables.comparison_table(table, planners)
     yield tables.measures_table(table, planners)
     yield from tables.causes_tables(table, planners)
     yield tables.promises_table(table, planners)
+    yield tables.comparison_table(table, planners)  # takes longest
 
 
 def main() -> None:

@@ -44,10 +44,10 @@ class Seeing(Protocol):
     """What would be seen if some objects were gone. Raises PhysicsError."""
 
     def seen(self, gone: Gone) -> Seen:
-        """A look; each is taken once, and costs nothing after that."""
+        """What a look tells; the same each time."""
 
     def price(self, gone: Gone, object_id: int) -> Price:
-        """What an object takes at a look that found no grasp of it, if it looks more often; NEVER without any."""
+        """What an object takes where `seen` found no grasp of it: looking more often may find one, else NEVER."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,8 @@ class Valued:
 def value_choices(
     seeing: Seeing, gone: Gone, visible: tuple[int, ...], most_looks: int, first: Mapping[int, Try]
 ) -> Valued:
-    """Values of all visible objects where these are gone. `most_looks` bounds the looks that were not taken before:
-    others cost nothing. `first`: what can be picked at the look that is shown. Raises ValueError where nothing can be
-    picked.
+    """Values of all visible objects where these are gone, from so many different looks at most. `first`: what can be
+    picked at the look that is shown. Raises ValueError where nothing can be picked.
     """
     search = _Search(seeing, gone, most_looks, first)
     search.run()
@@ -150,7 +149,7 @@ class _Search:
         orders = {b.first: (b.first, *b.order) if b.order else () for b in self.branches}
         if self._target_free:
             rests[TARGET_ID], orders[TARGET_ID] = Price(), (TARGET_ID,)
-        # What is taken before it need be, or to no end, hardly ever makes the rest worse than it was found to be.
+        # What is taken before it need be, or to no end, hardly ever makes the rest take more than without it.
         best = orders[min(rests, key=lambda k: (self.again.get(k, NEVER) + rests[k]).mean)]
         steps = self._steps(best)
         for b in self.branches if best else ():
@@ -169,8 +168,8 @@ class _Search:
         return steps
 
     def _after(self, first: int, others: Iterable[int], steps: Mapping[int, Price]) -> Price:
-        """What the others take once `first` is out: what they took without that. But where a look says that one of
-        them cannot be picked then, it was held up perhaps, and fell.
+        """What the others take once `first` is out: as in the best order, but where a look says that one of them cannot
+        be picked then. It may have lain on `first`, and fallen flat.
         """
         gone, rest = self._gone | {first}, Price()
         for k in others:
