@@ -3,6 +3,9 @@
 Everything is drawn at twice the size and halved at the end, which smooths all edges.
 """
 
+from functools import cache
+from itertools import groupby
+
 import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image, ImageDraw, ImageFont
@@ -27,9 +30,16 @@ class Canvas:
     ) -> None:
         """A line through points that lie about a pixel apart; `dash_px`: length drawn, length left out."""
         steps = np.linalg.norm(np.diff(curve, axis=0), axis=1)
-        for a, b, start in zip(curve, curve[1:], np.cumsum(steps) - steps):
-            if dash_px is None or start % sum(dash_px) < dash_px[0]:
-                self._pen.line([*_scaled(a), *_scaled(b)], fill=color, width=round(width_px * _OVERSAMPLING))
+        starts = np.cumsum(steps) - steps
+        drawn = starts >= 0 if dash_px is None else starts % sum(dash_px) < dash_px[0]
+        points = (np.asarray(curve, float) * _OVERSAMPLING).tolist()
+        first = 0
+        for is_drawn, pieces in groupby(drawn.tolist()):
+            last = first + len(list(pieces))
+            if is_drawn:
+                line = [v for point in points[first : last + 1] for v in point]
+                self._pen.line(line, fill=color, width=round(width_px * _OVERSAMPLING))
+            first = last
 
     def arrow_head(self, curve: Curve, color: Color) -> None:
         """A head at the end of a curve."""
@@ -59,7 +69,7 @@ class Canvas:
         boxed: bool = False,
     ) -> float:
         """Writes, over a blank box if wanted, and returns where the text ends. `anchor`: as Pillow's."""
-        font = ImageFont.load_default(height_px * _OVERSAMPLING)
+        font = _font(height_px * _OVERSAMPLING)
         left, top, right, bottom = self._pen.textbbox(_scaled(at), text, font=font, anchor=anchor)
         if boxed:
             self._pen.rectangle((left - 2, top - 2, right + 2, bottom + 2), fill=PAPER)
@@ -68,7 +78,7 @@ class Canvas:
 
     def finish(self) -> UInt8[np.ndarray, "h w 3"]:
         """The picture."""
-        return np.array(self._image.resize((self.width_px, self.height_px), Image.Resampling.LANCZOS))
+        return np.array(self._image.reduce(_OVERSAMPLING))
 
 
 def smooth_curve(route: Curve) -> Float[np.ndarray, "m 2"]:
@@ -80,6 +90,11 @@ def smooth_curve(route: Curve) -> Float[np.ndarray, "m 2"]:
         bend = (2 * p0 - 5 * p1 + 4 * p2 - p3) * t**2 + (3 * p1 - p0 - 3 * p2 + p3) * t**3
         pieces.append(0.5 * (2 * p1 + (p2 - p0) * t + bend))
     return np.concatenate([*pieces, route[-1:]])
+
+
+@cache
+def _font(height_px: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(height_px)
 
 
 def _scaled(point: tuple[float, ...] | np.ndarray) -> tuple[float, float]:

@@ -130,9 +130,8 @@ class _GraphPicture:
         text = f"{edge.weight:.2f}".lstrip("0") if edge.weight >= 0.01 else "<.01"
         w, h = 0.62 * _TEXT_PX * len(text), 1.1 * _TEXT_PX
         places = [curve[int(t * (len(curve) - 1))].tolist() for t in _WEIGHT_PLACES]
-        x, y = min(
-            places, key=lambda at: sum(_overlap(_around(at[0], at[1], w, h), box) for box in self.taken)
-        )
+        covered = _overlaps(np.array([_around(x, y, w, h) for x, y in places]), np.array(self.taken))
+        x, y = places[int(covered.sum(axis=1).argmin())]
         self.taken.append(_around(x, y, w, h))
         self.canvas.text((x, y), text, _TEXT_PX, _edge_color(edge.kind, pale), boxed=True)
 
@@ -213,6 +212,8 @@ def _around(x: float, y: float, w: float, h: float) -> _Box:
     return (x - w / 2, y - h / 2, x + w / 2, y + h / 2)
 
 
-def _overlap(a: _Box, b: _Box) -> float:
-    """Common area of two boxes."""
-    return max(0.0, min(a[2], b[2]) - max(a[0], b[0])) * max(0.0, min(a[3], b[3]) - max(a[1], b[1]))
+def _overlaps(a: Float[np.ndarray, "n 4"], b: Float[np.ndarray, "m 4"]) -> Float[np.ndarray, "n m"]:
+    """Common area of each box of the first with each of the second."""
+    low = np.maximum(a[:, None, :2], b[None, :, :2])
+    high = np.minimum(a[:, None, 2:], b[None, :, 2:])
+    return np.maximum(high - low, 0.0).prod(axis=2)
