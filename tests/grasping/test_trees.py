@@ -71,6 +71,23 @@ def test_the_kernel_equals_a_slow_walk(rng, missing):
     assert len(model.score(x[:0])) == 0
 
 
+def test_features_as_near_to_a_threshold_as_single_precision_can_be(rng):
+    model = random_model(rng)
+    inner = model.feature >= 0
+    near = model.threshold[inner].astype(np.float32)
+    x = np.concatenate([near, np.nextafter(near, np.float32(-9)), np.nextafter(near, np.float32(9))])
+    x = np.tile(x[:, None], (1, 5))
+    assert np.allclose(model.score(x), [slow_probability(model, row) for row in x])
+
+
+def test_infinite_thresholds_and_features(rng):
+    model = random_model(rng)
+    odd = np.where(model.feature >= 0, rng.choice([np.inf, -np.inf, 1e300, -1e300], len(model.feature)), 0.0)
+    model = replace(model, threshold=odd)
+    x = rng.choice(np.array([np.inf, -np.inf, 3e38, -3e38, 0.0, np.nan], np.float32), size=(60, 5))
+    assert np.allclose(model.score(x), [slow_probability(model, row) for row in x])
+
+
 def test_a_saved_model_comes_back_as_it_was(rng, tmp_path):
     model = random_model(rng)
     save_trees(tmp_path / "m.npz", model)
