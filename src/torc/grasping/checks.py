@@ -112,7 +112,7 @@ def palm_bounds(hand: HandGeometry, margin_m: float) -> Float[np.ndarray, "2 3"]
 
 
 @njit(cache=True)
-def _own_fault(local, index, seen, width, shift_z, hand, limits):
+def _own_fault(local, index, seen, width, shift_z, hand, palm_top_z, limits):
     """Fault of one candidate as to its own object's seen points, given in the grasp frame."""
     in_finger, between = 0, 0
     for k in range(len(local)):
@@ -123,7 +123,7 @@ def _own_fault(local, index, seen, width, shift_z, hand, limits):
             in_finger += 1
             if in_finger > limits.max_own_in_fingers:
                 return Fault.OWN_IN_FINGERS.value
-        if in_palm(x, y, z, shift_z, limits.palm_margin_m, hand):
+        if z <= palm_top_z and in_palm(x, y, z, shift_z, limits.palm_margin_m, hand):
             return Fault.OWN_IN_PALM.value
         if between_pads(x, y, z, 0.5 * width + limits.own_slack_m, hand):
             between += 1
@@ -207,10 +207,11 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, palm_box, suppor
             fault[n] = Fault.TABLE.value
             continue
         count = gather(R, tip, own_box, own, local, index)
-        fault[n] = _own_fault(local[:count], index, own.tags, width, shift_z, hand, limits)
+        palm_top_z = palm_box[1, 2] + shift_z
+        fault[n] = _own_fault(local[:count], index, own.tags, width, shift_z, hand, palm_top_z, limits)
         if fault[n] == 0:
             # Ahead of the palm only the fingers' surroundings matter, a much narrower box.
-            ahead[0, 2] = box_behind[1, 2] = palm_box[1, 2] + shift_z
+            ahead[0, 2] = box_behind[1, 2] = palm_top_z
             count = gather(R, tip, ahead, cells, near, near_index)
             count += gather(R, tip, box_behind, cells, near[count:], near_index[count:])
             blockers[n] = _count_foreign(
