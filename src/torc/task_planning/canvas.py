@@ -31,7 +31,7 @@ class Canvas:
         """A line through points that lie about a pixel apart; `dash_px`: length drawn, length left out."""
         steps = np.linalg.norm(np.diff(curve, axis=0), axis=1)
         starts = np.cumsum(steps) - steps
-        drawn = starts >= 0 if dash_px is None else starts % sum(dash_px) < dash_px[0]
+        drawn = np.ones(len(starts), bool) if dash_px is None else starts % sum(dash_px) < dash_px[0]
         points = (np.asarray(curve, float) * _OVERSAMPLING).tolist()
         first = 0
         for is_drawn, pieces in groupby(drawn.tolist()):
