@@ -36,6 +36,7 @@ class Condition:
         density_kg_m3: of all objects; None for their own (median 824).
         friction: factor on the sliding friction of objects and pads.
         torsion: the pads resist turning about their normal.
+        pad_softness_s: time constant of the pads' contacts (MuJoCo's solref); None for the robot's own (.007).
         guard: contact stops the arm.
         scale: factor on the objects and the distances between them; the robot and the table stay as they are.
         noise: that of a stereo camera.
@@ -45,6 +46,7 @@ class Condition:
     density_kg_m3: float | None = None
     friction: float = 1.0
     torsion: bool = True
+    pad_softness_s: float | None = None
     guard: bool = True
     scale: float = 1.0
     noise: bool = False
@@ -54,6 +56,7 @@ CONDITIONS = {
     "as-it-is": Condition("as it is"),
     "light": Condition("50 kg/m3, as the paper's authors", density_kg_m3=50.0),
     "slippery": Condition("friction halved, pads without torsion", friction=0.5, torsion=False),
+    "stiff-pads": Condition("pads as stiff as can be", pad_softness_s=0.004),
     "no-guard": Condition("no guard against contact", guard=False),
     "large": Condition("objects 20 % larger", scale=1.2),
     "noise": Condition("sensor noise", noise=True),
@@ -154,6 +157,8 @@ def _played(problem_name: str, planner: str, seed: int, condition: Condition) ->
             friction = world.model.geom(pad).friction
             friction[0] *= condition.friction
             friction[1] *= condition.torsion
+            if condition.pad_softness_s is not None:
+                world.model.geom(pad).solref[0] = condition.pad_softness_s
     guards = ExecutionConfig() if condition.guard else ExecutionConfig(free_guard=None, approach_guard=None)
     with SimulatedRobot(world, SimulatedRobotConfig(execution=guards)) as simulated:
         simulated.take_over()
