@@ -22,7 +22,7 @@ from torc.benchmark.report.scores import give_ups_table, scores_table, within_ta
 from torc.benchmark.report.sets import sets_table
 from torc.benchmark.report.writing import write_report
 from torc.benchmark.rows import Table
-from torc.benchmark.table_files import read_rows, write_tables
+from torc.benchmark.table_files import TRIALS_FILE, read_rows, write_tables
 from torc.errors import InputError
 from torc.records.files import write_json
 
@@ -34,18 +34,20 @@ _AGAINST = "more than "
 
 @dataclass(frozen=True)
 class Add:
-    """Add the trials of a benchmark to published results, and write their report anew."""
+    """Add the trials of a benchmark to published results, or begin new ones, and write their report anew."""
 
     run: tyro.conf.Positional[Path]
     results: tyro.conf.Positional[Path]
 
     def __call__(self) -> None:
         """Refuses what cannot be compared with the trials that are there."""
-        known, new = read_rows(self.results), read_table(self.run)
+        known = read_rows(self.results) if (self.results / TRIALS_FILE).is_file() else []
+        new = read_table(self.run)
         moved = [replace(r, directory=self.results / r.directory.relative_to(self.run)) for r in new.rows]
         rows, left_out = comparable([*known, *moved])
         for directory, why in (*new.left_out, *left_out):
             raise InputError(f"{directory}: {why}.")
+        self.results.mkdir(parents=True, exist_ok=True)
         manifest = {"format": MANIFEST_FORMAT, "calls": [*calls(self.results), *calls(self.run)]}
         write_tables(Table(self.results, rows), self.results)
         write_json(self.results / "manifest.json", manifest)

@@ -43,6 +43,13 @@ def test_parts_that_are_put_together_are_the_whole(tmp_path):
     assert not (some / "index.html").exists()
 
 
+def test_the_first_part_begins_new_results(tmp_path):
+    some = part(tmp_path / "a", {0})
+    new = tmp_path / "new"
+    Add(some, new)()
+    assert lines(new) == lines(some)
+
+
 def test_trials_that_are_there_already_are_refused(tmp_path):
     some, same = part(tmp_path / "a", {0, 1}), part(tmp_path / "b", {1})
     before = lines(some)
