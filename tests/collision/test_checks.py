@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from torc.collision.checks import (
+    attached_contacts,
     blockers,
     collides,
     edges_collide,
     robot_arrays,
     self_contacts,
     static_contacts,
+    with_attached,
 )
 from torc.collision.world import SURFACE, UNKNOWN, CollisionWorld, world_from_voxels
 from torc.errors import InputError
@@ -167,6 +169,17 @@ def test_attached_spheres_touch_the_robot_where_they_overlap_it(world, robot, qp
     np.testing.assert_array_equal(found, bare | expected)
     assert 20 < np.count_nonzero(found & ~bare) < len(qpos) - 20
     assert np.all(collides(world, robot, qpos, 0.05, attached=STICK) >= found)
+
+
+def test_some_attached_spheres_touch_something_fixed_where_all_together_do(world, robot, qpos):
+    arrays = robot_arrays(robot)
+    free = qpos[~static_contacts(world, robot, qpos, 0.05)]
+    together = static_contacts(world, with_attached(arrays, STICK), free, 0.05)
+    found = np.array([attached_contacts(world, robot, q, 0.05, STICK) for q in free])
+    np.testing.assert_array_equal(found.any(axis=1), together)
+    assert np.any(together & ~found.all(axis=1))
+    for q, touching in zip(free, found):
+        assert not static_contacts(world, with_attached(arrays, STICK[~touching]), q[None], 0.05)[0]
 
 
 @pytest.mark.parametrize("scattered", [False, True])

@@ -8,6 +8,7 @@ import pytest
 from tests.helpers.motion_checker import PlanChecker
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
 from torc.motion.planner import SamplingMotionPlanner
+from torc.motion.protocol import PickRequest
 from torc.records import PickPlan
 
 SHORT = MotionConfig(search=SearchConfig(max_iterations=60))
@@ -47,3 +48,23 @@ def test_what_is_close_to_wall_and_roof_leaves_them_first(robot, shelf, request_
     plan = SamplingMotionPlanner(robot, shelf).plan_pick(request, np.random.default_rng(0))
     assert isinstance(plan, PickPlan), plan
     assert PlanChecker(robot, shelf).faults(plan, request) == []
+
+
+@pytest.mark.parametrize("into_wall_m", [0.02, 0.04, 0.06])
+@pytest.mark.parametrize("x", [0.66, 0.70])
+def test_an_object_smeared_into_a_wall_ends_at_the_wall(robot, shelf, request_by_the_wall, x, into_wall_m):
+    true = request_by_the_wall(x)
+    request = smeared(true, (0.0, -into_wall_m, 0.0))
+    plan = SamplingMotionPlanner(robot, shelf).plan_pick(request, np.random.default_rng(0))
+    assert isinstance(plan, PickPlan), plan
+    assert PlanChecker(robot, shelf).faults(plan, true) == []
+
+
+def smeared(request: PickRequest, by_m: tuple[float, float, float]) -> PickRequest:
+    """The request with the points of its object twice, once where they are not, as rough depth may have them."""
+    scene, own = request.scene, request.scene.object(request.object_id)
+    points = np.concatenate([own.points, own.points + np.float32(by_m)])
+    twice = [np.concatenate([a, a]) for a in (own.normals, own.pixels)]
+    wrong = replace(own, points=points, normals=twice[0], pixels=twice[1])
+    objects = tuple(wrong if o.id == own.id else o for o in scene.objects)
+    return replace(request, scene=replace(scene, objects=objects))

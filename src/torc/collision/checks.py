@@ -86,6 +86,25 @@ def self_contacts(
     return (contacts_batch(q, width, own, arrays, world_arrays(world), False, False)[1] & SELF) != 0
 
 
+def attached_contacts(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "dof"],
+    width_m: float,
+    attached: Float[np.ndarray, "a 4"],
+) -> Bool[np.ndarray, "a"]:
+    """Which attached spheres (see `collides`) touch table, bin or the robot at one configuration.
+
+    Voxels are not looked at. All do where the robot itself touches one of these.
+    """
+    arrays = _arrays(robot)  # a robot per sphere: few places need this
+    touching = [
+        static_contacts(world, with_attached(arrays, sphere[None]), qpos[None], width_m)[0]
+        for sphere in attached
+    ]
+    return np.array(touching, dtype=bool)
+
+
 def collides(
     world: CollisionWorld,
     robot: RobotDescription | RobotArrays,

@@ -11,6 +11,7 @@ from torc.collision.placement import RobotArrays
 from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import invert, make_pose
 from torc.motion.config import MotionConfig
+from torc.motion.cut_extents import cut_extents
 from torc.motion.following import follow_lines, waypoints_of
 from torc.motion.geometry import rounded_path
 from torc.motion.line_context import LineContext
@@ -80,8 +81,9 @@ class FreeMotions:
         At first the object is taken to be as large as it may be, and what it hid to be an obstacle: another object may
         stand there. Where arm or object are in that already, or no way is found, it is taken to be free; then so is
         more of the start's surroundings; and then the object is taken to be what is seen of it. If none of this leads
-        to the bin, because it touches something fixed, it first moves away from that. Lines out of narrow places are
-        only for an object as large as it may be: taken to be smaller, it was torn out of the fingers.
+        to the bin, because it touches something fixed, it first moves away from that, or else ends there. Before that,
+        lines out of narrow places are only for an object as large as it may be: taken to be smaller, it was torn out of
+        the fingers.
         """
         failed = NoMotionError(PlanStage.TRANSFER, "nothing was tried.")
         possible = context.held.possible
@@ -99,9 +101,31 @@ class FreeMotions:
         world = self._opened(context.without_object, start, context.width_m, possible, margin_m, strict=False)
         space = self._space(world, context.width_m, possible)
         out = way_out(space, start, rng)
-        if out is None or out is start:
-            raise failed
-        return self._from(start, self._out_over_bin(context, space, out, rng))
+        if out is not None and out is not start:
+            try:
+                return self._from(start, self._out_over_bin(context, space, out, rng))
+            except NoMotionError as error:
+                failed = error
+        return self._cut_over_bin(context, start, rng, failed)
+
+    def _cut_over_bin(
+        self,
+        context: LineContext,
+        start: Float[np.ndarray, "dof"],
+        rng: np.random.Generator,
+        failed: NoMotionError,
+    ) -> Trajectory:
+        """To the bin with an object that ends where it would touch something fixed at the start (see `cut_extents`);
+        raises `failed` where it touches none.
+        """
+        margin_m = 2 * self._config.carve_margin_m
+        for held in cut_extents(context, start):
+            try:
+                world = self._opened(context.without_object, start, context.width_m, held, margin_m)
+                return self._out_over_bin(context, self._space(world, context.width_m, held), start, rng)
+            except NoMotionError as error:
+                failed = error
+        raise failed
 
     def _ways_to_bin(
         self, context: LineContext, start: Float[np.ndarray, "dof"], held: Float[np.ndarray, "a 4"]
