@@ -81,9 +81,9 @@ class FreeMotions:
         At first the object is taken to be as large as it may be, and what it hid to be an obstacle: another object may
         stand there. Where arm or object are in that already, or no way is found, it is taken to be free; then so is
         more of the start's surroundings; and then the object is taken to be what is seen of it. If none of this leads
-        to the bin, because it touches something fixed, it first moves away from that, or else ends there. Before that,
-        lines out of narrow places are only for an object as large as it may be: taken to be smaller, it was torn out of
-        the fingers.
+        to the bin, because it touches something fixed, it first moves away from that, or else is taken to end there.
+        Before that, lines out of narrow places are only for an object as large as it may be: taken to be smaller, it
+        was torn out of the fingers.
         """
         failed = NoMotionError(PlanStage.TRANSFER, "nothing was tried.")
         possible = context.held.possible
