@@ -2,9 +2,11 @@
 
 from typing import ClassVar
 
+import numpy as np
 import pytest
 
 from tests.helpers.trial_logs import comparable_log
+from torc.episode import steps
 from torc.episode.events import Executed, Looked
 from torc.episode.log_writing import log_line
 from torc.episode.planners import make_trial_planner
@@ -12,6 +14,7 @@ from torc.episode.privileged import Privileged, open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import run_trial
 from torc.errors import UnknownNameError
+from torc.perception.asking import ask_camera
 from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.specs.conditions import Conditions
@@ -80,6 +83,30 @@ def test_a_trial_and_the_sandbox_go_the_same_way_and_do_not_disturb_each_other(s
         sandbox.look_without(moment, look.context.report.graspable_ids[:2])
         moment = sandbox.pick(moment, look, outcome.object_id)
         assert moment.episode.outcomes[-1] == outcome
+
+
+def test_one_picture_is_looked_at_with_the_grasps_of_many_seeds(sandbox, monkeypatch):
+    start, photos = sandbox.begin(), []
+    alone = [_digest(sandbox.with_draws(seed).look(start)) for seed in (5, 3)]
+    monkeypatch.setattr(steps, "ask_camera", lambda robot: photos.append(robot) or ask_camera(robot))
+    looks = sandbox.looks_without(start, (), (5, 3, 5))
+    first = next(looks)
+    # What happens in between leaves the picture as it is.
+    sandbox.look_without(start, first.context.report.graspable_ids[:2])
+    assert [_digest(look) for look in (first, *looks)] == [*alone, alone[0]]
+    assert len(set(alone)) == 2
+    assert len(photos) == 2
+
+
+def test_grasps_are_drawn_alike_whatever_is_gone(sandbox):
+    start = sandbox.begin()
+    taken = sandbox.look(start).context.report.graspable_ids[-1]
+    (look,) = sandbox.looks_without(start, (taken,), (5,))
+    later = sandbox.with_draws(5).look_without(start, (taken,))
+    assert taken not in look.context.scene.ids
+    assert np.array_equal(look.observation.depth_m, later.observation.depth_m)
+    assert look.context.picks_left == later.context.picks_left + 1
+    assert _digest(look) != _digest(later)
 
 
 def test_privileged_planners_are_known_to_trials_alone():

@@ -108,19 +108,28 @@ class Sandbox:
         episode = self._steps.attempt(state.episode, look, Decision(object_id, "to see what comes of it"))
         return SimulatedState(self._robot.save(), episode)
 
-    def look_without(
-        self, state: SimulatedState, object_ids: Iterable[int], *, same_draws: bool = False
-    ) -> Look:
-        """What the robot would see if these objects were gone: about what it sees after picking them. `same_draws`:
-        what is drawn at random is the same whatever is gone. Raises PhysicsError.
+    def look_without(self, state: SimulatedState, object_ids: Iterable[int]) -> Look:
+        """What the robot would see if these objects were gone: about what it sees after picking them. Raises
+        PhysicsError.
         """
         gone = sorted(object_ids)
-        self._robot.restore(state.robot)
-        self._robot.remove(gone)
+        self._take_away(state, gone)
         # As many picks later, so that the random draws are those of the look then.
-        counted = () if same_draws else gone
-        picked = tuple(PickOutcome(PickResult.REMOVED, k, k, True, True) for k in counted)
+        picked = tuple(PickOutcome(PickResult.REMOVED, k, k, True, True) for k in gone)
         return self._steps.look(replace(state.episode, outcomes=state.episode.outcomes + picked))
+
+    def looks_without(
+        self, state: SimulatedState, object_ids: Iterable[int], seeds: Iterable[int]
+    ) -> Iterator[Look]:
+        """What the robot would see if these objects were gone, once with the grasps that each seed draws: the same ones
+        whatever is gone. All looks are at one picture, taken when the first one is asked for. Raises PhysicsError.
+        """
+        self._take_away(state, sorted(object_ids))
+        yield from self._steps.looks(state.episode, seeds)
+
+    def _take_away(self, state: SimulatedState, object_ids: list[int]) -> None:
+        self._robot.restore(state.robot)
+        self._robot.remove(object_ids)
 
 
 class Simulation:

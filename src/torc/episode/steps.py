@@ -1,5 +1,6 @@
 """The two halves of a pick, looking and trying, as functions of the episode's state."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from torc.episode.events import Executed, Listener, Looked, Planned
@@ -52,13 +53,24 @@ class Steps:
         """What the robot sees now, and what follows from it."""
         with self.clock.stage("capture") as lap:
             observation = ask_camera(self.parts.robot)
-        left = self.config.max_picks - state.pick
         look = self.parts.pipeline.look(
-            observation, state, wanted=self.wanted, seed=self.config.seed, picks_left=left
+            observation, state, wanted=self.wanted, seed=self.config.seed, picks_left=self._left(state)
         )
         self.clock.add(look.seconds)
         self._tell(Looked(state.pick, look, lap.seconds + sum(look.seconds.values()), state))
         return look
+
+    def looks(self, state: EpisodeState, seeds: Iterable[int]) -> Iterator[Look]:
+        """From one snapshot, taken when the first one is asked for, a look with the grasps that each seed draws. Nobody
+        is told of them.
+        """
+        pipeline, wanted = self.parts.pipeline, self.wanted
+        view = pipeline.view(ask_camera(self.parts.robot), state, wanted=wanted, seed=self.config.seed)
+        for seed in seeds:
+            yield pipeline.look_at(view, state, wanted=wanted, seed=seed, picks_left=self._left(state))
+
+    def _left(self, state: EpisodeState) -> int:
+        return self.config.max_picks - state.pick
 
     def attempt(self, state: EpisodeState, look: Look, decision: Decision) -> EpisodeState:
         """The state after planning and executing a decision; a lost pick where there is nothing to execute."""

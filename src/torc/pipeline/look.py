@@ -70,6 +70,19 @@ class StageClock:
 
 
 @dataclass(frozen=True)
+class View:
+    """What one snapshot shows, before anything is drawn for grasps: the observation as it was measured, and what
+    follows from it. `seconds` are wall time by stage.
+    """
+
+    observation: Observation
+    scene: SegmentedScene
+    volume: OcclusionVolume
+    world: CollisionWorld
+    seconds: dict[str, float]
+
+
+@dataclass(frozen=True)
 class Look:
     """What one snapshot tells: to task planners the context alone. `observation` is as it was measured, with all labels
     that its source knows; `world` is for motion planning; `seconds` are wall time by stage.
@@ -128,10 +141,14 @@ class Pipeline:
         PartError or GraspPlannerError if a part crashed, or what it returned cannot be used.
         """
         state = first_state(self.workspace.grid) if state is None else state
-        history = tuple(outcome.as_felt for outcome in state.outcomes)
-        pick, clock = state.pick, StageClock()
+        view = self.view(observation, state, wanted=wanted, seed=seed)
+        return self.look_at(view, state, wanted=wanted, seed=seed, picks_left=picks_left, labels=labels)
+
+    def view(self, observation: Observation, state: EpisodeState, *, wanted: Wanted, seed: int) -> View:
+        """The first half of `look`: perceive, and update the occlusion volume. Raises PartError."""
+        clock = StageClock()
         with clock.stage("perceive"):
-            observation = self.measured(observation, stage_rng(seed, pick, "noise"))
+            observation = self.measured(observation, stage_rng(seed, state.pick, "noise"))
             blind = not getattr(self.perception, "needs_labels", False)
             shown = replace(observation, label_image=None) if blind else observation
             scene = ask_perception(self.perception, shown, wanted, state.scene)
@@ -140,18 +157,38 @@ class Pipeline:
             scene = _reported(scene)
         with clock.stage("collision world"):
             world = build_collision_world(volume, self.workspace)
+        return View(observation, scene, volume, world, clock.seconds)
+
+    def look_at(
+        self,
+        view: View,
+        state: EpisodeState,
+        *,
+        wanted: Wanted,
+        seed: int,
+        picks_left: int,
+        labels: Mapping[int, int] | None = None,
+    ) -> Look:
+        """The second half of `look`: plan and check grasps. The view is left as it is, so that other seeds can draw
+        from it, too. Raises GraspPlannerError.
+        """
+        scene, volume, clock = view.scene, view.volume, StageClock()
+        history = tuple(outcome.as_felt for outcome in state.outcomes)
         with clock.stage("grasps"):
             failed = still_valid(state.failed, scene, self.failures)
             felt = with_touched(scene, failed)
-            grasps = ask_grasp_planner(self.grasp_planner, felt, volume, stage_rng(seed, pick, "grasps"))
+            grasps = ask_grasp_planner(
+                self.grasp_planner, felt, volume, stage_rng(seed, state.pick, "grasps")
+            )
             grasps = lower_scores(grasps, failed, history, self.failures)
         with clock.stage("validity"):
-            report = veto(self.evaluate(grasps, scene, volume, world), grasps, failed, self.failures)
+            report = veto(self.evaluate(grasps, scene, volume, view.world), grasps, failed, self.failures)
             report = hold_back_unlikely(report, grasps, self.min_score)
             if self.min_score > 0:
                 report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
         told = wanted.description, history, picks_left, tuple((labels or {}).items()), wanted.size_m
-        return Look(PlanningContext(scene, volume, grasps, report, *told), observation, world, clock.seconds)
+        context = PlanningContext(scene, volume, grasps, report, *told)
+        return Look(context, view.observation, view.world, view.seconds | clock.seconds)
 
     def measured(self, observation: Observation, rng: np.random.Generator) -> Observation:
         """A snapshot with this pipeline's depth, after its noise if it adds any."""

@@ -21,19 +21,17 @@ class Context(dict):
 class Draws:
     """A sandbox whose looks say what each object's p(hold) is, by seed and by what is gone."""
 
-    def __init__(self, hold, seed=0, asked=None):
-        self.hold, self.seed, self.asked = hold, seed, [] if asked is None else asked
+    def __init__(self, hold):
+        self.hold, self.asked = hold, []
 
     def begin(self):
         return "start"
 
-    def with_draws(self, seed):
-        return Draws(self.hold, seed, self.asked)
-
-    def look_without(self, start, gone, *, same_draws=False):
-        self.asked.append((self.seed, gone, same_draws))
-        holds = {k: p for k, p in self.hold(self.seed, gone).items() if k not in gone}
-        return SimpleNamespace(context=Context(holds))
+    def looks_without(self, start, gone, seeds):
+        for seed in seeds:
+            self.asked.append((seed, gone))
+            holds = {k: p for k, p in self.hold(seed, gone).items() if k not in gone}
+            yield SimpleNamespace(context=Context(holds))
 
 
 @pytest.fixture(autouse=True)
@@ -48,7 +46,7 @@ def test_what_is_sure_in_all_draws_is_not_drawn_again():
     draws = Draws(lambda seed, gone: {3: 0.9, 5: 0.875 + seed / 32})
     looks = Looks(draws)
     seen = looks.seen(frozenset())
-    assert draws.asked == [(seed, frozenset(), True) for seed in range(1, 1 + DRAWS)]
+    assert draws.asked == [(seed, frozenset()) for seed in range(1, 1 + DRAWS)]
     assert seen.prices == {3: price_of([0.9] * 2, 15), 5: price_of([0.90625, 0.9375], 15)}
     looks.seen(frozenset())
     assert len(draws.asked) == DRAWS
