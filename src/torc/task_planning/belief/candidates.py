@@ -18,6 +18,14 @@ def suspects_of(context: PlanningContext) -> dict[int, float]:
     return {k: v / total for k, v in p.items()}
 
 
+def may_be_in_sight(context: PlanningContext) -> bool:
+    """Whether an object in sight may be a target that perception has not recognised: it suspects one, or nothing tells
+    it what the target looks like.
+    """
+    p = [k.target_p for k in context.scene.known if k.id in context.scene.ids]
+    return bool(p) and (max(p) == 0 or max(p) >= _WORTH)
+
+
 def candidates_of(
     belief: Belief, suspects: dict[int, float], ways: dict[int, Ways], config: SearchConfig
 ) -> tuple[int, ...]:

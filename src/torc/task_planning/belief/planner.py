@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from torc.records import TARGET_ID, Decision, PlanningContext
+from torc.task_planning.belief.candidates import may_be_in_sight
 from torc.task_planning.belief.costs import Ways, ways_of
 from torc.task_planning.belief.hidden_target import Search, search_target
 from torc.task_planning.belief.settings import BeliefConfig
@@ -55,9 +56,7 @@ class BeliefPlanner:
     def _find(self, context: PlanningContext, ways: dict[int, Ways], rng: np.random.Generator) -> Decision:
         search = search_target(context, ways, self.config, rng)
         evidence = {"belief": search_evidence(search, context.scene.observation)}
-        # A perception that knows the target by its looks may not know it: each object in sight may still be it.
-        told_by_labels = not context.scene.known
-        if told_by_labels and search.presence < self.config.give_up.below:
+        if search.presence < self.config.give_up.below and not may_be_in_sight(context):
             return Decision(None, _gives_up(search), give_up=True, evidence={"rule": "give up", **evidence})
         if search.belief.fitting < self.config.particles.fewest:
             return self._by_graph(context, rng, "too few places fit a hidden target", evidence)

@@ -59,6 +59,7 @@ def search_evidence(search: Search, observation: Observation) -> dict[str, Any]:
         "beyond": _short(search.places.beyond),
         "particles": belief.fitting,
         "presence": _short(search.presence),
+        "suspects": {str(k): _short(p) for k, p in search.suspects.items()},
         **belief_tiles(belief, observation),
     }
 
