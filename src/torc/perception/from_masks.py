@@ -14,6 +14,7 @@ from torc.geometry.extent import Extent
 from torc.perception.embedded.crops import crop
 from torc.perception.embedded.model import describe
 from torc.perception.extent import size_in_sight, stretch
+from torc.perception.fixed import without_fixed
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig, segment
 from torc.perception.target import (
@@ -109,7 +110,8 @@ class FromMasks(ABC):
         pictures that show nothing, and MissingDependencyError without onnxruntime.
         """
         config, masks = self.config, self.find(observation, wanted)
-        label, sureness = masks.label, masks.sureness
+        label = without_fixed(masks.label, observation, self.workspace, config.clouds)
+        sureness = masks.sureness
         carried = None if before is None else carried_over(before, observation, config.tracking)
         if before is not None and carried is not None:
             label, sureness = settled_masks(label, sureness, before, carried, config.tracking)

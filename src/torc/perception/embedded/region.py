@@ -10,7 +10,7 @@ from torc.records import VoxelGrid
 
 _LEAST_M, _MOST_M = 0.004, 0.6
 """Heights above the support at which something can be an object."""
-_NOISE = 3.0
+NOISE = 3.0
 """What rises less than so many times the support's own roughness is none."""
 _SUPPORT_M = 0.015
 _RIM_M = 0.05
@@ -50,13 +50,13 @@ def rising(view: View, grid: VoxelGrid) -> Bool[np.ndarray, "h w"]:
     points = unproject(rows, cols, view.depth_m[rows, cols].astype(np.float64), view.K, view.T_world_camera)
     inside = ((points[:, :2] >= grid.origin[:2]) & (points[:, :2] <= grid.upper[:2])).all(axis=1)
     height = points[:, 2] - view.support_z_m
-    least = max(_LEAST_M, _NOISE * _roughness(height[inside]))
+    least = max(_LEAST_M, NOISE * support_roughness(height[inside]))
     mask = np.zeros(view.depth_m.shape, np.uint8)
     mask[rows, cols] = inside & (height > least) & (height < _MOST_M)
     return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0)
 
 
-def _roughness(height: Float[np.ndarray, "n"]) -> float:
-    """Standard deviation of what lies flat, as the median tells it."""
+def support_roughness(height: Float[np.ndarray, "n"]) -> float:
+    """Standard deviation of what lies flat, as the median tells it; `height` is above the support, metres."""
     flat = np.abs(height[np.abs(height) < _SUPPORT_M])
     return 1.48 * float(np.median(flat)) if len(flat) else 0.0
