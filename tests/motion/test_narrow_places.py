@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from tests.helpers.motion_checker import PlanChecker
+from torc.collision.world import CollisionConfig
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
 from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
 from torc.records import PickPlan
+from torc.robots.kinematics import sphere_centers
 
 SHORT = MotionConfig(search=SearchConfig(max_iterations=60))
 """Searches so short that they often fail."""
@@ -68,3 +70,40 @@ def smeared(request: PickRequest, by_m: tuple[float, float, float]) -> PickReque
     wrong = replace(own, points=points, normals=twice[0], pixels=twice[1])
     objects = tuple(wrong if o.id == own.id else o for o in scene.objects)
     return replace(request, scene=replace(scene, objects=objects))
+
+
+def test_free_motions_keep_room_to_shelf_and_table_where_their_ends_do(robot, shelf, requests_in_shelf):
+    """Without room most come closer to something fixed than the gripper is at either end, by more than they may graze
+    it.
+    """
+    grazing_m = SearchConfig().grazing_m
+    close = {}
+    for room_m in (0.0, SearchConfig().room_m):
+        config = MotionConfig(search=SearchConfig(room_m=room_m))
+        planned = [
+            SamplingMotionPlanner(robot, shelf, config).plan_pick(r, np.random.default_rng(seed))
+            for r in requests_in_shelf
+            for seed in range(2)
+        ]
+        rooms = [_closer_than_ends_m(robot, shelf, p.free.qpos) for p in planned if isinstance(p, PickPlan)]
+        close[room_m] = sum(m > grazing_m for m in rooms), len(rooms)
+    (without, first), (with_room, second) = close.values()
+    assert second == first
+    assert without >= 0.6 * first
+    assert with_room <= 0.2 * second
+
+
+def _closer_than_ends_m(robot, workspace, qpos):
+    """By how much the gripper comes closer to some fixed box than at both ends, up to the room that it may have."""
+    config = CollisionConfig()
+    most_m = config.gripper_static_padding_m + SearchConfig().room_m
+    gripper = robot.spheres.link >= len(robot.arm.joint_names)
+    centers = sphere_centers(robot, qpos, np.full(len(qpos), robot.gripper.max_width_m))[:, gripper]
+    gaps = [
+        np.linalg.norm(np.maximum(np.abs(centers - b.center) - np.array(b.size) / 2, 0), axis=2)
+        - robot.spheres.radii[gripper]
+        for b in workspace.static_boxes()
+    ]
+    nearest = np.stack([g.min(axis=1) for g in gaps])
+    ends = np.minimum(np.minimum(nearest[:, 0], nearest[:, -1]), most_m)
+    return float((ends - nearest.min(axis=1)).max())

@@ -8,7 +8,7 @@ import pytest
 from torc.collision.checks import robot_arrays
 from torc.motion.config import MotionConfig, SearchConfig
 from torc.motion.smoothing import corner_blends, shortcut
-from torc.motion.space import MotionQuery, free_space
+from torc.motion.space import MotionQuery, free_space, grown
 from torc.motion.timed_motions import free_path, timed_motion
 from torc.motion.tree_search import tree_search
 from torc.records import PlanStage
@@ -117,3 +117,30 @@ def _free(space, path):
 
 def _length(path):
     return np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+
+
+def test_room_is_all_that_the_ends_leave(space, queries):
+    """Start and goals touch none of the larger boxes; each box of the next size they would touch."""
+    room_m, found = 0.2, set()
+    for a, b in queries:
+        given = MotionQuery(space, a, b[None])
+        roomy = given.with_room(room_m)
+        by_m = (roomy.space.world.boxes[:, 3:] - space.world.boxes[:, 3:]) / room_m
+        assert np.allclose(by_m, by_m[:, :1])
+        assert set(np.round(by_m[:, 0], 9)) <= {0.0, 0.5, 1.0}
+        assert not roomy.space.collides(np.stack([a, b])).any()
+        for box, share in enumerate(by_m[:, 0]):
+            if share < 0.9:
+                next_m = np.zeros(len(by_m))
+                next_m[box] = room_m * (share + 0.5)
+                assert grown(space, next_m).collides(np.stack([a, b])).any()
+        found |= set(by_m[:, 0].round(9).tolist())
+    assert len(found) > 1
+
+
+def test_a_goal_in_contact_takes_no_room_away(space, queries):
+    a, b = queries[0]
+    drawn = np.random.default_rng(0).uniform(space.lower, space.upper, (500, len(a)))
+    deep = drawn[space.collides(drawn)][0]
+    alone, both = (MotionQuery(space, a, goals).with_room(0.008) for goals in (b[None], np.stack([b, deep])))
+    np.testing.assert_array_equal(alone.space.world.boxes, both.space.world.boxes)

@@ -45,6 +45,7 @@ class SearchConfig:
         blend_rad: corners are rounded within this distance.
         refinements: how often a path that grazes an obstacle is searched for again, with half the step.
         grazing_m: by how much a trajectory may enter the paddings.
+        room_m: what more room to keep to fixed boxes if a motion is found that does, and as far as its ends do.
     """
 
     max_iterations: int = 1500
@@ -54,6 +55,7 @@ class SearchConfig:
     blend_rad: float = 0.35
     refinements: int = 2
     grazing_m: float = 0.003
+    room_m: float = 0.008
 
 
 @dataclass(frozen=True)

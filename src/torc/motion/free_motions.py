@@ -210,8 +210,15 @@ class FreeMotions:
     def _motion(
         self, query: MotionQuery, stage: PlanStage, rng: np.random.Generator
     ) -> tuple[Trajectory, int]:
-        """A free motion to one of the goals, and which."""
-        found = timed_motion(query, self._robot.arm, self._config, rng)
+        """A free motion to one of the goals, and which; with room to fixed obstacles, where there is such a motion.
+
+        The gripper's paddings are thin, for grasps in narrow places: without more room its free motions brushed shelves
+        and the table, at full speed.
+        """
+        arm, config = self._robot.arm, self._config
+        found = timed_motion(query.with_room(config.search.room_m), arm, config, rng)
+        if isinstance(found, PlanStage):
+            found = timed_motion(query, arm, config, rng)
         if found is PlanStage.TIMING:
             raise NoMotionError(found, f"the path found for the {stage} could not be timed and stay free.")
         if isinstance(found, PlanStage):

@@ -88,6 +88,12 @@ def loosened(space: FreeSpace, by_m: float, itself_too: bool = False) -> FreeSpa
     return replace(space, world=world)
 
 
+def grown(space: FreeSpace, by_m: Float[np.ndarray, "b"]) -> FreeSpace:
+    """The same space with each fixed box larger by so much on all sides."""
+    boxes = space.world.boxes + np.outer(by_m, (-1.0, -1.0, -1.0, 1.0, 1.0, 1.0))
+    return replace(space, world=space.world._replace(boxes=boxes))
+
+
 @dataclass(frozen=True)
 class MotionQuery:
     """From where to where, and what is free on the way.
@@ -108,6 +114,23 @@ class MotionQuery:
         """The same with only some of the goals."""
         later_s = None if self.later_s is None else self.later_s[index]
         return replace(self, goals=self.goals[index], later_s=later_s)
+
+    def with_room(self, room_m: float) -> "MotionQuery":
+        """The same, with more room to all fixed boxes but those that the start, or a goal that can be reached, is near:
+        to these with half of that, or none.
+        """
+        goals = self.goals[~self.space.collides(self.goals)]
+        ends = np.vstack([self.start, goals])
+
+        def near(by_m: Float[np.ndarray, "b"]) -> bool:
+            return bool(grown(self.space, by_m).collides(ends).any())
+
+        each = np.eye(len(self.space.world.boxes))
+        by_m = room_m * each.sum(axis=0)
+        if near(by_m):
+            shares = [next((s for s in (1.0, 0.5) if not near(s * room_m * box)), 0.0) for box in each]
+            by_m = room_m * np.array(shares)
+        return replace(self, space=grown(self.space, by_m))
 
     def by_time(self) -> Int[np.ndarray, "g"]:
         """Indices of the goals, the soonest first."""

@@ -8,7 +8,7 @@ import pytest
 
 from torc.errors import InputError
 from torc.geometry.extent import extent
-from torc.records import Decision, KnownObject
+from torc.records import Decision, KnownObject, PickOutcome, PickResult
 from torc.specs.settings import arguments
 from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.costs import ways_of
@@ -220,14 +220,22 @@ def test_it_gives_up_when_all_has_been_seen_and_not_before():
 
 @pytest.mark.parametrize(
     ("target_p", "gives_up"),
-    [({1: 0.012}, False), ({1: 0.008}, True), ({1: 0.0}, False), ({7: 0.5, 1: 0.008}, True)],
+    [
+        ({1: 0.012}, False),
+        ({1: 0.008}, True),
+        ({1: 0.0}, False),
+        ({5: 0.5, 1: 0.008}, True),
+        ({7: 0.02, 1: 0.008}, False),
+    ],
 )
-def test_it_does_not_give_up_while_something_in_sight_may_be_the_target(target_p, gives_up):
-    """Object 7 was seen before, and is not in sight."""
+def test_it_does_not_give_up_while_something_that_is_there_may_be_the_target(target_p, gives_up):
+    """Objects 5 and 7 were seen before, and are not in sight: 5 has been brought."""
     flat = make_context((box(1, 0.60, -0.1, (0.05, 0.05, 0.012)),), valid={1: 2})
     none = np.zeros((0, 3), np.float32)
     known = tuple(KnownObject(k, none, np.ones(1, np.float32), 1.0, target_p=p) for k, p in target_p.items())
-    decision = decide(replace(flat, scene=replace(flat.scene, known=known)))
+    brought = PickOutcome(PickResult.REMOVED, 5, 5, True, True)
+    missed = PickOutcome(PickResult.MISSED, 7, None, False, False)
+    decision = decide(replace(flat, scene=replace(flat.scene, known=known), history=(brought, missed)))
     assert decision.give_up == gives_up
     assert decision.evidence["belief"]["suspects"] == {
         str(k): p for k, p in target_p.items() if k == 1 and p > 0.01

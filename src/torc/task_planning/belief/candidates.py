@@ -18,11 +18,12 @@ def suspects_of(context: PlanningContext) -> dict[int, float]:
     return {k: v / total for k, v in p.items()}
 
 
-def may_be_in_sight(context: PlanningContext) -> bool:
-    """Whether an object in sight may be a target that perception has not recognised: it suspects one, or nothing tells
-    it what the target looks like.
+def may_have_been_seen(context: PlanningContext) -> bool:
+    """Whether what was seen, and is still there, may be a target that perception has not recognised: it suspects an
+    object, or did when it last saw it, or nothing tells it what the target looks like.
     """
-    p = [k.target_p for k in context.scene.known if k.id in context.scene.ids]
+    brought = {outcome.object_id for outcome in context.history if outcome.delivered}
+    p = [k.target_p for k in context.scene.known if k.id not in brought]
     return bool(p) and (max(p) == 0 or max(p) >= _WORTH)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from torc.records import TARGET_ID, Decision, PlanningContext
-from torc.task_planning.belief.candidates import may_be_in_sight
+from torc.task_planning.belief.candidates import may_have_been_seen
 from torc.task_planning.belief.costs import Ways, ways_of
 from torc.task_planning.belief.hidden_target import Search, search_target
 from torc.task_planning.belief.settings import BeliefConfig
@@ -56,7 +56,7 @@ class BeliefPlanner:
     def _find(self, context: PlanningContext, ways: dict[int, Ways], rng: np.random.Generator) -> Decision:
         search = search_target(context, ways, self.config, rng)
         evidence = {"belief": search_evidence(search, context.scene.observation)}
-        if search.presence < self.config.give_up.below and not may_be_in_sight(context):
+        if search.presence < self.config.give_up.below and not may_have_been_seen(context):
             return Decision(None, _gives_up(search), give_up=True, evidence={"rule": "give up", **evidence})
         if search.belief.fitting < self.config.particles.fewest:
             return self._by_graph(context, rng, "too few places fit a hidden target", evidence)

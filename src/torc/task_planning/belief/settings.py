@@ -187,8 +187,8 @@ class SearchConfig:
 
 @dataclass(frozen=True)
 class GiveUpConfig:
-    """When the planner says that the target is not there: hardly any unseen place has room for it, and nothing in sight
-    may be it.
+    """When the planner says that the target is not there: hardly any unseen place has room for it, and nothing that was
+    seen may be it.
 
     Attributes:
         size_m: where the target's size was not told, it may be where a cube of this edge was never seen.
