@@ -66,12 +66,25 @@ class FreeMotions:
         out = way_out(space, start, rng)
         if out is None:
             raise NoMotionError(PlanStage.FREE, "where the arm is, it touches table, bin or itself.")
-        query = MotionQuery(space, out, goals[open_goals])
-        try:
-            motion, chosen = self._motion(query, PlanStage.FREE, rng)
-        except NoMotionError as failed:
-            motion, chosen = self._along_a_line(context, query, rng, failed)
+        motion, chosen = self._with_room(context, MotionQuery(space, out, goals[open_goals]), rng)
         return self._from(start, motion), pairs[chosen]
+
+    def _with_room(
+        self, context: LineContext, query: MotionQuery, rng: np.random.Generator
+    ) -> tuple[Trajectory, int]:
+        """A free motion to one of the pre-grasps, and which; with room to fixed obstacles where there is such a one.
+
+        The gripper's paddings are thin, for grasps in narrow places. Without more room it brushed shelves and the table
+        on its way, at full speed. (What is held has thicker ones.)
+        """
+        try:
+            return self._motion(query.with_room(self._config.search.room_m), PlanStage.FREE, rng)
+        except NoMotionError:
+            pass
+        try:
+            return self._motion(query, PlanStage.FREE, rng)
+        except NoMotionError as failed:
+            return self._along_a_line(context, query, rng, failed)
 
     def to_bin(
         self, context: LineContext, start: Float[np.ndarray, "dof"], rng: np.random.Generator
@@ -210,15 +223,8 @@ class FreeMotions:
     def _motion(
         self, query: MotionQuery, stage: PlanStage, rng: np.random.Generator
     ) -> tuple[Trajectory, int]:
-        """A free motion to one of the goals, and which; with room to fixed obstacles, where there is such a motion.
-
-        The gripper's paddings are thin, for grasps in narrow places: without more room its free motions brushed shelves
-        and the table, at full speed.
-        """
-        arm, config = self._robot.arm, self._config
-        found = timed_motion(query.with_room(config.search.room_m), arm, config, rng)
-        if isinstance(found, PlanStage):
-            found = timed_motion(query, arm, config, rng)
+        """A free motion to one of the goals, and which."""
+        found = timed_motion(query, self._robot.arm, self._config, rng)
         if found is PlanStage.TIMING:
             raise NoMotionError(found, f"the path found for the {stage} could not be timed and stay free.")
         if isinstance(found, PlanStage):
