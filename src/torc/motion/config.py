@@ -45,8 +45,8 @@ class SearchConfig:
         blend_rad: corners are rounded within this distance.
         refinements: how often a path that grazes an obstacle is searched for again, with half the step.
         grazing_m: by how much a trajectory may enter the paddings.
-        room_m: what more room to keep to fixed boxes on the way to the pre-grasp, if a motion is found that does, and as
-            far as its ends do.
+        room_m: how much more room to keep to fixed boxes on the way to the pre-grasp, if a motion is found that does,
+            and as far as its ends do.
     """
 
     max_iterations: int = 1500
