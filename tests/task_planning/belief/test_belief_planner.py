@@ -229,13 +229,15 @@ def test_it_gives_up_when_all_has_been_seen_and_not_before():
     ],
 )
 def test_it_does_not_give_up_while_something_that_is_there_may_be_the_target(target_p, gives_up):
-    """Objects 5 and 7 were seen before, and are not in sight: 5 has been brought."""
+    """Objects 5 and 7 were seen before, and are not in sight: 5 has been brought, as has another object 1 than the one
+    that is called so now.
+    """
     flat = make_context((box(1, 0.60, -0.1, (0.05, 0.05, 0.012)),), valid={1: 2})
     none = np.zeros((0, 3), np.float32)
     known = tuple(KnownObject(k, none, np.ones(1, np.float32), 1.0, target_p=p) for k, p in target_p.items())
-    brought = PickOutcome(PickResult.REMOVED, 5, 5, True, True)
+    brought = [PickOutcome(PickResult.REMOVED, k, k, True, True) for k in (5, 1)]
     missed = PickOutcome(PickResult.MISSED, 7, None, False, False)
-    decision = decide(replace(flat, scene=replace(flat.scene, known=known), history=(brought, missed)))
+    decision = decide(replace(flat, scene=replace(flat.scene, known=known), history=(*brought, missed)))
     assert decision.give_up == gives_up
     assert decision.evidence["belief"]["suspects"] == {
         str(k): p for k, p in target_p.items() if k == 1 and p > 0.01

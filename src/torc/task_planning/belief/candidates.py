@@ -22,8 +22,10 @@ def may_have_been_seen(context: PlanningContext) -> bool:
     """Whether what was seen, and is still there, may be a target that perception has not recognised: it suspects an
     object, or did when it last saw it, or nothing tells it what the target looks like.
     """
-    brought = {outcome.object_id for outcome in context.history if outcome.delivered}
-    p = [k.target_p for k in context.scene.known if k.id not in brought]
+    scene = context.scene
+    # An id may be given again, so that of what has been brought may be in sight.
+    brought = {outcome.object_id for outcome in context.history if outcome.delivered} - {*scene.ids}
+    p = [k.target_p for k in scene.known if k.id not in brought]
     return bool(p) and (max(p) == 0 or max(p) >= _WORTH)
 
 
