@@ -28,8 +28,9 @@ def space(robot):
 
 @pytest.fixture(scope="module")
 def free(space, robot):
-    """Configurations that touch nothing."""
-    some = np.random.default_rng(3).uniform(robot.arm.lower, robot.arm.upper, (3000, robot.arm.dof))
+    """Configurations that touch nothing, off the joint limits: a curve through few samples swings beyond them."""
+    low, high = robot.arm.lower, robot.arm.upper
+    some = low + (high - low) * np.random.default_rng(3).uniform(0.1, 0.9, (3000, robot.arm.dof))
     return some[~space.collides(some)]
 
 
