@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from tests.helpers.full_geometry import FullGeometry
@@ -23,4 +22,6 @@ def test_parts_taken_for_apart_are_apart(name, world, rng):
     barely = qpos[free & self_contacts(wider, robot, qpos, width_m)]
     assert len(barely) > 10
     geometry = FullGeometry(robot)
-    assert not [q.round(3).tolist() for q in barely[:400] if geometry.self_contacts(geometry.place(q, width_m))]
+    assert not [
+        q.round(3).tolist() for q in barely[:400] if geometry.self_contacts(geometry.place(q, width_m))
+    ]
