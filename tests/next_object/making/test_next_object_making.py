@@ -84,6 +84,14 @@ def test_a_decision_after_which_no_order_was_found_is_left_out(monkeypatch):
 
 
 @pytest.mark.long
+def test_a_problem_in_a_workspace_of_its_own_gives_rows():
+    maker = RowMaker(MakingConfig(per_problem=1, most_looks=2))
+    (row,) = maker.rows(load_problem("deep-01"), lambda key: False)
+    assert row.source == "hard"
+    assert sum(row.graspable) >= 2
+
+
+@pytest.mark.long
 def test_rows_are_made_gone_on_with_and_numbered_by_the_key(tmp_path, capsys):
     def make(out, *more):
         line = [

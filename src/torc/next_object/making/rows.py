@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from torc.next_object.making.valuing import value_choices
 from torc.next_object.making.visits import visits
 from torc.next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
 from torc.objects.library import load_object
-from torc.pipeline.building import build_system
+from torc.pipeline.building import System, build_system
 from torc.problems.problem import Problem, problem_text
 from torc.problems.sets import problem_names
 from torc.records import TARGET_ID, PlanningContext
@@ -73,11 +74,10 @@ class MakingConfig:
 
 
 class RowMaker:
-    """Makes rows, problem by problem; its parts are built once."""
+    """Makes rows, problem by problem."""
 
     def __init__(self, config: MakingConfig, known: KnownValues | None = None) -> None:
         self.config, self._known = config, known or KnownValues(None)
-        self._system = build_system(Conditions())
         self._baselines = Baselines()
 
     def scene(self, problem: Problem) -> str:
@@ -91,11 +91,11 @@ class RowMaker:
         if problem.absent:
             raise InputError(f"{problem.name}: its target is not there, so no order leads to it.")
         config, scene = self.config, self.scene(problem)
-        episode = EpisodeConfig(MAX_PICKS, 0)
+        system, episode = _system(problem.workspace), EpisodeConfig(MAX_PICKS, 0)
         with ExitStack() as stack:
             # Pictures in color take long, and the search for values needs none.
-            looks = Looks(stack.enter_context(open_sandbox(problem, self._system, episode)))
-            seeing = Looks(stack.enter_context(open_sandbox(problem, self._system, episode, color=True)))
+            looks = Looks(stack.enter_context(open_sandbox(problem, system, episode)))
+            seeing = Looks(stack.enter_context(open_sandbox(problem, system, episode, color=True)))
             references = _references(problem)
             chosen = visits(looks.context, config.per_problem, self._rng(scene))
             for gone in chosen:
@@ -161,6 +161,12 @@ class RowMaker:
                 {name: to_number.get(k) if k is not None else None for name, k in chosen.items()}
             ),
         )
+
+
+@cache
+def _system(workspace: str) -> System:
+    """The parts around a problem that names its workspace, or names none; built once."""
+    return build_system(Conditions().at(workspace))
 
 
 @dataclass(frozen=True)
