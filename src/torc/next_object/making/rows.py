@@ -195,7 +195,8 @@ def source_of(problem: Problem) -> str:
     """Where a problem comes from: "torc40", "hard" (one of the harder families), or "generated"."""
     if problem.name in problem_names("torc40"):
         return "torc40"
-    return "hard" if problem.origin.get("wanted_family") or problem.origin.get("family") else "generated"
+    of_family = problem.origin.get("wanted_family") or problem.origin.get("family")
+    return "hard" if of_family or problem.name in problem_names("torc-hard") else "generated"
 
 
 def split_of(problem: Problem, scene: str) -> str:
