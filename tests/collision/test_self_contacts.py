@@ -1,4 +1,4 @@
-"""What is taken for off the robot itself is so by its whole geometry, not only by its spheres."""
+"""Parts of the robot that its spheres call apart are apart by its whole geometry."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ NEAR_M = 0.005
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_parts_taken_for_apart_are_apart(name, world, rng):
+def test_parts_called_apart_are_apart(name, world, rng):
     robot = load_robot(name)
     qpos = rng.uniform(robot.arm.lower, robot.arm.upper, (20_000, robot.arm.dof))
     wider = replace(world, config=replace(world.config, self_padding_m=world.config.self_padding_m + NEAR_M))

@@ -23,7 +23,7 @@ def may_have_been_seen(context: PlanningContext) -> bool:
     object, or did when it last saw it, or nothing tells it what the target looks like.
     """
     scene = context.scene
-    # An id may be given again, so that of what has been brought may be in sight.
+    # Ids are used again: one in sight is not that of what was brought.
     brought = {outcome.object_id for outcome in context.history if outcome.delivered} - {*scene.ids}
     p = [k.target_p for k in scene.known if k.id not in brought]
     return bool(p) and (max(p) == 0 or max(p) >= _WORTH)
