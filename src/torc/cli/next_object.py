@@ -17,8 +17,9 @@ class MakeCommand:
     """Make decisions with the value of every choice, as Parquet files.
 
     Of every problem it takes the first look, and looks on the way of dg-select
-    and random; each takes some tens of looks of the simulation. Stop it at any
-    time: rows are kept beside --out, and the same command goes on. For example:
+    and random. To find a decision's values takes some tens of looks of the
+    simulation; those that are known (--values) need none. Stop it at any time: rows
+    are kept beside --out, and the same command goes on. For example:
 
       torc next-object make --problems torc40 --decisions 100 --out next_object
       torc problems generate --structured --count 20 --seed 91 --out fresh
@@ -37,7 +38,8 @@ class MakeCommand:
     per_problem: int = 5
     """Decisions of each problem, at most."""
     looks: int = 40
-    """Looks of each search for values; more make its intervals narrower, and take longer."""
+    """Looks of each search for values; more make its intervals narrower, and take longer. 0 makes only the decisions
+    whose values are known."""
     values: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Values that were found before, and need no search: results/next-object/values.jsonl has those of the published
     set. Those of further decisions are added."""
@@ -54,6 +56,10 @@ class MakeCommand:
 
         if self.workers < 1 or (self.decisions is not None and self.decisions < 1):
             raise InputError("--workers and --decisions must be at least 1.")
+        if self.looks == 0 and self.values is None:
+            raise InputError(
+                "--looks 0 makes only decisions whose values are known: name them by --values FILE."
+            )
         options: dict[str, Any] = {"per_problem": self.per_problem, "most_looks": self.looks}
         if self.hidden_seed is not None:
             if self.values is not None:

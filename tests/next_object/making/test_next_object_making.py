@@ -8,6 +8,7 @@ import pytest
 from torc.cli.main import parse
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
+from torc.errors import InputError
 from torc.next_object.data.checking import check_directory
 from torc.next_object.making import rows as rows_module
 from torc.next_object.making.looks import Looks
@@ -81,6 +82,21 @@ def test_a_decision_after_which_no_order_was_found_is_left_out(monkeypatch):
     monkeypatch.setattr(rows_module, "value_choices", lambda *_: unknown)
     maker = RowMaker(MakingConfig(per_problem=1))
     assert list(maker.rows(load_problem("validation-unstructured-01"), lambda key: False)) == []
+
+
+@pytest.mark.long
+def test_without_looks_only_the_decisions_are_made_whose_values_are_known(tmp_path):
+    values = tmp_path / "values.jsonl"
+    line = ["next-object", "make", "--problems", "validation-unstructured-01", "--values", str(values)]
+    with pytest.raises(InputError, match=r"No values are known"):
+        parse([*line, "--out", str(tmp_path / "none"), "--looks", "0"]).run()
+    parse([*line, "--out", str(tmp_path / "a"), "--looks", "2", "--decisions", "1"]).run()
+    known = values.read_bytes()
+    parse([*line, "--out", str(tmp_path / "b"), "--looks", "0"]).run()
+    assert check_directory(tmp_path / "a")[0] == check_directory(tmp_path / "b")[0]
+    assert values.read_bytes() == known
+    parse([*line, "--out", str(tmp_path / "b"), "--looks", "2", "--per-problem", "2"]).run()
+    assert len(check_directory(tmp_path / "b")[0]) == 2
 
 
 @pytest.mark.long

@@ -59,7 +59,8 @@ def build(making: Making, out: Path, most: int | None, say: Say) -> Built:
         if most is not None and new >= most:
             break
     if not any(aside.glob("*.parquet")):
-        raise InputError(f"No decision could be made of these problems. {' '.join(skipped)}")
+        why = "" if making.config.most_looks else "No values are known: let looks search for them. "
+        raise InputError(f"No decision could be made of these problems. {why}{' '.join(skipped)}")
     rows = read_rows(aside)
     splits = write_splits(out, rows)
     publish(out, rows, making.config.hidden)
@@ -122,7 +123,9 @@ def _of_problem(order: _Order, maker: RowMaker, say: Say) -> Iterator[str | None
     except (InputError, PhysicsError) as error:
         say(f"{order.place}left out: {error}")
         yield str(error)
-    done.touch()
+    # Decisions whose values are not known yet are still to come.
+    if config.most_looks > 0:
+        done.touch()
 
 
 @cache

@@ -55,7 +55,8 @@ class MakingConfig:
         key: of all hashes and draws; secret where rows are to be kept from those who could make them again.
         hidden: all rows are of the split "hidden".
         per_problem: decisions of a problem, at most.
-        most_looks: of each decision's search for values; more make intervals narrower.
+        most_looks: of each decision's search for values; more make intervals narrower. 0 makes only the decisions
+            whose values are known.
     """
 
     key: str = PUBLIC_KEY
@@ -64,8 +65,8 @@ class MakingConfig:
     most_looks: int = 40
 
     def __post_init__(self) -> None:
-        if self.per_problem < 1 or self.most_looks < 1:
-            raise InputError("A problem needs one decision, and a decision one look, at least.")
+        if self.per_problem < 1 or self.most_looks < 0:
+            raise InputError("A problem needs one decision at least, and looks cannot be fewer than none.")
 
     def digest(self, *parts: str) -> str:
         """A hash that tells nothing of the parts."""
@@ -106,6 +107,8 @@ class RowMaker:
                 if len(context.scene.ids) > MOST_CHOICES or len(graspable_ids(context)) < 2:
                     continue
                 values = self._known.get(key)
+                if values is None and config.most_looks == 0:
+                    continue
                 if values is None:
                     visible, first = context.scene.ids, first_tries(looks.context(gone))
                     found = value_choices(looks, gone, visible, config.most_looks, first)
