@@ -114,10 +114,7 @@ def card(rows: Sequence[NextObjectRow]) -> str:
         "language": ["en"],
         "size_categories": ["n<1K" if len(rows) < 1000 else "1K<n<10K"],
         "configs": [{"config_name": "default", "data_files": files}],
-        "dataset_info": {
-            "features": [{"name": name, **_yaml_feature(f)} for name, f in FEATURES.items()],
-            "splits": [{"name": split, "num_examples": len(some)} for split, some in splits.items()],
-        },
+        "dataset_info": {"features": [{"name": name, **_yaml_feature(f)} for name, f in FEATURES.items()]},
     }
     lines = ["| split | decisions | problems | target hidden |", "|---|---|---|---|"]
     for split, some in splits.items():
