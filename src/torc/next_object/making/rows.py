@@ -107,9 +107,9 @@ class RowMaker:
                 if len(context.scene.ids) > MOST_CHOICES or len(graspable_ids(context)) < 2:
                     continue
                 values = self._known.get(key)
-                if values is None and config.most_looks == 0:
-                    continue
                 if values is None:
+                    if config.most_looks == 0:
+                        continue
                     visible, first = context.scene.ids, first_tries(looks.context(gone))
                     found = value_choices(looks, gone, visible, config.most_looks, first)
                     if not any(found.orders.values()):
