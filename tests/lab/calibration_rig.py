@@ -72,7 +72,7 @@ class ErringArm:
         return self.says
 
     def follow(self, trajectory, guard=None):
-        slow = stretched(trajectory, stretch_for(trajectory, limits(self.lab)))
+        slow = stretched(trajectory, stretch_for(trajectory, limits(self.lab), self.lab.robot))
         faults = motion_faults(slow, self.says, 0.002, limits(self.lab), self.lab.robot)
         assert not faults, faults
         self.followed.append(trajectory)

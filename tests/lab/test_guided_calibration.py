@@ -13,9 +13,10 @@ from torc.errors import InputError
 from torc.geometry.transforms import invert
 from torc.lab.calibration.guided import collect_guided
 from torc.lab.calibration.hand_eye import check_views, solve_hand_eye
-from torc.lab.calibration.proposals import calibration_space, in_sight, motion_to, proposed, tour
+from torc.lab.calibration.proposals import calibration_space, in_sight, proposed, tour
 from torc.lab.checks import motion_faults, stretch_for, stretched
 from torc.lab.devices import limits
+from torc.lab.empty_table import motion_above
 from torc.lab.protocols import LabError
 from torc.robots.kinematics import tool0_poses
 
@@ -47,11 +48,11 @@ def test_the_motions_between_them_touch_nothing_on_the_full_geometry(lab, held):
     here, moved, checker = sight.qpos, 0, FullGeometry(lab.robot)
     fixed = solid_boxes(lab.workspace.static_boxes())
     for k in tour(poses, here):
-        motion = motion_to(sight, space, here, poses[k], np.random.default_rng(k))
+        motion = motion_above(space, lab.robot.arm, here, poses[k][None], np.random.default_rng(k))
         if motion is None:
             continue
         moved, here = moved + 1, poses[k]
-        slow = stretched(motion, stretch_for(motion, limits(lab)))
+        slow = stretched(motion, stretch_for(motion, limits(lab), lab.robot))
         assert not motion_faults(slow, motion.qpos[0], 0.0, limits(lab), lab.robot)
         for q in motion.qpos[:: max(1, len(motion.qpos) // 10)]:
             placed = checker.place(q, 0.04)

@@ -1,6 +1,7 @@
 """Plans that leave a laboratory's limits are none."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,9 @@ from test_supervisor import WIDE
 from torc.lab.checks import limits_of
 from torc.lab.planning import LimitedMotionPlanner
 from torc.records import PickPlan, PlanFailure, PlanStage
+
+POINTS = np.zeros((0, 3), np.float32)
+REQUEST = SimpleNamespace(scene=SimpleNamespace(object=lambda object_id: SimpleNamespace(points=POINTS)))
 
 
 class Planner:
@@ -38,7 +42,7 @@ def of_robot(robot):
 
 
 def answer(robot, limits, drawn):
-    return LimitedMotionPlanner(Planner(drawn), robot, limits).plan_pick(None, np.random.default_rng(0))
+    return LimitedMotionPlanner(Planner(drawn), robot, limits).plan_pick(REQUEST, np.random.default_rng(0))
 
 
 def test_what_is_within_the_limits_stays_and_speed_is_no_matter(robot, of_robot):

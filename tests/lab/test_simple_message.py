@@ -5,6 +5,7 @@ import struct
 import threading
 import time
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -182,7 +183,8 @@ def test_what_the_controller_refuses_is_told_in_words(arm, robot):
     with pytest.raises(LabError, match="does not start where the arm is"):
         arm.start(motion(robot.arm.rest_qpos + 0.01))
     watched = ready(arm, robot)
-    watched.limits = limits_of(robot, *WIDE, 9.0, 0.01)
+    fast = limits_of(robot, *WIDE, 9.0, 0.01, tcp_speed_m_s=99.0)
+    watched.limits = replace(fast, max_acceleration=np.full(7, 1e3))
     with pytest.raises(RobotStoppedError, match="too fast"):
         watched.follow(motion(robot.arm.rest_qpos, by=1.5, duration_s=0.5, n=101))
 

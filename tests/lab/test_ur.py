@@ -2,7 +2,6 @@
 
 import threading
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from torc.errors import InputError
 from torc.lab.protocols import ArmDriver, LabError
 from torc.lab.twin.ur import UrTwin
 from torc.lab.ur.arm import UrArm, UrConfig, set_points, ur_fault
+from torc.robots.loading import load_robot
 from torc.robots.protocols import ContactGuard
 from torc.testing.arm_conformance import motion_on
 
@@ -20,22 +20,9 @@ pytest.importorskip("rtde_control", reason="ur_rtde is not installed")
 SERVO_J, SERVO_STOP = 11, 16
 
 
-@pytest.fixture
-def six_joints(robot):
-    """The shipped robot without its last joint: as many as a UR has."""
-    arm, cut = robot.arm, {}
-    for name in (
-        "joint_names",
-        "Ts_parent_joint",
-        "axes",
-        "lower",
-        "upper",
-        "max_speed",
-        "max_acceleration",
-        "rest_qpos",
-    ):
-        cut[name] = getattr(arm, name)[:6]
-    return replace(robot, arm=replace(arm, **cut))
+@pytest.fixture(scope="module")
+def six_joints():
+    return load_robot("ur5e_2f85")
 
 
 @pytest.fixture

@@ -53,12 +53,14 @@ def test_the_ways_are_where_the_fingertips_go(robot, pick):
 
 def test_they_are_told_in_words_at_the_speed_of_the_laboratory(robot, pick):
     ways = tcp_ways(robot, pick)
-    quick, slow = (limits_of(robot, *WIDE, share, 0.0) for share in (1.0, 0.01))
+    quick, slow = (limits_of(robot, *WIDE, share, 0.0, 9.0) for share in (1.0, 0.01))
     lowest = 100 * (min(z for _, _, z in ways["free"]) - 1.05)
-    text = ways_text(ways, pick, quick, 1.05)
+    text = ways_text(ways, pick, robot, quick, 1.05)
     assert f"free {_length(ways['free']):.2f} m in 0 s, lowest at {lowest:+.0f} cm" in text
     assert text.count(" m in ") == 5
-    seconds = int(ways_text(ways, pick, slow, 1.05).split("free ")[1].split(" m in ")[1].split(" s")[0])
+    seconds = int(
+        ways_text(ways, pick, robot, slow, 1.05).split("free ")[1].split(" m in ")[1].split(" s")[0]
+    )
     fastest = np.abs(pick.free.qvel[:, 0]).max() / (0.01 * robot.arm.max_speed[0])
     assert seconds == pytest.approx(fastest * pick.free.duration_s, abs=1)
 

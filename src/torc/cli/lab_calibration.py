@@ -106,13 +106,13 @@ class CalibrateCommand:
         from torc.cameras.kinds import open_camera
         from torc.lab.calibration.guided import collect_guided
         from torc.lab.calibration.session import collect_views
-        from torc.lab.devices import close_device, connect_arm, limits, stop_and_close
+        from torc.lab.devices import close_camera, connect_arm, limits, stop_and_close
         from torc.lab.person import ask_in_terminal
         from torc.lab.supervisor import SupervisedArm
 
         with ExitStack() as stack:
             camera = open_camera(lab.conditions)
-            stack.callback(close_device, camera)
+            stack.callback(close_camera, camera)
             driver = connect_arm(lab)
             stack.callback(stop_and_close, driver)
             if self.jog:

@@ -30,6 +30,7 @@ from torc.cli.settings import SettingsCommand
 from torc.cli.view import ViewCommand
 from torc.cli.vlm_eval import VlmEvalCommand
 from torc.errors import InputError, TorcError
+from torc.interrupts import ended_like_ctrl_c
 
 TORC = Group(
     "Find and retrieve one object from clutter, one pick after another.",
@@ -91,7 +92,8 @@ def _run(arguments: list[str]) -> str | int | None:
         print(f"torc {torc.__version__}")
         return 0
     try:
-        return parse(arguments).run()
+        with ended_like_ctrl_c():
+            return parse(arguments).run()
     except SystemExit as ended:  # --help, or a wrong option
         return ended.code
     except KeyboardInterrupt:

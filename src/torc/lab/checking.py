@@ -1,10 +1,8 @@
-"""What a laboratory's devices say of themselves: tried one by one, before anybody relies on them."""
+"""Every device of a laboratory, tried one by one before anybody relies on it."""
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -12,63 +10,83 @@ import numpy as np
 from torc.cameras.kinds import open_camera
 from torc.cameras.poses import placed
 from torc.errors import InputError, TorcError
-from torc.lab.calibration.marker import MOVED_M, marker_of_file, marker_shift_m
-from torc.lab.devices import close_device, connect_arm, connect_gripper, is_at_rest_pose, limits
+from torc.lab.calibration.marker import MOVED_M, marker_shift_m
+from torc.lab.calibration.noted import is_calibrated, marker_of_lab
+from torc.lab.checking_motions import check_motions
+from torc.lab.devices import (
+    close_arm,
+    close_camera,
+    close_gripper,
+    connect_arm,
+    connect_gripper,
+    is_at_rest_pose,
+    is_ready,
+    limits,
+)
+from torc.lab.driver_rules import state_faults
+from torc.lab.finding import Finding
+from torc.lab.identity import check_standing
 from torc.lab.lab_file import Lab
 from torc.lab.person import Ask
-from torc.lab.protocols import ArmDriver
-from torc.lab.supervisor import SupervisedArm, SupervisorConfig
-from torc.records import Trajectory
-from torc.robots.protocols import Gripper
+from torc.lab.protocols import ArmDriver, GripperDriver, LabError, NeedsActivation, PowersServos
+from torc.lab.robotiq.gripper import RobotiqGripper
+from torc.lab.supervisor import SupervisorConfig
+from torc.plugins import blamed
 
 _WATCH_S, _POWERED_S, _APART_S = 1.0, 0.5, 0.5
-_SMALL_RAD, _SMALL_S = 0.03, 3.0
 _LEAST_READ = 0.5
 _MOST_OFF_M = 0.01
 
 
-@dataclass(frozen=True)
-class Finding:
-    """Something about a device, and whether it is as it should be."""
-
-    device: str
-    good: bool
-    text: str
-
-
 def check_lab(lab: Lab, ask: Ask | None = None) -> Iterator[Finding]:
     """Tries every device of a lab file. Nothing moves without `ask`, which is asked before each small motion."""
-    yield from _tried("arm", lambda: connect_arm(lab), lambda arm: _arm(lab, arm, ask))
-    yield from _tried("gripper", lambda: connect_gripper(lab), lambda gripper: _gripper(lab, gripper, ask))
-    yield from _tried("camera", lambda: open_camera(lab.conditions), lambda camera: _camera(lab, camera))
+    yield from _tried("arm", lambda: connect_arm(lab), lambda arm: _arm(lab, arm, ask), close_arm)
+    yield from _tried(
+        "gripper", lambda: connect_gripper(lab), lambda gripper: _gripper(lab, gripper, ask), close_gripper
+    )
+    yield from _tried(
+        "camera", lambda: open_camera(lab.conditions), lambda camera: _camera(lab, camera), close_camera
+    )
 
 
 def _tried(
-    what: str, connect: Callable[[], Any], look: Callable[[Any], Iterator[Finding]]
+    what: str,
+    connect: Callable[[], Any],
+    look: Callable[[Any], Iterator[Finding]],
+    close: Callable[[Any], None],
 ) -> Iterator[Finding]:
     """What a look at a device finds; a fault ends it, and is a finding."""
+    mend = "Mend the driver."
     try:
-        device = connect()
+        with blamed(f"The {what}'s driver", LabError, mend):
+            device = connect()
     except TorcError as error:
         yield Finding(what, False, str(error))
         return
     try:
-        yield from look(device)
+        with blamed(f"The {what}'s driver", LabError, mend):
+            yield from look(device)
     except TorcError as error:
         yield Finding(what, False, str(error))
     finally:
-        close_device(device)
+        close(device)
 
 
 def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
-    enable: Any = getattr(arm, "enable", None)
-    off = enable is not None and arm.status().stopped
+    broken = state_faults(arm)
+    for rule in broken:
+        yield Finding("arm", False, f"its driver breaks a rule: {rule}")
+    if broken:
+        return
+    off = isinstance(arm, PowersServos) and arm.status().stopped
     if off and ask is not None and ask(f"{arm.name}: power the servos and let motions in?"):
-        enable()
+        assert isinstance(arm, PowersServos)
+        arm.enable()
         time.sleep(_POWERED_S)
     yield _rates(arm)
     status = arm.status()
     yield Finding("arm", not status.stopped, status.stopped or "may move")
+    yield from _standing(lab, arm)
     joints = ", ".join(f"{v:.3f}" for v in status.qpos)
     within = limits(lab)
     inside = bool(((status.qpos >= within.lower) & (status.qpos <= within.upper)).all())
@@ -83,8 +101,22 @@ def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
         else "feels no contacts: approaches are slow, grasps keep further away, and nobody but you stops it"
     )
     yield Finding("arm", True, feels)
-    if ask is not None:
-        yield from _small_motions(lab, arm, ask)
+    if ask is not None and not status.stopped:
+        yield from check_motions(lab, arm, ask)
+
+
+def _standing(lab: Lab, arm: ArmDriver) -> Iterator[Finding]:
+    """Where its base is in the world, and what of the robot could not be compared with the model."""
+    base = lab.robot.arm.T_world_base
+    x, y, z = base[:3, 3]
+    yield Finding(
+        "arm",
+        True,
+        f"its first joint is modelled at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the world frame, in which table, bin and "
+        "camera are given: measure whether it is there",
+    )
+    for name in check_standing(lab.robot.arm, arm, lab.held_joints):
+        yield Finding("arm", False, f"{name} of held_joints is not reported: is its name right?")
 
 
 def _rates(arm: ArmDriver) -> Finding:
@@ -102,26 +134,12 @@ def _rates(arm: ArmDriver) -> Finding:
     return Finding("arm", good, text if good else f"{text}: too old, {stale * 1e3:.0f} ms is the most")
 
 
-def _small_motions(lab: Lab, arm: ArmDriver, ask: Ask) -> Iterator[Finding]:
-    supervised = SupervisedArm(arm, lab.robot, limits(lab))
-    times = np.linspace(0, _SMALL_S, 61)
-    there_and_back = 0.5 * _SMALL_RAD * (1 - np.cos(2 * np.pi * times / _SMALL_S))
-    for joint, name in enumerate(lab.robot.arm.joint_names):
-        if not ask(f"{arm.name}: turn joint {joint + 1} ({name}) by {_SMALL_RAD:g} rad and back?"):
-            yield Finding("arm", True, f"joint {joint + 1} was not tried")
-            continue
-        path = supervised.qpos + np.outer(there_and_back, np.eye(lab.robot.arm.dof)[joint])
-        result = supervised.follow(Trajectory(times, path, np.gradient(path, times, axis=0)))
-        yield Finding("arm", result.reached, f"joint {joint + 1} " + (result.detail or "moved and came back"))
-
-
-def _gripper(lab: Lab, gripper: Gripper, ask: Ask | None) -> Iterator[Finding]:
+def _gripper(lab: Lab, gripper: GripperDriver, ask: Ask | None) -> Iterator[Finding]:
     name = getattr(gripper, "name", type(gripper).__name__)
-    ready = getattr(gripper, "ready", True)
-    activate: Any = getattr(gripper, "activate", None)
+    ready = is_ready(gripper)
     if not ready and ask is not None and ask(f"{name}: activate? Its fingers open and close all the way."):
-        activate()
-        ready = getattr(gripper, "ready", True)
+        cast(NeedsActivation, gripper).activate()
+        ready = is_ready(gripper)
     yield Finding("gripper", ready, f"{name} is {'ready' if ready else 'not activated: add --move'}")
     wanted = lab.robot.gripper.max_width_m
     same = abs(gripper.max_width_m - wanted) < 0.002
@@ -133,13 +151,12 @@ def _gripper(lab: Lab, gripper: Gripper, ask: Ask | None) -> Iterator[Finding]:
     yield Finding(
         "gripper", True, f"{state.width_m * 1e3:.0f} mm open" + (", holds something" if state.holding else "")
     )
-    calibrate: Any = getattr(gripper, "calibrate", None)
     if (
         ask is not None
-        and calibrate
+        and isinstance(gripper, RobotiqGripper)
         and ask(f"{name}: open and close all the way, with nothing between the fingers?")
     ):
-        scale = calibrate()
+        scale = gripper.calibrate()
         yield Finding(
             "gripper",
             True,
@@ -174,10 +191,9 @@ def _camera(lab: Lab, camera: Any) -> Iterator[Finding]:
 
 def _drift(lab: Lab, seen: Any) -> Iterator[Finding]:
     """Whether the marker on the table is where the calibration saw it; nothing without a calibration."""
-    told = lab.conditions.settings.get("camera.pose")
-    if not isinstance(told, str) or Path(told).suffix not in (".yaml", ".yml") or not Path(told).is_file():
+    if not is_calibrated(lab):
         return
-    marker = marker_of_file(Path(told))
+    marker = marker_of_lab(lab)
     if marker is None:
         yield Finding(
             "camera", True, "its calibration noted no marker on the table: a shift since is not noticed"

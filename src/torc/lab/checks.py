@@ -7,10 +7,18 @@ from jaxtyping import Float
 
 from torc.records import Trajectory
 from torc.robots.description import RobotDescription
-from torc.robots.kinematics import tool0_poses
+from torc.robots.kinematics import sphere_centers, tool0_poses
 
+REDUCED_SPEED_M_S = 0.25
+"""Of the TCP, where people may be near (ISO 10218-1, reduced speed control)."""
 _FASTER = 1.02
 """Speeds between samples may be this much above those of the samples: a cubic is not straight."""
+_HARDER = 1.1
+"""Likewise accelerations, which come from differences of speeds."""
+_AT_REST_RAD_S = 1e-6
+"""A motion begins and ends at no more than this: controllers reject one that ends moving."""
+_UPPER_ARM_M = 0.2
+"""The elbow is the first joint that is so far from the one before."""
 _PER_SAMPLE_RAD = 0.2
 """No joint moves further from sample to sample: what lies between would be unchecked."""
 
@@ -22,12 +30,17 @@ class MotionLimits:
     Attributes:
         lower, upper: joint limits, radians, the margin taken off.
         max_speed: per joint, rad/s, after scaling.
-        box_lower, box_upper: where the TCP of the closed gripper, and the flange, may be, world frame, metres.
+        max_acceleration: per joint, rad/s2.
+        tcp_speed_m_s: of the TCP; ISO 10218-1 calls .25 m/s reduced speed.
+        box_lower, box_upper: where the TCP of the closed gripper, the flange, and the arm from its elbow on may be,
+            world frame, metres.
     """
 
     lower: Float[np.ndarray, "dof"]
     upper: Float[np.ndarray, "dof"]
     max_speed: Float[np.ndarray, "dof"]
+    max_acceleration: Float[np.ndarray, "dof"]
+    tcp_speed_m_s: float
     box_lower: Float[np.ndarray, "3"]
     box_upper: Float[np.ndarray, "3"]
 
@@ -38,6 +51,7 @@ def limits_of(
     box_upper: Float[np.ndarray, "3"],
     speed_scale: float,
     margin_rad: float,
+    tcp_speed_m_s: float = REDUCED_SPEED_M_S,
 ) -> MotionLimits:
     """A robot's own limits, less a margin, at a share of its speed."""
     arm = robot.arm
@@ -45,6 +59,8 @@ def limits_of(
         arm.lower + margin_rad,
         arm.upper - margin_rad,
         speed_scale * arm.max_speed,
+        arm.max_acceleration,
+        tcp_speed_m_s,
         np.asarray(box_lower, dtype=float),
         np.asarray(box_upper, dtype=float),
     )
@@ -66,11 +82,13 @@ def thinned(trajectory: Trajectory, most: int) -> Trajectory:
     return Trajectory(trajectory.times_s[kept], trajectory.qpos[kept], trajectory.qvel[kept])
 
 
-def stretch_for(trajectory: Trajectory, limits: MotionLimits) -> float:
-    """The factor, 1 or more, with which a trajectory keeps to the speed limits."""
-    between = np.abs(np.diff(trajectory.qpos, axis=0)) / np.diff(trajectory.times_s)[:, None]
-    fastest = np.maximum(np.abs(trajectory.qvel).max(axis=0), between.max(axis=0) / _FASTER)
-    return float(max(1.0, (fastest / limits.max_speed).max()))
+def stretch_for(trajectory: Trajectory, limits: MotionLimits, robot: RobotDescription) -> float:
+    """The factor, 1 or more, with which a trajectory keeps to the limits on speed and acceleration."""
+    speed = (_fastest(trajectory) / limits.max_speed).max()
+    tcp = _tcp_speed_m_s(trajectory, robot) / limits.tcp_speed_m_s
+    # Stretched in time by a factor, accelerations fall with its square.
+    acceleration = np.sqrt((_hardest(trajectory) / limits.max_acceleration).max())
+    return float(max(1.0, speed, tcp, acceleration))
 
 
 def form_faults(trajectory: Trajectory, dof: int) -> list[str]:
@@ -112,20 +130,66 @@ def motion_faults(
     moved = np.abs(np.diff(path, axis=0))
     if moved.max() > _PER_SAMPLE_RAD:
         faults.append(f"its samples lie {moved.max():.2f} rad apart: what is between cannot be checked")
-    faults += _speed_faults(np.abs(rates), moved / np.diff(times)[:, None], limits)
+    ends = np.abs(rates[[0, -1]]).max()
+    if ends > _AT_REST_RAD_S:
+        faults.append(f"it begins or ends at {ends:.4f} rad/s, not at rest")
+    faults += _speed_faults(trajectory, limits, robot)
     faults += _box_faults(path, times, limits, robot)
     return faults
 
 
-def _speed_faults(rates: np.ndarray, between: np.ndarray, limits: MotionLimits) -> list[str]:
-    fastest = np.maximum(rates.max(axis=0), between.max(axis=0) / _FASTER)
-    over = fastest / limits.max_speed
-    joint = int(over.argmax())
-    if over[joint] <= 1 + 1e-6:
+def elbow_link(robot: RobotDescription) -> int:
+    """The first link beyond the upper arm: the one whose joint is more than a hand's breadth from the joint before."""
+    lengths = np.linalg.norm(robot.arm.Ts_parent_joint[1:, :3, 3], axis=1)
+    far = np.flatnonzero(lengths > _UPPER_ARM_M)
+    return int(far[0]) + 1 if len(far) else robot.arm.dof - 1
+
+
+def _fastest(trajectory: Trajectory) -> Float[np.ndarray, "dof"]:
+    """The highest speed of each joint, at its samples and between them."""
+    between = np.abs(np.diff(trajectory.qpos, axis=0)) / np.diff(trajectory.times_s)[:, None]
+    return np.asarray(np.maximum(np.abs(trajectory.qvel).max(axis=0), between.max(axis=0) / _FASTER))
+
+
+def _hardest(trajectory: Trajectory) -> Float[np.ndarray, "dof"]:
+    """The highest acceleration of each joint, by its speeds."""
+    steps = np.abs(np.diff(trajectory.qvel, axis=0)) / np.diff(trajectory.times_s)[:, None]
+    return np.asarray(steps.max(axis=0) / _HARDER)
+
+
+def _tcp_speed_m_s(trajectory: Trajectory, robot: RobotDescription) -> float:
+    tcp = (tool0_poses(robot.arm, trajectory.qpos) @ robot.gripper.T_tool0_tcp(0.0))[:, :3, 3]
+    steps = np.linalg.norm(np.diff(tcp, axis=0), axis=1) / np.diff(trajectory.times_s)
+    return float(steps.max()) / _FASTER
+
+
+def _speed_faults(trajectory: Trajectory, limits: MotionLimits, robot: RobotDescription) -> list[str]:
+    found = []
+    for what, unit, highest, allowed in (
+        ("moves at", "rad/s", _fastest(trajectory), limits.max_speed),
+        ("accelerates by", "rad/s2", _hardest(trajectory), limits.max_acceleration),
+    ):
+        joint = int((highest / allowed).argmax())
+        if highest[joint] > allowed[joint] * (1 + 1e-6):
+            found.append(
+                f"joint {joint + 1} {what} {highest[joint]:.3f} {unit}; {allowed[joint]:.3f} are allowed"
+            )
+    tcp_m_s = _tcp_speed_m_s(trajectory, robot)
+    if tcp_m_s > limits.tcp_speed_m_s * (1 + 1e-6):
+        found.append(f"the TCP moves at {tcp_m_s:.3f} m/s; {limits.tcp_speed_m_s:.3f} are allowed")
+    return found
+
+
+def outside_box(
+    places: Float[np.ndarray, "n k 3"], times: Float[np.ndarray, "n"], limits: MotionLimits, what: str
+) -> list[str]:
+    """That something leaves the workspace, where k of its points are at each of the times; else nothing."""
+    outside = np.argwhere(((places < limits.box_lower) | (places > limits.box_upper)).any(axis=2))
+    if not len(outside):
         return []
-    return [
-        f"joint {joint + 1} moves at {fastest[joint]:.3f} rad/s; {limits.max_speed[joint]:.3f} are allowed"
-    ]
+    row, k = outside[0]
+    at = ", ".join(f"{v:.2f}" for v in places[row, k])
+    return [f"{what} is at ({at}) m after {times[row]:.2f} s, outside of the workspace"]
 
 
 def _box_faults(
@@ -133,11 +197,14 @@ def _box_faults(
 ) -> list[str]:
     flange = tool0_poses(robot.arm, path)
     tcp = flange @ robot.gripper.T_tool0_tcp(0.0)
-    for what, poses in (("the TCP", tcp), ("the flange", flange)):
-        places = poses[:, :3, 3]
-        outside = np.flatnonzero(((places < limits.box_lower) | (places > limits.box_upper)).any(axis=1))
-        if len(outside):
-            row = int(outside[0])
-            at = ", ".join(f"{v:.2f}" for v in places[row])
-            return [f"{what} is at ({at}) m after {times[row]:.2f} s, outside of the workspace"]
-    return []
+    link = robot.spheres.link
+    forearm = sphere_centers(robot, path, np.zeros(len(path)))[
+        :, (link >= elbow_link(robot)) & (link < robot.arm.dof)
+    ]
+    parts = (
+        ("the TCP", tcp[:, None, :3, 3]),
+        ("the flange", flange[:, None, :3, 3]),
+        ("the arm from its elbow on", forearm),
+    )
+    found = (outside_box(places, times, limits, what) for what, places in parts)
+    return next((faults for faults in found if faults), [])

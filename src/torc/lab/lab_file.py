@@ -1,7 +1,7 @@
 """The lab file (`torc-lab/1`): which robot, camera and drivers there are, where they are, and how they may move."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,6 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError,
 
 from torc.errors import InputError, UnknownNameError
 from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
+from torc.lab.checks import REDUCED_SPEED_M_S
+from torc.lab.identity import check_settings
 from torc.lab.kinds import ARM_DRIVERS, GRIPPER_DRIVERS
 from torc.plugins import PartKind, load_part
 from torc.robots.description import RobotDescription
@@ -47,12 +49,15 @@ class Safety:
 
     Attributes:
         speed: share of the robot's speed limits.
+        tcp_speed_m_s: the fingertips move no faster, whatever the share.
         margin_rad: kept from the joint limits.
-        box_lower, box_upper: where flange and TCP may be, world frame, metres.
+        box_lower, box_upper: where flange, TCP, the arm from its elbow on, and what is in the hand may be, world frame,
+            metres.
         grip_force_n: with which the gripper closes.
     """
 
     speed: float
+    tcp_speed_m_s: float
     margin_rad: float
     box_lower: Float[np.ndarray, "3"]
     box_upper: Float[np.ndarray, "3"]
@@ -65,6 +70,8 @@ class Lab:
 
     Attributes:
         conditions: the stages around the task planner, the camera with its settings among them.
+        held_joints: joints that the robot description keeps where they are, radians, by name in ROS, or as "group N" on
+            a Motoman controller; beside those that torc knows of the shipped robots.
     """
 
     name: str
@@ -75,6 +82,7 @@ class Lab:
     gripper: Device
     safety: Safety
     conditions: Conditions
+    held_joints: Mapping[str, float] = field(default_factory=dict)
 
 
 class _Strict(BaseModel):
@@ -106,6 +114,7 @@ class _BoxEntry(_Strict):
 
 class _SafetyEntry(_Strict):
     speed: Annotated[Number, Field(gt=0, le=1)] = 0.1
+    tcp_speed_m_s: Annotated[Number, Field(gt=0, le=5)] = REDUCED_SPEED_M_S
     margin_deg: Annotated[Number, Field(ge=0, le=45)] = 1.0
     box: _BoxEntry | None = None
     grip_force_n: Annotated[Number, Field(gt=0, le=500)] = 50.0
@@ -121,6 +130,7 @@ class _LabFile(_Strict):
     camera: _DeviceEntry
     pipeline: dict[str, Any] = {}
     safety: _SafetyEntry = _SafetyEntry()
+    held_joints: dict[str, Number] = {}
 
 
 def load_lab(path: Path) -> Lab:
@@ -144,6 +154,7 @@ def _lab(entry: _LabFile, path: Path) -> Lab:
     arm, gripper, camera = (e.device(here) for e in (entry.arm, entry.gripper, entry.camera))
     for kind, device, where in ((ARM_DRIVERS, arm, "arm"), (GRIPPER_DRIVERS, gripper, "gripper")):
         driver_config(kind, device, f"{path}: {where}")
+    check_settings(robot.arm, arm.settings, f"{path}: arm")
     return Lab(
         entry.name,
         path,
@@ -153,6 +164,7 @@ def _lab(entry: _LabFile, path: Path) -> Lab:
         gripper,
         _safety(entry.safety, robot, workspace),
         _conditions(entry.pipeline, robot_name, workspace_name, camera, path),
+        entry.held_joints,
     )
 
 
@@ -176,7 +188,8 @@ def _safety(entry: _SafetyEntry, robot: RobotDescription, workspace: Workspace) 
     lower, upper = usual_box(robot, workspace)
     if entry.box is not None:
         lower, upper = np.array(entry.box.lower), np.array(entry.box.upper)
-    return Safety(entry.speed, float(np.deg2rad(entry.margin_deg)), lower, upper, entry.grip_force_n)
+    margin_rad = float(np.deg2rad(entry.margin_deg))
+    return Safety(entry.speed, entry.tcp_speed_m_s, margin_rad, lower, upper, entry.grip_force_n)
 
 
 def usual_box(

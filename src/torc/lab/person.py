@@ -43,7 +43,7 @@ def ask_in_terminal(question: str) -> bool:
     while True:
         try:
             answer = input(f"{question} [y/n] ").strip().lower()
-        except EOFError:
+        except (EOFError, OSError):  # its input, or its terminal, is gone
             return False
         if answer in ("y", "yes"):
             return True
@@ -55,7 +55,7 @@ def ask_text_in_terminal(question: str) -> str:
     """Asks for a line. Raises LabError at the end of the input: there is nobody to answer."""
     try:
         return input(f"{question} ").strip()
-    except EOFError:
+    except (EOFError, OSError):
         raise LabError(f"Nobody answers: {question}") from None
 
 

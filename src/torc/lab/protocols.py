@@ -1,5 +1,7 @@
 """What a driver of a real arm must do. It moves nothing on its own, and judges nothing: `torc.lab.supervisor` does."""
 
+import inspect
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -8,6 +10,7 @@ from jaxtyping import Float
 
 from torc.errors import TorcError
 from torc.records import Trajectory
+from torc.robots.protocols import Gripper
 
 
 class LabError(TorcError):
@@ -46,8 +49,9 @@ class ArmStatus:
 
 @runtime_checkable
 class ArmDriver(Protocol):
-    """A connection to one arm. No method waits for a motion. All raise LabError once the connection is lost; it is not
-    made again, so that nothing is sent after a reconnection.
+    """A connection to one arm. To connect opens nothing on which a motion could start: the first `start`, or `enable`,
+    does. No method waits for a motion. All raise LabError once the connection is lost; it is not made again, so that
+    nothing is sent after a reconnection.
     """
 
     @property
@@ -80,3 +84,50 @@ class ArmDriver(Protocol):
 
     def close(self) -> None:
         """Ends the connection."""
+
+
+@runtime_checkable
+class PowersServos(Protocol):
+    """An arm driver that can switch the servos on."""
+
+    def enable(self) -> None:
+        """Powers the servos and lets motions in. **The brakes open.** Raises LabError with the controller's reason."""
+
+
+@runtime_checkable
+class SeesOtherJoints(Protocol):
+    """An arm driver whose controller reports joints that are not the arm's, such as a torso's."""
+
+    def other_joints(self) -> Mapping[str, float]:
+        """Their positions, radians, by name; "group N" on a Motoman controller. Never waits. Raises LabError."""
+
+
+@runtime_checkable
+class GripperDriver(Gripper, Protocol):
+    """A connection to one gripper: a `Gripper` whose `close` closes the fingers, and whose connection `disconnect`
+    ends.
+    """
+
+    def disconnect(self) -> None:
+        """Ends the connection; the fingers keep their grip."""
+
+
+@runtime_checkable
+class NeedsActivation(Protocol):
+    """A gripper driver whose device must be activated after power-up."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether it was activated since it got power."""
+
+    def activate(self) -> None:
+        """Activates it: **the fingers move all the way**. Raises LabError if it does not get ready."""
+
+
+def missing_methods(device: object, protocol: type) -> list[str]:
+    """Members of a protocol that a device lacks, found without calling any of its code."""
+    members = [name for part in protocol.__mro__ for name in vars(part) if not name.startswith("_")]
+    return [name for name in members if inspect.getattr_static(device, name, _ABSENT) is _ABSENT]
+
+
+_ABSENT = object()

@@ -14,6 +14,7 @@ from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig, PickParts, Steps, checked_choice, pick_request
 from torc.episode.trial import Trial, recorded_trial
 from torc.errors import InputError, TorcError
+from torc.lab.checks import stretch_for
 from torc.lab.devices import is_at_rest_pose, limits, opened_lab, planned_for
 from torc.lab.guarding import Guarded, guarded
 from torc.lab.lab_file import Lab
@@ -140,7 +141,7 @@ class _LabTrial:
                 listener(event)
             if isinstance(event, Planned) and isinstance(event.plan, PickPlan):
                 z = self.lab.workspace.support_z_m
-                self.say(ways_text(event.ways, event.plan, limits(self.lab), z))
+                self.say(ways_text(event.ways, event.plan, self.lab.robot, limits(self.lab), z))
 
         view_of(rehearse(self.parts, self.planner).context)
         config = EpisodeConfig(spec.conditions.max_picks, spec.seed)
@@ -196,7 +197,8 @@ class _LabTrial:
         tell(Planned(episode.state.pick, look, plan, lap.seconds))
         if not isinstance(plan, PickPlan):
             return facts | {"plan": f"none: {plan.stage}: {plan.reason}"}
-        seconds = sum(m.duration_s for m in plan.motions) / self.lab.safety.speed
+        within, robot = limits(self.lab), self.lab.robot
+        seconds = sum(m.duration_s * stretch_for(m, within, robot) for m in plan.motions)
         return facts | {"plan": f"{len(plan.motions)} motions, about {seconds:.0f} s at this speed"}
 
     def _resume(self, error: Exception) -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from torc.interrupts import interrupts_held
 from torc.lab.checks import MotionLimits, form_faults, motion_faults, stretch_for, stretched
 from torc.lab.protocols import ArmDriver, ArmStatus, LabError, MotionRefusedError, RobotStoppedError
 from torc.records import Trajectory
@@ -20,6 +21,7 @@ from torc.robots.execution import reverse, starting_from
 from torc.robots.kinematics import tool0_poses
 from torc.robots.protocols import ContactGuard, FollowResult
 
+_NOT_OURS = "still moves, and not by torc: somebody else commands it, or it cannot be stopped from here. Use the e-stop"
 _STILL = 0.25
 """From one status to the next an arm may move by this share of what its controller allows at a start."""
 
@@ -42,6 +44,9 @@ class SupervisorConfig:
         goal_rad: so close to the goal, in every joint, the arm has arrived.
         short_rad: an arm that ends further from its goal was stopped, whatever it says.
         resting_rad_s: slower than this, it rests.
+        still_s: an arm that was stopped rests once it has been slower for so long; somebody else's motion may begin
+            slowly.
+        future_s: a status from further ahead of this machine's clock is a fault of the driver.
     """
 
     period_s: float = 0.02
@@ -54,6 +59,8 @@ class SupervisorConfig:
     goal_rad: float = 0.01
     short_rad: float = 0.05
     resting_rad_s: float = 0.01
+    still_s: float = 0.3
+    future_s: float = 0.05
 
 
 class SupervisedArm:
@@ -85,12 +92,14 @@ class SupervisedArm:
         return self._awaited().qpos.copy()
 
     def resume(self) -> None:
-        """A person has looked, and lets it go on. Raises RobotStoppedError if the controller does not, and LabError if
-        the arm is silent.
+        """A person has looked, and lets it go on. Raises RobotStoppedError if the controller does not, or if the arm
+        still moves, and LabError if the arm is silent.
         """
         status = self._awaited()
         if status.stopped:
             raise RobotStoppedError(f"{self.driver.name} does not move yet: {status.stopped}.")
+        if not self._rests(self.config.rest_s, self.config.still_s):
+            raise RobotStoppedError(f"{self.driver.name} {_NOT_OURS}.")
         self._halted = ""
 
     def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
@@ -106,10 +115,15 @@ class SupervisedArm:
             touched = self._watch(planned, felt)
         except BaseException as error:  # an interrupt, too: some of the motion may be on its way
             self._halted = str(error) or type(error).__name__
-            self._stop()
+            with interrupts_held():
+                rests = self._stop()
+            if not rests and isinstance(error, RobotStoppedError):
+                raise RobotStoppedError(f"{error} It {_NOT_OURS}.") from error
             raise
         if touched and guard is not None:
-            self._stop()
+            if not self._stop():
+                self._halted = "it moved on after a contact"
+                raise RobotStoppedError(f"{self.driver.name} felt a contact. It {_NOT_OURS}.")
             self._back_off(planned, guard)
             return FollowResult(False, True, self.qpos, f"{self.driver.name} felt a contact")
         qpos = self.qpos
@@ -138,7 +152,7 @@ class SupervisedArm:
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
         if np.abs(trajectory.qpos[0] - status.qpos).max() <= self.config.bend_rad:
             trajectory = starting_from(trajectory, status.qpos)
-        planned = stretched(trajectory, max(self.slowdown, stretch_for(trajectory, self.limits)))
+        planned = stretched(trajectory, max(self.slowdown, stretch_for(trajectory, self.limits, self.robot)))
         faults = motion_faults(planned, status.qpos, self.driver.start_tolerance_rad, self.limits, self.robot)
         if faults:
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
@@ -158,19 +172,29 @@ class SupervisedArm:
         """
         deadline = time.monotonic() + 2 * self.config.stale_s
         while time.monotonic() < deadline:
-            status = self.driver.status()
-            if time.monotonic() - status.stamp_s <= self.config.stale_s:
+            status, age_s = self._aged()
+            if age_s <= self.config.stale_s:
                 return status
             time.sleep(self.config.period_s)
         return self._fresh()
 
     def _fresh(self) -> ArmStatus:
         """The latest status. Raises LabError if it is old."""
-        status = self.driver.status()
-        age_s = time.monotonic() - status.stamp_s
+        status, age_s = self._aged()
         if age_s > self.config.stale_s:
             raise LabError(f"{self.driver.name} has said nothing for {age_s:.1f} s.")
         return status
+
+    def _aged(self) -> tuple[ArmStatus, float]:
+        """The latest status and its age. Raises LabError for one from the future: its age says nothing."""
+        status = self.driver.status()
+        age_s = time.monotonic() - status.stamp_s
+        if not age_s >= -self.config.future_s:
+            raise LabError(
+                f"{self.driver.name} stamps its states {-age_s:.1f} s in the future: a driver's stamp_s is by "
+                "time.monotonic()."
+            )
+        return status, age_s
 
     def _settled(self, status: ArmStatus) -> ArmStatus:
         """A status at which the arm is as still as its controller wants it for a start. Raises MotionRefusedError."""
@@ -211,27 +235,31 @@ class SupervisedArm:
                     "and was stopped"
                 )
 
-    def _rests(self, limit_s: float) -> bool:
-        """Whether the arm rests, by where it is at different moments, within a time limit."""
-        began, last = time.monotonic(), self._fresh()
+    def _rests(self, limit_s: float, still_s: float = 0.0) -> bool:
+        """Whether the arm comes to rest within a time limit, by where it is at different moments: whether it is slow
+        from one to the next, for `still_s`.
+        """
+        began, last, since_s = time.monotonic(), self._fresh(), np.inf
         while time.monotonic() - began < limit_s:
             time.sleep(self.config.period_s)
             status = self._fresh()
             if status.stamp_s > last.stamp_s:
                 rate = np.abs(status.qpos - last.qpos).max() / (status.stamp_s - last.stamp_s)
-                if rate < self.config.resting_rad_s and not status.moving:
+                slow = rate < self.config.resting_rad_s and not status.moving
+                since_s = min(since_s, last.stamp_s) if slow else np.inf
+                if status.stamp_s - since_s >= still_s:
                     return True
                 last = status
         return False
 
-    def _stop(self) -> None:
-        """Stops the arm, and waits until it rests."""
+    def _stop(self) -> bool:
+        """Stops the arm, and waits until it rests; False if it goes on, True also where nobody knows."""
         try:
             self.driver.stop()
-            self._rests(self.config.rest_s)
+            return self._rests(self.config.rest_s, self.config.still_s)
         except LabError:
-            # It cannot be told, or says nothing any more: its own watchdog, or the e-stop, has to do it.
-            return
+            # It cannot be reached, or says nothing any more: its own watchdog, or the e-stop, has to do it.
+            return True
 
     def _back_off(self, planned: Trajectory, guard: ContactGuard) -> None:
         """Back along the path until the flange is relief_m away from where it stopped."""

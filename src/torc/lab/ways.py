@@ -20,13 +20,15 @@ def tcp_ways(robot: RobotDescription, plan: PickPlan) -> Ways:
     return {name: _places(robot, getattr(plan, name)) for name in MOTIONS}
 
 
-def ways_text(ways: Ways, plan: PickPlan, limits: MotionLimits, support_z_m: float) -> str:
+def ways_text(
+    ways: Ways, plan: PickPlan, robot: RobotDescription, limits: MotionLimits, support_z_m: float
+) -> str:
     """Each motion in words: how far the TCP goes, in what time at the laboratory's speed, and how low it comes."""
     told = []
     for name, places in ways.items():
         motion, at = getattr(plan, name), np.array(places)
         far = float(np.linalg.norm(np.diff(at, axis=0), axis=1).sum())
-        seconds = motion.duration_s * stretch_for(motion, limits)
+        seconds = motion.duration_s * stretch_for(motion, limits, robot)
         low = 100 * (float(at[:, 2].min()) - support_z_m)
         told.append(f"{name} {far:.2f} m in {seconds:.0f} s, lowest at {low:+.0f} cm")
     return f"The fingertips' way, heights from the table: {'; '.join(told)}."

@@ -10,6 +10,7 @@ from typing import Any
 
 import torc
 from torc.errors import InputError, MissingDependencyError, TorcError, extra_remedy
+from torc.interrupts import ended_like_ctrl_c
 from torc.networks.addresses import OPEN, is_loopback
 from torc.networks.wire import MAX_BYTES, WireError, decode, encode
 
@@ -108,8 +109,8 @@ class NetworkServer:
 def serve(
     handlers: Mapping[str, Handler], name: str, port: int, host: str = "127.0.0.1", remote: bool = False
 ) -> None:
-    """Serve until Ctrl-C, and say what and where."""
-    with NetworkServer(handlers, name, port, host, remote) as server:
+    """Serve until Ctrl-C or SIGTERM, and say what and where."""
+    with ended_like_ctrl_c(), NetworkServer(handlers, name, port, host, remote) as server:
         try:
             server.say(f"{name} answers {', '.join(sorted(handlers))} at {server.address}\nCtrl-C ends it.")
             if not is_loopback(host):

@@ -19,6 +19,11 @@ class ExecutionConfig:
 
     Attributes:
         free_guard, approach_guard: when these motions stop on contact; None: never.
+        carry_guard: of lift, transfer and home, during which something may be in the hand.
+        retreat_guard: of the ways back.
+        bend_rad: a free motion is bent to start where the arm is if that is within this of its planned start, in every
+            joint; else it is passed on as it was planned, and a real arm's supervisor refuses it. Later motions are
+            bent by as much as the arm may have fallen short of the one before.
         close_within_rad: an approach stopped by contact this close to the grasp, in every joint, still closes the
             gripper: about two centimetres, as in the trials that the grasp score learns from.
         goal_slack_rad: a motion that ends this close to its goal counts as arrived.
@@ -27,6 +32,9 @@ class ExecutionConfig:
     grip_force_n: float = 50.0
     free_guard: ContactGuard | None = field(default_factory=ContactGuard)
     approach_guard: ContactGuard | None = field(default_factory=ContactGuard)
+    carry_guard: ContactGuard | None = None
+    retreat_guard: ContactGuard | None = None
+    bend_rad: float = 0.06
     close_within_rad: float = 0.04
     goal_slack_rad: float = 0.05
 
@@ -103,14 +111,14 @@ def execute_pick(
     if not run.follow(Phase.APPROACH, plan.approach, run.config.approach_guard) and not run.near_grasp():
         return run.give_up("approach")
     run.close()
-    if not run.follow(Phase.LIFT, plan.lift, None):
+    if not run.follow(Phase.LIFT, plan.lift, run.config.carry_guard):
         run.open(Phase.RELEASE)
         return run.give_up("lift")
     run.held_after_lift = run.gripper.state.holding
     target = plan.object_id == TARGET_ID
     if run.held_after_lift and is_target is not None:
         target = is_target()
-    if not run.follow(Phase.TRANSFER, plan.transfer, None):
+    if not run.follow(Phase.TRANSFER, plan.transfer, run.config.carry_guard):
         # Put it back where it stood. Where the arm cannot get there it stops: letting go high up would drop the
         # object, and from off its path the arm must not leap on to an earlier one.
         if not run.retreat(2):
@@ -121,7 +129,7 @@ def execute_pick(
     # could land on what the failed grasp has moved, and press it against the table.
     still = run.gripper.state.holding
     run.open(Phase.RELEASE)
-    home = run.follow(Phase.HOME, run.plan.home, None)
+    home = run.follow(Phase.HOME, run.plan.home, run.config.carry_guard)
     if not run.held_after_lift:
         return run.trace(PickResult.MISSED, home, "nothing was between the fingers after the lift")
     if not still:
@@ -188,10 +196,15 @@ class _Run:
 
     def follow(self, phase: Phase, trajectory: Trajectory, guard: ContactGuard | None) -> bool:
         """Move the arm, from where it really is; whether it arrived."""
-        if np.abs(self.arm.qpos - trajectory.qpos[0]).max() > _START_SLACK_RAD:
+        gap_rad = float(np.abs(self.arm.qpos - trajectory.qpos[0]).max())
+        if _START_SLACK_RAD < gap_rad <= self._bend_rad(phase):
             trajectory = starting_from(trajectory, self.arm.qpos)
         self.way.append(trajectory)
         return self._move(phase, trajectory, guard)
+
+    def _bend_rad(self, phase: Phase) -> float:
+        short = max(self.config.close_within_rad, self.config.goal_slack_rad) + _START_SLACK_RAD
+        return self.config.bend_rad if phase is Phase.FREE else max(short, self.config.bend_rad)
 
     def near_grasp(self) -> bool:
         """Whether the arm stopped close enough to the grasp to close the gripper all the same."""
@@ -202,7 +215,7 @@ class _Run:
         """Go back along the latest motions, by default along all; whether the arm is where the first of them began."""
         for _ in range(len(self.way) if motions is None else motions):
             back = reverse(self.way.pop(), self.arm.qpos)
-            if back is not None and not self._move(Phase.RETREAT, back, None):
+            if back is not None and not self._move(Phase.RETREAT, back, self.config.retreat_guard):
                 return False
         return True
 

@@ -9,7 +9,7 @@ import itertools
 import json
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
@@ -21,8 +21,13 @@ _MAX_BYTES = 256 * 2**20
 """Of one message: a picture of 20 megapixels as base64 has 80 MB."""
 _MOST_BEGUN = 8
 """Messages of which some fragments came, and others not."""
+_MOST_WAITING = 20
+"""Messages of a topic that the server keeps for a reader who wants them all."""
 _ALIVE_S = 5.0
 """A server that does not answer a ping within this time is gone."""
+
+
+Take = Callable[[Any, float], None]
 
 
 class RosbridgeError(TorcError):
@@ -73,6 +78,7 @@ class Rosbridge:
         self._news = threading.Condition()
         self._lost = ""
         self._latest: dict[str, Latest] = {}
+        self._takes: dict[str, Take] = {}
         self._answers: dict[str, Any] = {}
         """Per id of a request, None until it is answered."""
         self._refusals: dict[str, str] = {}
@@ -102,16 +108,21 @@ class Rosbridge:
         """Why the connection is of no use any more; "" while it is."""
         return self._lost
 
-    def subscribe(self, topic: str, kind: str = "") -> str:
-        """Asks for a topic's messages; the id of that wish. The server keeps one message at most for a slow reader.
+    def subscribe(self, topic: str, kind: str = "", take: Take | None = None) -> str:
+        """Asks for a topic's messages; the id of that wish.
 
         Args:
-            kind: type of its messages, e.g. sensor_msgs/Image; if it is not given the server looks it up, and refuses a
+            kind: type of its messages, e.g. sensor_msgs/Image; if it is not given the server looks it up, and ignores a
                 topic that nobody publishes.
+            take: called with every message and the time when it came, by `time.monotonic`, in the thread that reads. A
+                server drops messages for a slow reader then only if many wait; otherwise it keeps the newest alone.
         """
         wish = self._next_id("subscribe", topic)
         typed = {"type": kind} if kind else {}
-        self._send({"op": "subscribe", "id": wish, "topic": topic, "queue_length": 1, **typed})
+        if take is not None:
+            self._takes[topic] = take
+        length = 1 if take is None else _MOST_WAITING
+        self._send({"op": "subscribe", "id": wish, "topic": topic, "queue_length": length, **typed})
         return wish
 
     def unsubscribe(self, topic: str, wish: str) -> None:
@@ -216,6 +227,19 @@ class Rosbridge:
                 raise RosbridgeError(f"rosbridge at {self.url} refuses: {self._refusals[goal]}")
             return self._answers.get(goal)
 
+    def published(self, kinds: Collection[str] = ()) -> list[str]:
+        """Topics that somebody publishes, as "name (type)", those of the given types first; empty if the server cannot
+        say: that takes its node rosapi. Raises RosbridgeError if the connection is lost.
+        """
+        try:
+            answer = self.call("/rosapi/topics")
+            found = list(zip(answer["topics"], answer["types"], strict=True))
+        except (RosbridgeError, LookupError, TypeError, ValueError):
+            self._check()
+            return []
+        found.sort(key=lambda topic: (topic[1] not in kinds, topic))
+        return [f"{name} ({kind})" for name, kind in found]
+
     def _count(self, topic: str) -> int:
         """With the lock held."""
         latest = self._latest.get(topic)
@@ -239,7 +263,10 @@ class Rosbridge:
             raise RosbridgeError(f"The connection to rosbridge at {self.url} is lost: {self._lost}.")
 
     def _await(self, there: Callable[[], bool], silence: str, timeout_s: float | None, wish: str) -> None:
-        """Waits, with the lock held, until it is there. Raises RosbridgeError."""
+        """Waits, with the lock held, until it is there. Raises RosbridgeError.
+
+        Most servers say nothing of what they refuse, and only a time-out shows it.
+        """
         seconds = self._timeout_s if timeout_s is None else timeout_s
         self._news.wait_for(lambda: there() or self._lost or wish in self._refusals, seconds)
         if there():
@@ -272,6 +299,8 @@ class Rosbridge:
                 text = self._joined(message)
             elif what == "publish":
                 self._latest[topic] = Latest(self._count(topic) + 1, message.get("msg"), time.monotonic())
+                if topic in self._takes:
+                    self._takes[topic](message.get("msg"), self._latest[topic].stamp_s)
             elif what in ("service_response", "action_result") and message.get("id") in self._answers:
                 self._answers[message["id"]] = self._answers[message["id"]] or message  # the first counts
             elif what == "status" and message.get("level") == "error":

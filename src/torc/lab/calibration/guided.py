@@ -8,9 +8,10 @@ from torc.cameras.poses import LEVEL, read_pose
 from torc.geometry.transforms import Pose
 from torc.lab.calibration.board import Board
 from torc.lab.calibration.hand_eye import LEAST_VIEWS, board_in_camera
-from torc.lab.calibration.proposals import Sight, calibration_space, motion_to, proposed, tour
+from torc.lab.calibration.proposals import Sight, calibration_space, proposed, tour
 from torc.lab.calibration.session import Album, Photographer, take_view
 from torc.lab.devices import limits, planned_for
+from torc.lab.empty_table import motion_above
 from torc.lab.lab_file import Lab
 from torc.lab.person import Ask
 from torc.lab.protocols import LabError
@@ -56,7 +57,7 @@ def collect_guided(
     for goal in ordered:
         if len(album.views) >= count:
             break
-        motion = motion_to(sight, space, arm.qpos, goal, rng)
+        motion = motion_above(space, sight.robot.arm, arm.qpos, goal[None], rng)
         if motion is None:
             continue
         turn = np.abs(motion.qpos[-1] - motion.qpos[0]).max()

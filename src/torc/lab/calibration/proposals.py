@@ -9,18 +9,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
-from torc.collision.checks import robot_arrays
-from torc.collision.world import CollisionConfig, CollisionWorld, world_from_voxels
 from torc.geometry.transforms import Pose, invert
 from torc.lab.calibration.board import Board
 from torc.lab.checks import MotionLimits
-from torc.motion.config import MotionConfig
-from torc.motion.geometry import rounded_path
+from torc.lab.empty_table import LIMIT_RAD, empty_space
 from torc.motion.holding import hull_spheres
-from torc.motion.space import FreeSpace, MotionQuery, free_space
-from torc.motion.timed_motions import timed_motion, way_out
-from torc.motion.timing import join, time_path
-from torc.records import PlanStage, Trajectory
+from torc.motion.space import FreeSpace
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
 from torc.robots.kinematics import tool0_poses
@@ -36,9 +30,6 @@ _STEEPEST = 0.6
 """Cosine between the line of sight and the board's normal, at least: flat markers are not found."""
 _FAR_RAD = 1.6
 """No joint is further from where it began: the hand does not turn over, and cables do not wind up."""
-_LIMIT_RAD = 0.05
-"""Kept from the joint limits beyond the margin of the lab file."""
-_PADDING_M = 0.03
 _BOARD_SPHERES = 30
 _SHIFT_M = 0.15
 """As much of a shift makes two poses as different as _TURN_RAD of a turn does."""
@@ -111,23 +102,6 @@ def in_sight(sight: Sight, views: Float[np.ndarray, "n 4 4"]) -> Bool[np.ndarray
     return np.asarray(inside & (facing > _STEEPEST) & (corners[..., 2] > 0.5 * _LEAST_M).all(axis=1))
 
 
-def motion_to(
-    sight: Sight, space: FreeSpace, qpos: np.ndarray, goal: np.ndarray, rng: np.random.Generator
-) -> Trajectory | None:
-    """A motion that touches nothing; None if none is found. It may begin closer to something than motions come: what is
-    known of the board in the hand is rough, and a person brought it there.
-    """
-    arm, config = sight.robot.arm, MotionConfig()
-    out = way_out(space, qpos, rng)
-    if out is None:
-        return None
-    found = timed_motion(MotionQuery(space, out, goal[None]), arm, config, rng)
-    if isinstance(found, PlanStage):
-        return None
-    straight = rounded_path(np.stack([qpos, out]), np.zeros(2))
-    return join([*(time_path(part, arm, config.timing) for part in straight), found[0]])
-
-
 def calibration_space(sight: Sight) -> FreeSpace:
     """Table, bin, obstacles and the robot itself, with room around them; the board is in the hand."""
     width, height = sight.board.size_m
@@ -135,24 +109,7 @@ def calibration_space(sight: Sight) -> FreeSpace:
     points = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)])
     T = sight.T_flange_board
     held = hull_spheres(points @ T[:3, :3].T + T[:3, 3], _BOARD_SPHERES)
-    limits = sight.limits
-    bounds = limits.lower + _LIMIT_RAD, limits.upper - _LIMIT_RAD
-    arrays = robot_arrays(sight.robot)
-    width_m = 0.5 * sight.robot.gripper.max_width_m
-    return free_space(arrays, _empty_world(sight.workspace), width_m, bounds, sight.robot.arm.max_speed, held)
-
-
-def _empty_world(workspace: Workspace) -> CollisionWorld:
-    """The fixed boxes alone."""
-    grid, room = workspace.grid, CollisionConfig()
-    config = replace(
-        room, padding_m=_PADDING_M, gripper_static_padding_m=_PADDING_M, attached_static_padding_m=_PADDING_M
-    )
-    free, nothing = np.zeros(grid.shape, np.uint8), np.zeros(grid.shape, np.uint64)
-    boxes = workspace.static_boxes()
-    middle, half = np.array([b.center for b in boxes]), 0.5 * np.array([b.size for b in boxes])
-    corners = np.hstack([middle - half, middle + half])
-    return world_from_voxels(grid, free, nothing, corners, tuple(b.name for b in boxes), config)
+    return empty_space(sight.robot, sight.workspace, sight.limits, held)
 
 
 def _drawn(sight: Sight, rng: np.random.Generator) -> Float[np.ndarray, "n 4 4"]:
@@ -194,8 +151,8 @@ def _reached(
     reached, qpos = np.zeros(len(views), bool), []
     near = replace(
         arm,
-        lower=np.maximum(limits.lower + _LIMIT_RAD, sight.qpos - _FAR_RAD),
-        upper=np.minimum(limits.upper - _LIMIT_RAD, sight.qpos + _FAR_RAD),
+        lower=np.maximum(limits.lower + LIMIT_RAD, sight.qpos - _FAR_RAD),
+        upper=np.minimum(limits.upper - LIMIT_RAD, sight.qpos + _FAR_RAD),
         rest_qpos=sight.qpos,
     )
     index = np.flatnonzero(inside)

@@ -3,7 +3,7 @@
 import itertools
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -12,15 +12,15 @@ import numpy as np
 
 from torc.errors import InputError
 from torc.lab.checks import thinned
+from torc.lab.exclusive import ControllerLock
 from torc.lab.protocols import ArmStatus, LabError
-from torc.lab.ros.arrivals import Arrivals
+from torc.lab.ros.joint_states import JointStates
 from torc.lab.ros.messages import (
     ACTION_TYPES,
     JOINT_STATE_TYPES,
     RosVersion,
     goal_message,
     is_moving,
-    joint_positions,
     result_of,
     robot_status_fault,
     ur_safety_fault,
@@ -39,6 +39,17 @@ _FAULTS: dict[str, tuple[dict[int, str], Callable[[Any], str]]] = {
 _PROOF_S, _PROOF_CANCEL_S = 4.0, 0.5
 """Length of the motion on the spot by which cancelling is tried, and when it is cancelled."""
 _CANCELLED_WITHIN_S = 1.0
+_NOT_CANCELLED = {
+    1: "Does the action exist under that name, with these joints, and is its controller running? Try `rostopic echo "
+    "ACTION/status`.",
+    2: "Start rosbridge with send_action_goals_in_new_thread:=true.",
+}
+_CONNECTS_S = 0.5
+"""ROS 1 connects a new publisher to its readers so long after it was advertised; what is sent before is lost."""
+_LISTED = 12
+"""Topics that a message names."""
+_FIRST_STATES = 50
+"""Looks for the first joint states within the time-out."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +60,8 @@ class RosArmConfig:
         url: of rosbridge.
         ros: 1 or 2.
         action: of the controller, e.g. /scaled_joint_trajectory_controller/follow_joint_trajectory. For a Motoman of
-            ROS 1 that of the group, sda10f/sda10f_r2_controller/joint_trajectory_action: the one for all groups sends
-            groups that are not mentioned to zero, and checks nothing.
+            ROS 1 that of the group: sda10f/sda10f_r2_controller/joint_trajectory_action is the right arm of an SDA10F,
+            r1 its left one. The action for all groups sends groups that are not mentioned to zero, and checks nothing.
         joint_names: as ROS calls the robot description's joints, in its order; none if it calls them the same.
         joint_states, status_topic, status: topics, and what the second tells: industrial (RobotStatus), ur (SafetyMode)
             or none, where only joint states and the controller's results tell of a stop.
@@ -81,7 +92,9 @@ class RosArmConfig:
 
 
 class RosArm:
-    """An arm behind rosbridge. It does not feel contacts. The connection is never made again by itself."""
+    """An arm behind rosbridge. It does not feel contacts. The connection is never made again by itself. Before the
+    first motion it only listens: no topic for goals is advertised, no goal is sent.
+    """
 
     feels_contact = False
 
@@ -97,8 +110,9 @@ class RosArm:
         self._ended: str | None = None
         self._goals = itertools.count(1)
         self._began = int(time.time())
-        self._proven = False
-        self._arrivals, self._arriving = Arrivals(), threading.Lock()
+        self._advertised = self._proven = False
+        self._joints = JointStates()
+        self._lock: ControllerLock | None = None
         try:
             self._bridge = Rosbridge(config.url, config.timeout_s)
         except RosbridgeError as error:
@@ -110,19 +124,21 @@ class RosArm:
             raise LabError(f"{self.name} does not tell its state: {error}") from error
 
     def status(self) -> ArmStatus:
-        """The latest, as old as the older of joint states and status. Raises LabError."""
-        latest = self._latest(self.config.joint_states)
-        with self._arriving:
-            joints, stamp_s = self._arrivals.take(latest.message, latest.stamp_s)
+        """The latest, as old as the oldest of the joints' states and the status. Raises LabError."""
+        self._latest(self.config.joint_states)
+        qpos, stamp_s = self._joints.of(self.config.joint_names)
         stopped, moving = "", None
         if self.config.status_topic:
             told = self._latest(self.config.status_topic)
             # UR tells its safety mode only when it changes.
             stamp_s = min(stamp_s, told.stamp_s) if self.config.status == "industrial" else stamp_s
             stopped, moving = _FAULTS[self.config.status][1](told.message), is_moving(told.message)
-        qpos = joint_positions(joints, self.config.joint_names)
         busy = bool(self._goal) and self.ended() is None
         return ArmStatus(stamp_s, qpos, busy if moving is None else moving, stopped)
+
+    def other_joints(self) -> Mapping[str, float]:
+        """Positions of all joints that the joint states name, radians, as far as they are known."""
+        return self._joints.all()
 
     def prove_cancel(self) -> None:
         """Sends a motion on the spot and cancels it. Raises LabError if that ends it too late, as rosbridge for ROS 2
@@ -141,8 +157,7 @@ class RosArm:
         if ended is None or (ended == "" and self.config.ros == 2):
             self._goal = ""
             raise LabError(
-                f"{self.name} cannot be stopped: a goal that was cancelled went on. Start rosbridge with "
-                "send_action_goals_in_new_thread:=true."
+                f"{self.name} cannot be stopped: a goal that was cancelled went on. {_NOT_CANCELLED[self.config.ros]}"
             )
         deadline = time.monotonic() + _CANCELLED_WITHIN_S
         while (
@@ -177,6 +192,8 @@ class RosArm:
     def close(self) -> None:
         """Ends the connection; a goal goes on: stop first."""
         self._bridge.close()
+        if self._lock is not None:
+            self._lock.release()
 
     def _result(self) -> str | None:
         if self.config.ros == 2:
@@ -198,19 +215,48 @@ class RosArm:
 
     def _listen(self) -> None:
         config, ros = self.config, self.config.ros
-        self._bridge.subscribe(config.joint_states, JOINT_STATE_TYPES[ros])
+        self._bridge.subscribe(config.joint_states, JOINT_STATE_TYPES[ros], self._joints.take)
+        kinds = [JOINT_STATE_TYPES[ros]]
         if config.status_topic:
-            self._bridge.subscribe(config.status_topic, _FAULTS[config.status][0][ros])
-        if ros == 1:
-            goal_type = ACTION_TYPES[1] + "ActionGoal"
-            self._bridge.advertise(f"{config.action}/goal", goal_type)
-            self._bridge.advertise(f"{config.action}/cancel", "actionlib_msgs/GoalID")
-            self._bridge.subscribe(f"{config.action}/result", ACTION_TYPES[1] + "ActionResult")
-        for topic in filter(None, (config.joint_states, config.status_topic)):
-            self._bridge.receive(topic)
+            kinds.append(_FAULTS[config.status][0][ros])
+            self._bridge.subscribe(config.status_topic, kinds[-1])
+        for topic, kind in zip(filter(None, (config.joint_states, config.status_topic)), kinds, strict=True):
+            self._await_first(topic, kind)
+        deadline = time.monotonic() + config.timeout_s
+        # Of several publishers the slowest may have our joints.
+        while not self._joints.knows(config.joint_names) and time.monotonic() < deadline:
+            time.sleep(config.timeout_s / _FIRST_STATES)
         self.status()
 
+    def _await_first(self, topic: str, kind: str) -> None:
+        """Waits for a topic's first message. Raises RosbridgeError that names what is published instead."""
+        try:
+            self._bridge.receive(topic)
+        except RosbridgeError as error:
+            there = self._bridge.published([kind])
+            listed = f" Published are: {', '.join(there[:_LISTED])}." if there else ""
+            raise RosbridgeError(f"{error}{listed}") from error
+
+    def _take_arm(self) -> None:
+        """Once, before the first goal: makes sure that no other torc moves this arm, and advertises the goals' topics.
+        Raises LabError.
+        """
+        config = self.config
+        if self._advertised:
+            return
+        self._lock = self._lock or ControllerLock(f"{config.url}/{config.action}")
+        if config.ros == 1:
+            self._asked(lambda: self._advertise(config.action))
+            time.sleep(_CONNECTS_S)
+        self._advertised = True
+
+    def _advertise(self, action: str) -> None:
+        self._bridge.subscribe(f"{action}/result", ACTION_TYPES[1] + "ActionResult")
+        self._bridge.advertise(f"{action}/goal", ACTION_TYPES[1] + "ActionGoal")
+        self._bridge.advertise(f"{action}/cancel", "actionlib_msgs/GoalID")
+
     def _send(self, trajectory: Trajectory) -> None:
+        self._take_arm()
         config, self._ended = self.config, None
         goal = goal_message(trajectory, config.joint_names, config.ros)
         if config.ros == 2:

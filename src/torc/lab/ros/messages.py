@@ -3,10 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
-import numpy as np
-from jaxtyping import Float
-
-from torc.lab.protocols import LabError
 from torc.records import Trajectory
 
 RosVersion = Literal[1, 2]
@@ -51,22 +47,6 @@ def duration(seconds: float, ros: RosVersion) -> dict[str, int]:
     nanoseconds = round(seconds * 1e9)
     whole, rest = divmod(nanoseconds, 10**9)
     return {"secs": whole, "nsecs": rest} if ros == 1 else {"sec": whole, "nanosec": rest}
-
-
-def joint_positions(message: Any, joint_names: Sequence[str]) -> Float[np.ndarray, "dof"]:
-    """The joints' positions in a JointState, in that order. Raises LabError if one is missing, or is no number."""
-    try:
-        where = dict(zip(message["name"], message["position"], strict=True))
-        found = np.array([float(where[name]) for name in joint_names])
-    except KeyError as error:
-        raise LabError(
-            f"The joint states have no {error}: do the names in the lab file fit this robot?"
-        ) from None
-    except (TypeError, ValueError) as error:
-        raise LabError(f"The joint states cannot be read: {error}.") from None
-    if not np.isfinite(found).all():
-        raise LabError("The joint states hold numbers that are none.")
-    return found
 
 
 def result_of(status: Any, text: Any, error_code: Any, ros: RosVersion) -> str | None:

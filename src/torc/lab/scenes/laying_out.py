@@ -12,7 +12,7 @@ from jaxtyping import UInt8
 
 from torc.cameras.kinds import open_camera
 from torc.errors import InputError, TorcError
-from torc.lab.devices import close_device, connect_arm, is_at_rest_pose
+from torc.lab.devices import close_arm, close_camera, connect_arm, is_at_rest_pose
 from torc.lab.lab_file import Lab
 from torc.lab.person import Person
 from torc.lab.protocols import LabError
@@ -126,7 +126,7 @@ def open_eyes(lab: Lab) -> Iterator[Eyes]:
     try:
         yield Eyes(lab, camera)
     finally:
-        close_device(camera)
+        close_camera(camera)
 
 
 def await_rest_pose(lab: Lab, person: Person) -> None:
@@ -141,7 +141,7 @@ def await_rest_pose(lab: Lab, person: Person) -> None:
             ):
                 raise LabError("The arm is not at its rest pose: it would hide the table from the camera.")
     finally:
-        close_device(arm)
+        close_arm(arm)
 
 
 def lay_out(

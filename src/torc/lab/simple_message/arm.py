@@ -3,13 +3,15 @@
 import itertools
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from torc.errors import InputError
 from torc.lab.checks import thinned
+from torc.lab.exclusive import ControllerLock
 from torc.lab.protocols import ArmStatus, LabError
 from torc.lab.simple_message.channel import Channel
 from torc.lab.simple_message.messages import (
@@ -43,13 +45,14 @@ class MotomanConfig:
 
     Attributes:
         host: its name or address.
-        group: which of the robot's groups the arm is, counted from 0.
+        group: which of the controller's groups the arm is, counted from 0. Two-armed robots count the left arm first:
+            the right arm of an SDA10F is group 1.
         motion_port, state_port: of MotoROS.
         timeout_s: for one answer.
     """
 
     host: str
-    group: int = 0
+    group: int
     motion_port: int = MOTION_PORT
     state_port: int = STATE_PORT
     timeout_s: float = 1.0
@@ -64,6 +67,10 @@ class MotomanArm:
 
     It does not feel contacts. The controller stops all groups at once, and checks that a trajectory starts within 30
     pulses of where the arm is.
+
+    The connection for motions is opened by the first command, not before. A controller keeps up to .8 s of motion when
+    its client dies, and plays it as soon as the next one connects; therefore the first frame on a new connection is a
+    stop. (Source: motoman_driver 1.9.12, MotionServer.c: a closed connection deletes the tasks, not the queue.)
     """
 
     feels_contact = False
@@ -77,6 +84,7 @@ class MotomanArm:
         self.name, self.group, self.dof = f"Motoman at {host}, group {config.group}", config.group, dof
         self._news = threading.Condition()
         self._qpos: np.ndarray | None = None
+        self._others: dict[str, float] = {}
         self._robot: RobotStatus | None = None
         self._stamps = [0.0, 0.0]
         self._lost = ""
@@ -84,8 +92,10 @@ class MotomanArm:
         self._reader = threading.Thread(target=self._read, name="torc-motoman-state", daemon=True)
         self._reader.start()
         self._await_first_state(_FIRST * timeout_s)
-        # The state told the byte order; commands have the same.
-        self._motion = Channel(host, config.motion_port, timeout_s, self._state.order)
+        self._config = config
+        self._motion: Channel | None = None
+        self._lock: ControllerLock | None = None
+        self._opening = threading.RLock()
         self._sequence = itertools.count(1)
         self._ended: str | None = ""
         self._cancelled = threading.Event()
@@ -99,6 +109,13 @@ class MotomanArm:
             assert self._robot is not None
             moving = self._robot.in_motion != 0
             return ArmStatus(min(self._stamps), self._qpos.copy(), moving, self._robot.stopped)
+
+    def other_joints(self) -> Mapping[str, float]:
+        """The first joint of every other group, radians: that of a torso is its only one. Raises LabError."""
+        with self._news:
+            if self._lost:
+                raise LabError(self._lost)
+            return dict(self._others)
 
     def enable(self) -> None:
         """Powers the servos and lets trajectories in (the controller's job INIT_ROS). **The brakes open.** Raises
@@ -131,19 +148,47 @@ class MotomanArm:
         return self._ended
 
     def stop(self) -> None:
-        """Sends no further points, and clears the controller's queue. Raises LabError if it cannot be told."""
+        """Sends no further points, and clears the controller's queue; nothing if this connection has moved nothing.
+        Raises LabError if the controller cannot be reached.
+        """
         self._cancelled.set()
         if self._ended is None:
             self._ended = "torc stopped it"
-        self._command(Command.STOP_MOTION)
+        if self._motion is not None:
+            self._command(Command.STOP_MOTION)
 
     def close(self) -> None:
-        """Ends both connections. What is in the controller's queue is still carried out: stop first."""
-        self._cancelled.set()
+        """Stops, and ends both connections."""
+        with suppress(LabError):
+            self.stop()  # the controller would keep its queue for whoever connects next
         with self._news:
             self._lost = self._lost or f"{self.name} was closed."
         self._state.close()
-        self._motion.close()
+        if self._motion is not None:
+            self._motion.close()
+        if self._lock is not None:
+            self._lock.release()
+
+    def _opened(self) -> Channel:
+        """The connection for motions. Opening it stops whatever the controller still has in its queue. Raises LabError,
+        also if another torc moves this controller.
+        """
+        with self._opening:
+            if self._motion is None:
+                host, port = self._config.host, self._config.motion_port
+                self._lock = self._lock or ControllerLock(f"{host}:{port}")
+                # The state told the byte order; commands have the same.
+                self._motion = Channel(host, port, self._config.timeout_s, self._state.order)
+                try:
+                    self._command(Command.STOP_MOTION)
+                except LabError as error:
+                    self._motion.close()
+                    self._motion = None
+                    raise LabError(
+                        f"{self.name} could not be stopped before the first motion: {error} Does another client move "
+                        "this controller? It takes one at a time."
+                    ) from error
+            return self._motion
 
     def _await_first_state(self, seconds: float) -> None:
         with self._news:
@@ -172,7 +217,7 @@ class MotomanArm:
         return self._state.order or "big"
 
     def _asked(self, frame: Frame) -> MotionReply:
-        reply = self._motion.ask(frame)
+        reply = self._opened().ask(frame)
         if reply.kind != Kind.MOTION_REPLY:
             raise self._lose(f"{self.name} answered with a message of type {reply.kind}.")
         return MotionReply.unpack(reply.body, self._order)
@@ -238,8 +283,9 @@ class MotomanArm:
             if feedback.group == self.group:
                 self._qpos = feedback.qpos[: self.dof]
                 self._stamps[1] = time.monotonic()
-                return True
-        return False
+            else:
+                self._others[f"group {feedback.group}"] = float(feedback.qpos[0])
+        return self._qpos is not None
 
     def _lose(self, why: str) -> LabError:
         with self._news:

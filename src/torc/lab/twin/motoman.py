@@ -33,17 +33,23 @@ from torc.lab.twin.servers import Servers
 READY = RobotStatus(1, 0, 0, 0, 0, 2, 1)
 _STATE_PERIOD_S = 0.025
 _START_RAD = 1e-4
-_QUEUE_S = 0.4
-"""The controller takes in so much motion ahead of time; then it is busy."""
+_QUEUE_S = 0.8
+"""The controller takes in so much motion ahead of time (200 increments of 4 ms); then it is busy."""
 
 
 class MotomanTwin:
     """A controller with one arm as one of its groups; in a `with`.
 
+    It has one motion connection, and moves only while there is one: when that ends, it keeps its queue, and plays the
+    rest as soon as somebody connects again. A second client replaces the first, or is sent away while there is motion
+    in the queue. (motoman_driver 1.9.12, MotionServer.c)
+
     Attributes:
         state: what it says of itself beside in_motion; change it to press the e-stop, say.
-        silent: it tells nothing any more.
+        torso: position of its group 2, which the arm hangs on, radians.
+        silent: it says nothing any more.
         heard: every message of the motion connection.
+        clients: motion connections that were opened so far.
     """
 
     def __init__(
@@ -57,6 +63,9 @@ class MotomanTwin:
         self.arm, self.max_speed, self.group, self.order = arm, max_speed, group, order
         self.state, self.silent = replace(READY, motion_possible=0, drives_powered=0), False
         self.heard: list[Frame] = []
+        self.torso, self.clients = 0.0, 0
+        self._client: socket.socket | None = None
+        self._paused_at: float | None = time.monotonic()
         self._points: list[TrajectoryPoint] = []
         self._last: TrajectoryPoint | None = None
         self._began = 0.0
@@ -109,18 +118,41 @@ class MotomanTwin:
     def _serve_state(self, connection: socket.socket) -> None:
         while self._running:
             if not self.silent:
-                status = replace(self.state, in_motion=int(self.moving))
-                other = Feedback((self.group + 1) % 4, np.zeros(7)).pack(self.order)
-                own = Feedback(self.group, self.arm.qpos).pack(self.order)
-                for kind, body in (
-                    (Kind.JOINT_FEEDBACK, other),
-                    (Kind.JOINT_FEEDBACK, own),
-                    (Kind.ROBOT_STATUS, status.pack(self.order)),
-                ):
+                status = replace(self.state, in_motion=int(self.moving and self._paused_at is None))
+                groups = {1 - self.group: np.zeros(7), 2: [self.torso]}
+                groups[self.group] = self.arm.qpos
+                feedback = [Feedback(k, np.array(q)).pack(self.order) for k, q in sorted(groups.items())]
+                messages = [(Kind.JOINT_FEEDBACK, body) for body in feedback]
+                for kind, body in (*messages, (Kind.ROBOT_STATUS, status.pack(self.order))):
                     connection.sendall(Frame(kind, Comm.TOPIC, body).pack(self.order))
             time.sleep(_STATE_PERIOD_S)
 
     def _serve_motion(self, connection: socket.socket) -> None:
+        if not self._admits(connection):
+            return
+        try:
+            self._converse(connection)
+        finally:
+            with self._lock:
+                if self._client is connection:
+                    self._client, self._paused_at = None, time.monotonic()
+
+    def _admits(self, connection: socket.socket) -> bool:
+        """Whether a client becomes the one that moves the arm: the queue goes on then."""
+        with self._lock:
+            if self._client is not None and self._points:
+                connection.close()
+                return False
+            if self._client is not None:
+                with suppress(OSError):
+                    self._client.shutdown(socket.SHUT_RDWR)
+            if self._paused_at is not None:
+                self._began += time.monotonic() - self._paused_at
+            self._client, self._paused_at = connection, None
+            self.clients += 1
+            return True
+
+    def _converse(self, connection: socket.socket) -> None:
         with suppress(LabError), connection.makefile("rb") as stream:
             while length := stream.read(4):
                 size = int.from_bytes(length, self.order)
@@ -200,7 +232,7 @@ class MotomanTwin:
         """Leads the arm along what is in the queue."""
         while self._running:
             with self._lock:
-                if self._points:
+                if self._points and self._paused_at is None:
                     elapsed, dof = time.monotonic() - self._began, len(self.arm.qpos)
                     times = [p.time_s for p in self._points]
                     k = min(max(bisect.bisect_right(times, elapsed), 1), len(times) - 1)

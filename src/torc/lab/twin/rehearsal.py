@@ -84,7 +84,7 @@ def _arm(
         return arm, arm, {"url": arm.url}
     if lab.arm.driver == "motoman":
         fastest = _CONTROLLER_SPEED * joints.max_speed
-        motoman = stack.enter_context(MotomanTwin(world, fastest, int(settings.get("group", 0))))
+        motoman = stack.enter_context(MotomanTwin(world, fastest, int(settings["group"])))
         # Its pictures come by a bridge of their own.
         pictures = stack.enter_context(RosTwin(world, joints.joint_names, camera=world, hand=hand))
         motion_port, state_port = motoman.ports

@@ -7,7 +7,7 @@ import base64
 import json
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Self
 
@@ -37,7 +37,9 @@ class RosTwin:
 
     Attributes:
         state: of its robot_status; change it to press the e-stop, say.
-        silent: it tells nothing any more.
+        silent: it says nothing any more.
+        others: positions of joints that are not the arm's, radians. Each is published on the topic of joint states by
+            a node of its own, as a Motoman driver does with its groups, or a gripper's driver.
         frozen: its camera gives one picture again and again.
         cancels: whether a goal ends when it is cancelled. rosbridge for ROS 2 takes cancelling in only once the goal
             has ended, unless it is told otherwise.
@@ -61,6 +63,7 @@ class RosTwin:
             raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("ros")) from error
         self.arm, self.joint_names, self.ros, self.action = arm, list(joint_names), ros, action
         self.state, self.silent, self.cancels = dict(READY), False, True
+        self.others: dict[str, float] = {"finger": 0.0}
         self.heard: list[dict[str, Any]] = []
         self._camera, self._picture_lock, self._hand = camera, threading.Lock(), hand
         self._pictures: tuple[float, dict[str, dict[str, Any]]] = (-1.0, {})
@@ -144,29 +147,31 @@ class RosTwin:
         """A topic's messages as long as they are wanted and the connection lasts."""
         with suppress(Exception):
             while self._running and (connection, wish, topic) in self._wishes:
-                message = None if self.silent else self._message(topic)
-                if message is not None:
+                for message in [] if self.silent else self._messages(topic):
                     self._say(connection, {"op": "publish", "topic": topic, "msg": message})
                 time.sleep(_PICTURE_PERIOD_S if topic in IMAGE_TOPICS.values() else _PERIOD_S)
 
-    def _message(self, topic: str) -> dict[str, Any] | None:
+    def _messages(self, topic: str) -> list[dict[str, Any]]:
+        """What comes next on a topic, from each of its publishers."""
         if self._hand is not None and topic == f"{self._hand.name}/joint_states":
-            return self._hand.joint_states()
+            return [self._hand.joint_states()]
         if topic.endswith("joint_states"):
-            names, qpos = self.joint_names, self.arm.qpos
-            # Other joints are among them, in an order of their own.
-            header = {"stamp": duration(time.time(), self.ros), "frame_id": ""}
-            positions = [0.0, *map(float, qpos[::-1])]
-            return {"header": header, "name": ["finger", *reversed(names)], "position": positions}
+            # In an order of its own.
+            own = dict(zip(reversed(self.joint_names), self.arm.qpos[::-1], strict=True))
+            return [self._joint_states(own), *(self._joint_states({k: q}) for k, q in self.others.items())]
         if topic.endswith("robot_status"):
-            told = {**self.state, "in_motion": int(self.moving)}
-            return {**{k: {"val": v} for k, v in told.items()}, "error_code": 0}
+            state = {**self.state, "in_motion": int(self.moving)}
+            return [{**{k: {"val": v} for k, v in state.items()}, "error_code": 0}]
         if topic.endswith("safety_mode"):
-            return {"mode": self._safety_mode()}
+            return [{"mode": self._safety_mode()}]
         for name, picture_topic in IMAGE_TOPICS.items():
             if topic == picture_topic and self._camera is not None:
-                return self._picture(self._camera)[name]
-        return None
+                return [self._picture(self._camera)[name]]
+        return []
+
+    def _joint_states(self, positions: Mapping[str, float]) -> dict[str, Any]:
+        header = {"stamp": duration(time.time(), self.ros), "frame_id": ""}
+        return {"header": header, "name": list(positions), "position": [float(q) for q in positions.values()]}
 
     def _safety_mode(self) -> int:
         """As a UR tells it: normal, protective, safeguard or robot emergency stop."""
@@ -201,7 +206,13 @@ class RosTwin:
         action = request["action"]
         told = {"action": action, "id": request["id"]}
         if self._hand is None or not action.startswith(f"{self._hand.name}/"):
-            message = {"op": "status", "level": "error", "msg": f"there is no action {action}", **told}
+            message = {
+                "op": "action_result",
+                "status": 0,
+                "values": "no such action",
+                "result": False,
+                **told,
+            }
         else:
             status, values = self._hand.act(action.removeprefix(f"{self._hand.name}/"), request["args"])
             message = {"op": "action_result", "status": status, "values": values, "result": True, **told}

@@ -1,0 +1,68 @@
+"""Signals that ask a program to end: Ctrl-C, and what a closed terminal or an init system sends."""
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
+from typing import Any
+
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
+
+
+@contextmanager
+def ended_like_ctrl_c() -> Iterator[None]:
+    """Within this, SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does, and Ctrl-C does so even where a parent
+    ignores it, as under nohup or in the background of a script. A SIGHUP that is ignored stays so: nohup asks for that.
+
+    Does nothing outside the main thread.
+    """
+    before = _set(lambda name, was: not (name == "SIGHUP" and was is signal.SIG_IGN), _interrupt)
+    try:
+        yield
+    finally:
+        _restore(before)
+
+
+@contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Within this, which must be short, such signals wait; the first of them comes through at its end."""
+    waiting: list[int] = []
+    before = _set(lambda name, was: callable(was), lambda number, frame: waiting.append(number))
+    try:
+        yield
+    finally:
+        _restore(before)
+        if waiting:
+            signal.raise_signal(waiting[0])
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    if number == getattr(signal, "SIGHUP", None):
+        # The terminal is gone: whatever is printed from now on would fail.
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError, AttributeError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    raise KeyboardInterrupt
+
+
+def _set(wanted: Any, handler: Any) -> dict[int, Any]:
+    """Sets a handler for those signals for which `wanted(name, handler now)`; the handlers before."""
+    before: dict[int, Any] = {}
+    if threading.current_thread() is not threading.main_thread():
+        return before
+    for name in _NAMES:
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        was = None if number is None else signal.getsignal(number)
+        if (
+            number is not None and was is not None and wanted(name, was)
+        ):  # None: set by other than Python code
+            before[number] = signal.signal(number, handler)
+    return before
+
+
+def _restore(before: dict[int, Any]) -> None:
+    for number, handler in before.items():
+        signal.signal(number, handler)
