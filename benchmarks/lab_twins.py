@@ -23,6 +23,7 @@ from torc.episode.simulated import pictured_target
 from torc.episode.trial import run_trial
 from torc.lab.devices import connect_arm, connect_gripper
 from torc.lab.lab_file import Lab, example_labs, load_lab
+from torc.lab.protocols import PowersServos
 from torc.lab.retrieval import Operation, lab_spec, retrieve
 from torc.problems.problem import load_problem
 from torc.problems.sets import problem_names
@@ -52,7 +53,9 @@ def twins(name: str, problem: str, speed: float, out: Path) -> Iterator[tuple[La
     tells the ids of what really lies in the bin.
     """
     own, twin = out / "lab.yaml", out / "twin.yaml"
-    own.write_text(example_labs()[name].replace("speed: 0.1 ", f"speed: {speed} "), encoding="utf-8")
+    # The fingertips' limit on hardware would slow them down, too.
+    fast = f"  tcp_speed_m_s: 5\n  speed: {speed} "
+    own.write_text(example_labs()[name].replace("  speed: 0.1 ", fast), encoding="utf-8")
     command = [
         sys.executable,
         "-m",
@@ -74,9 +77,9 @@ def twins(name: str, problem: str, speed: float, out: Path) -> Iterator[tuple[La
             lab = load_lab(twin)
             gripper, arm = connect_gripper(lab), connect_arm(lab)
             gripper.activate()  # type: ignore[attr-defined]
-            if hasattr(arm, "enable"):
+            if isinstance(arm, PowersServos):
                 arm.enable()
-            gripper.disconnect()  # type: ignore[attr-defined]
+            gripper.disconnect()
             arm.close()
 
             def truth() -> str:

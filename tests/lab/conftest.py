@@ -28,7 +28,7 @@ def rehearsed(tmp_path):
     @contextmanager
     def opened(name="sda10f-simple-message", problem="validation-structured-02", speed=1.0, max_picks=4):
         own, twin = tmp_path / "lab.yaml", tmp_path / "twin.yaml"
-        text = example_labs()[name].replace("speed: 0.1 ", f"speed: {speed} ")
+        text = example_labs()[name].replace("  speed: 0.1 ", f"  tcp_speed_m_s: 5\n  speed: {speed} ")
         text = text.replace("pipeline:\n", f"pipeline:\n  max_picks: {max_picks}\n")
         own.write_text(text, encoding="utf-8")
         with rehearsal(load_lab(own), load_problem(problem)) as there:

@@ -77,7 +77,7 @@ def test_checking_finds_what_is_wrong_and_moves_only_if_asked(rehearsed):
         assert len(there.arm.heard) == sent
         moved = list(check_lab(lab, lambda question: True))
         assert all(f.good for f in moved)
-        assert sum("came back" in f.text for f in moved) == 7
+        assert sum("turned as commanded, and back" in f.text for f in moved) == 7
         there.gripper.fault = 0x0E
         there.arm.halt(e_stopped=1)
         bad = {f.device: f.text for f in check_lab(lab) if not f.good}
@@ -116,7 +116,7 @@ def check_fault(rehearsed, tmp_path, wire, name, after_s):
         if name not in ("cut", "nudge"):  # a controller without a connection goes on to the end of its motion
             np.testing.assert_allclose(there.world.qpos, stopped_at, atol=0.02)
     assert trial.result["status"] in ("errored", "interrupted"), trial.result
-    assert fault.happened, "It ended so without a fault."
+    assert fault.happened, f"It ended so without a fault: {trial.result}."
     assert trial.result.get("outcomes") is None
     lines = read_events(trial.directory / "events.jsonl")
     told = [line.reason for line in lines if line.event == "halted"]

@@ -116,7 +116,9 @@ def _standing(lab: Lab, arm: ArmDriver) -> Iterator[Finding]:
         "camera are given: measure whether it is there",
     )
     for name in check_standing(lab.robot.arm, arm, lab.held_joints):
-        yield Finding("arm", False, f"{name} of held_joints is not reported: is its name right?")
+        yield Finding(
+            "arm", False, f"nobody reports {name}, which the robot description has in a fixed place"
+        )
 
 
 def _rates(arm: ArmDriver) -> Finding:

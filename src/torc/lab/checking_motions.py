@@ -75,7 +75,7 @@ class _Turn:
     def text(self) -> str:
         """Where the fingertips should go: whether a robot is built otherwise only a person can see."""
         before, after = (tcp_pose(self.robot, q, 0.0)[:3, 3] for q in self.there.qpos[[0, -1]])
-        dx, dy, dz = 100 * (after - before)
+        dx, dy, dz = (100 * (after - before)).tolist()
         ways = [
             f"{abs(d):.0f} cm {words[d < 0]}"
             for d, words in (

@@ -1,6 +1,7 @@
 """Whether the arm behind a driver is the one that the robot description models, and stands as it is modelled."""
 
 import re
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -10,6 +11,7 @@ from torc.errors import InputError
 from torc.lab.protocols import ArmDriver, LabError, SeesOtherJoints
 from torc.robots.description import ArmDescription
 
+_HEARD_S = 0.5
 _HELD_WITHIN_RAD = 0.01
 """A held joint may be off by so much: a centimetre at arm's length."""
 
@@ -76,24 +78,31 @@ def check_names(modelled: Sequence[str], named: Sequence[str], where: str) -> No
 
 
 def check_standing(arm: ArmDescription, driver: ArmDriver, held: Mapping[str, float]) -> list[str]:
-    """Joints that must be held and that the driver does not report. Raises LabError if one is elsewhere than the model
-    has it.
+    """Joints that must be held and that the driver does not report within half a second. Raises LabError if one is
+    elsewhere than the model has it.
 
     Args:
         arm: the modelled arm.
         driver: connected to it.
         held: held joints of the lab file, beside those that are known of the arm.
     """
-    wanted = {**hardware_of(arm).held, **held}
-    reported = driver.other_joints() if isinstance(driver, SeesOtherJoints) else {}
-    for name, position in wanted.items():
+    known = hardware_of(arm).held
+    # A known joint has a name in each protocol: one of them is enough. What the user named must be there.
+    wanted = [{name} for name in held] + ([set(known)] if known else [])
+    if not wanted:
+        return []
+    reported: Mapping[str, float] = {}
+    deadline = time.monotonic() + _HEARD_S
+    while not all(names & reported.keys() for names in wanted) and time.monotonic() < deadline:
+        reported = driver.other_joints() if isinstance(driver, SeesOtherJoints) else {}
+        time.sleep(0.01)
+    for name, position in {**known, **held}.items():
         if name in reported and abs(reported[name] - position) > _HELD_WITHIN_RAD:
             raise LabError(
                 f"{name} is at {reported[name]:.3f} rad; the robot description has it at {position:.3f}, so the arm "
                 "would go elsewhere. Bring it there by the pendant."
             )
-    # A joint may be known by one name or another; what the user named must be there.
-    return [name for name in held if name not in reported]
+    return [" or ".join(sorted(names)) for names in wanted if not names & reported.keys()]
 
 
 def _alike(modelled: str, named: str) -> bool:

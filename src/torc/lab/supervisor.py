@@ -41,6 +41,7 @@ class SupervisorConfig:
         late_s: beyond a motion's end, before it counts as stuck.
         rest_s: how long to wait for an arm that was told to stop.
         bend_rad: a motion that starts within this of where the arm is, in every joint, is bent to start there.
+        creep_rad: while a person confirms, an arm at rest may settle by this.
         goal_rad: so close to the goal, in every joint, the arm has arrived.
         short_rad: an arm that ends further from its goal was stopped, whatever it says.
         resting_rad_s: slower than this, it rests.
@@ -56,6 +57,7 @@ class SupervisorConfig:
     late_s: float = 3.0
     rest_s: float = 3.0
     bend_rad: float = 0.02
+    creep_rad: float = 0.002
     goal_rad: float = 0.01
     short_rad: float = 0.05
     resting_rad_s: float = 0.01
@@ -148,22 +150,29 @@ class SupervisedArm:
         if status.moving:
             raise MotionRefusedError(f"{self.driver.name} moves already, and not by torc.")
         status = self._settled(status)
+        planned = self._checked(trajectory, status, self.slowdown)
+        if not self.confirm(f"{self.driver.name}: a motion of {planned.duration_s:.1f} s", planned):
+            raise MotionRefusedError("The motion was not confirmed.")
+        # Whoever confirms may have taken a while.
+        status = self._awaited()
+        gap_rad = np.abs(status.qpos - planned.qpos[0]).max()
+        if status.stopped or gap_rad > max(self.config.creep_rad, self.driver.start_tolerance_rad):
+            raise MotionRefusedError(
+                f"{self.driver.name} moved, or was stopped, before the motion was confirmed."
+            )
+        # A servo that creeps into place is no more than that: the motion is bent once more.
+        return planned if gap_rad <= self.driver.start_tolerance_rad else self._checked(planned, status, 1.0)
+
+    def _checked(self, trajectory: Trajectory, status: ArmStatus, slowdown: float) -> Trajectory:
+        """The trajectory bent to where the arm is, and stretched to the limits. Raises MotionRefusedError."""
         if faults := form_faults(trajectory, self.robot.arm.dof):
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
         if np.abs(trajectory.qpos[0] - status.qpos).max() <= self.config.bend_rad:
             trajectory = starting_from(trajectory, status.qpos)
-        planned = stretched(trajectory, max(self.slowdown, stretch_for(trajectory, self.limits, self.robot)))
+        planned = stretched(trajectory, max(slowdown, stretch_for(trajectory, self.limits, self.robot)))
         faults = motion_faults(planned, status.qpos, self.driver.start_tolerance_rad, self.limits, self.robot)
         if faults:
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
-        if not self.confirm(f"{self.driver.name}: a motion of {planned.duration_s:.1f} s", planned):
-            raise MotionRefusedError("The motion was not confirmed.")
-        # Whoever confirms may have taken his time.
-        status = self._awaited()
-        if status.stopped or np.abs(status.qpos - planned.qpos[0]).max() > self.driver.start_tolerance_rad:
-            raise MotionRefusedError(
-                f"{self.driver.name} moved, or was stopped, before the motion was confirmed."
-            )
         return planned
 
     def _awaited(self) -> ArmStatus:
@@ -237,10 +246,10 @@ class SupervisedArm:
 
     def _rests(self, limit_s: float, still_s: float = 0.0) -> bool:
         """Whether the arm comes to rest within a time limit, by where it is at different moments: whether it is slow
-        from one to the next, for `still_s`.
+        from one to the next, and then for `still_s` more.
         """
         began, last, since_s = time.monotonic(), self._fresh(), np.inf
-        while time.monotonic() - began < limit_s:
+        while time.monotonic() - began < limit_s + still_s:
             time.sleep(self.config.period_s)
             status = self._fresh()
             if status.stamp_s > last.stamp_s:

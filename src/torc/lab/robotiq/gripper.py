@@ -1,5 +1,6 @@
 """The `Gripper` of torc.robots.protocols on a Robotiq 2F."""
 
+import threading
 import time
 from dataclasses import dataclass
 
@@ -13,8 +14,16 @@ from torc.robots.protocols import GripperState
 
 FORCE_N = (20.0, 235.0)
 """Least and most grip force of a 2F-85 (its data sheet)."""
+_FORCE_140_N = (10.0, 125.0)
+"""Of a 2F-140."""
+_WIDE_M = 0.1
+"""What opens wider is a 2F-140."""
 _ACTIVATION_S, _MOTION_S, _ECHO_S = 10.0, 6.0, 0.5
 _POLL_S = 0.01
+_ALIVE_S = 0.2
+"""The gripper is asked for its status so often while nobody else asks: after a second of silence it complains, and
+somebody who commands it beside torc is noticed.
+"""
 
 
 @dataclass(frozen=True)
@@ -66,29 +75,40 @@ class RobotiqConfig:
         """Positions and widths. Raises InputError."""
         return WidthScale(self.open_count, self.closed_count, self.max_width_m)
 
+    @property
+    def force_n(self) -> tuple[float, float]:
+        """Least and most grip force."""
+        return FORCE_N if self.max_width_m < _WIDE_M else _FORCE_140_N
+
 
 def over_modbus(config: RobotiqConfig) -> "RobotiqGripper":
     """A gripper on a serial line or Modbus TCP. Raises LabError, MissingDependencyError."""
-    return RobotiqGripper(ModbusWire(config.address, config.device, config.timeout_s), config.scale)
+    return RobotiqGripper(
+        ModbusWire(config.address, config.device, config.timeout_s), config.scale, config.force_n
+    )
 
 
 def over_urcap(config: RobotiqConfig) -> "RobotiqGripper":
     """A gripper behind a UR controller's URCap. Raises LabError."""
-    return RobotiqGripper(UrcapWire(config.address, config.timeout_s), config.scale)
+    return RobotiqGripper(UrcapWire(config.address, config.timeout_s), config.scale, config.force_n)
 
 
 class RobotiqGripper:
     """A gripper that was activated. It holds on when torc ends, or the connection breaks."""
 
-    def __init__(self, wire: Wire, scale: WidthScale | None = None) -> None:
-        """Raises LabError for a gripper with a fault."""
-        self.wire, self.scale = wire, scale or WidthScale()
+    def __init__(
+        self, wire: Wire, scale: WidthScale | None = None, force_n: tuple[float, float] = FORCE_N
+    ) -> None:
+        """Raises LabError for a gripper with a fault. force_n: its least and most grip force."""
+        self.wire, self.scale, self.force_n = wire, scale or WidthScale(), force_n
         self._closing = self._held = False
         try:
             wire.status().check(wire.name)
         except LabError:
             wire.close()
             raise
+        self._ended = threading.Event()
+        threading.Thread(target=self._keep_awake, name="torc-gripper", daemon=True).start()
 
     @property
     def name(self) -> str:
@@ -133,7 +153,8 @@ class RobotiqGripper:
         """Closes until contact, and keeps pressing: with force_n, as near as the gripper can. Raises LabError."""
         if force_n <= 0:
             raise InputError(f"The grip force must be positive, not {force_n} N.")
-        share = (force_n - FORCE_N[0]) / (FORCE_N[1] - FORCE_N[0])
+        least_n, most_n = self.force_n
+        share = (force_n - least_n) / (most_n - least_n)
         self._closing = True
         return self._state(
             self._move(GripperCommand(position=255, force=round(255 * float(np.clip(share, 0, 1)))))
@@ -158,7 +179,16 @@ class RobotiqGripper:
 
     def disconnect(self) -> None:
         """Ends the connection; the fingers keep their grip."""
+        self._ended.set()
         self.wire.close()
+
+    def _keep_awake(self) -> None:
+        """Asks for the status now and then, also while the arm moves. A lost connection shows at the next call."""
+        while not self._ended.wait(_ALIVE_S):
+            try:
+                self.wire.status()
+            except LabError:
+                return
 
     def _move(self, command: GripperCommand) -> GripperStatus:
         """The status once the fingers rest. What is told before the command's echo belongs to the one before."""

@@ -13,7 +13,6 @@ FAULTS = {
     0x05: "an action waits until the activation is complete",
     0x07: "it must be activated before it moves",
     0x08: "it is too hot; wait until it has cooled down",
-    0x09: "nobody has spoken to it for a second",
     0x0A: "the supply's voltage is too low",
     0x0B: "an automatic release is in progress",
     0x0C: "an internal fault; activate it again",
@@ -21,6 +20,11 @@ FAULTS = {
     0x0E: "the motor's current is too high",
     0x0F: "an automatic release is complete; activate it again",
 }
+
+
+_SILENCE = 0x09
+"""Nobody had spoken to it for a second: the first answer after any pause says so, and it is no fault."""
+_BEFORE_ACTIVATION = (0x05, 0x07)
 
 
 class Object(IntEnum):
@@ -83,10 +87,11 @@ class GripperStatus:
         return self.activated and self.state == READY
 
     def check(self, name: str) -> None:
-        """Raises LabError if there is a fault."""
-        if self.fault:
-            what = FAULTS.get(self.fault & 0x0F, "see its manual")
-            raise LabError(f"{name} reports fault 0x{self.fault:02X}: {what}.")
+        """Raises LabError if there is a fault. That it must be activated first is none before it is."""
+        code = self.fault & 0x0F
+        if not self.fault or code == _SILENCE or (code in _BEFORE_ACTIVATION and not self.ready):
+            return
+        raise LabError(f"{name} reports fault 0x{self.fault:02X}: {FAULTS.get(code, 'see its manual')}.")
 
 
 def status_of(registers: Sequence[int]) -> GripperStatus:

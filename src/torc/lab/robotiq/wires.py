@@ -20,6 +20,8 @@ DEVICE, BAUD = 9, 115_200
 URCAP_PORT = 63352
 _TIMEOUT_S = 0.5
 _MOST_BYTES = 256
+_ILLEGAL_FUNCTION = 1
+"""Modbus exception: a device that does not know a function code."""
 _QUIET_S = 0.05
 """An answer without an end of line is complete when nothing more has come for so long."""
 
@@ -49,6 +51,7 @@ class ModbusWire:
         except ImportError as error:
             raise MissingDependencyError("pymodbus, for Robotiq grippers,", extra_remedy("lab")) from error
         self.name, self._device, self._lock = f"Robotiq gripper at {address}", device, threading.Lock()
+        self._read = "read_input_registers"
         self._client: Any
         self._lost = ""
         if address.startswith(("/", "COM")):
@@ -63,11 +66,17 @@ class ModbusWire:
 
     def send(self, command: GripperCommand) -> None:
         """Writes the three registers."""
-        self._ask("write_registers", COMMAND_REGISTER, list(command.registers))
+        self._accepted(self._exchange("write_registers", COMMAND_REGISTER, list(command.registers)))
 
     def status(self) -> GripperStatus:
-        """Reads the three registers."""
-        return status_of(self._ask("read_input_registers", STATUS_REGISTER, count=COUNT).registers)
+        """Reads the three registers, as input registers or, where a gateway does not know these, as holding registers:
+        the gripper has the same in both.
+        """
+        answer = self._exchange(self._read, STATUS_REGISTER, count=COUNT)
+        if answer.isError() and getattr(answer, "exception_code", 0) == _ILLEGAL_FUNCTION:
+            self._read = "read_holding_registers"
+            answer = self._exchange(self._read, STATUS_REGISTER, count=COUNT)
+        return status_of(self._accepted(answer).registers)
 
     def close(self) -> None:
         """Ends the connection."""
@@ -75,7 +84,13 @@ class ModbusWire:
             self._lost = self._lost or "it was closed"
             self._client.close()
 
-    def _ask(self, function: str, *arguments: Any, **options: Any) -> Any:
+    def _accepted(self, answer: Any) -> Any:
+        if answer.isError():
+            raise LabError(f"{self.name} refuses: {answer}")
+        return answer
+
+    def _exchange(self, function: str, *arguments: Any, **options: Any) -> Any:
+        """The answer to one request, which may be a refusal. Raises LabError if there is none."""
         from pymodbus.exceptions import ModbusException
 
         with self._lock:
@@ -88,8 +103,6 @@ class ModbusWire:
                 self._lost = f"it does not answer: {error}"
                 self._client.close()
                 raise LabError(f"{self.name} is lost: {self._lost}") from error
-        if answer.isError():
-            raise LabError(f"{self.name} refuses: {answer}")
         return answer
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from torc.errors import InputError
+from torc.lab.identity import hardware_of
 from torc.lab.lab_file import Lab
 from torc.lab.twin.franka import FrankaHandTwin
 from torc.lab.twin.motoman import MotomanTwin
@@ -81,6 +82,7 @@ def _arm(
     if lab.arm.driver == "ros":
         names = settings.get("joint_names") or joints.joint_names
         arm = stack.enter_context(RosTwin(world, names, settings["ros"], settings["action"], 0, world, hand))
+        arm.others |= {**hardware_of(joints).held, **lab.held_joints}
         return arm, arm, {"url": arm.url}
     if lab.arm.driver == "motoman":
         fastest = _CONTROLLER_SPEED * joints.max_speed

@@ -16,6 +16,9 @@ from torc.lab.robotiq.wires import DEVICE
 from torc.lab.twin.behind import Fingers
 
 _STARTS_S = 5.0
+_SILENCE_S, _SILENCE = 1.0, 0x09
+"""The first answer after so much silence carries this fault (manual, chapter "Control", gFLT)."""
+_MUST_ACTIVATE = 0x07
 
 
 class RobotiqTwin:
@@ -23,12 +26,17 @@ class RobotiqTwin:
 
     Attributes:
         fault: what it reports, e.g. 0x0E; 0 for none.
+        written: all values that were written to its registers.
+        asked_s: when it was asked for its status, by `time.monotonic`.
         activation_s: how long activation takes.
     """
 
     def __init__(self, fingers: Fingers, activation_s: float = 0.1) -> None:
         self.fingers, self.activation_s = fingers, activation_s
         self.fault = 0
+        self.written: list[list[int]] = []
+        self.asked_s: list[float] = []
+        self._heard_s = time.monotonic()
         self._command = [0, 0, 0]
         self._activated_at: float | None = None
         self._lock = threading.Lock()
@@ -36,6 +44,8 @@ class RobotiqTwin:
     def write(self, offset: int, values: list[int]) -> None:
         """Registers from COMMAND_REGISTER + offset on are written."""
         with self._lock:
+            self.written.append(list(values))
+            self._heard_s = time.monotonic()
             self._command[offset : offset + len(values)] = values
             action = self._command[0] >> 8
             if not action & 1:
@@ -53,8 +63,13 @@ class RobotiqTwin:
             action = self._command[0] >> 8
             state = 0 if self._activated_at is None else READY if self._ready() else 1
             going = bool(action & 8)
+            now_s = time.monotonic()
+            silent, self._heard_s = now_s - self._heard_s > _SILENCE_S, now_s
+            self.asked_s.append(now_s)
+            early = _MUST_ACTIVATE if going and state != READY else 0
+            fault = self.fault or (_SILENCE if silent else early)
             flags = action & 1 | going << 3 | state << 4 | (found if going else 0) << 6
-            return [flags << 8, self.fault << 8 | self._command[1] & 0xFF, position << 8]
+            return [flags << 8, fault << 8 | self._command[1] & 0xFF, position << 8]
 
     def _ready(self) -> bool:
         return self._activated_at is not None and time.monotonic() - self._activated_at >= self.activation_s
