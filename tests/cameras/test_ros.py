@@ -1,5 +1,9 @@
 """The ROS camera against a fake rosbridge: both forms of messages, every encoding, and pictures that do not fit."""
 
+import base64
+import struct
+
+import cv2
 import numpy as np
 import pytest
 
@@ -207,3 +211,84 @@ def test_settings_are_checked():
         RosConfig(color="/c", depth="/c")
     with pytest.raises(InputError, match="above 0"):
         RosConfig(timeout_s=0)
+
+
+def compressed(data, form, ros=1):
+    """A CompressedImage as image_transport publishes it."""
+    message = color(ros=ros)
+    return {"header": message["header"], "format": form, "data": base64.b64encode(data).decode("ascii")}
+
+
+def png(pixels):
+    return cv2.imencode(".png", pixels)[1].tobytes()
+
+
+ALPHA = np.full((*TRUTH.rgb.shape[:2], 1), 7, np.uint8)
+GREY = cv2.cvtColor(TRUTH.rgb, cv2.COLOR_RGB2GRAY)
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        image_message(np.concatenate([TRUTH.rgb, ALPHA], axis=2), "rgba8"),
+        image_message(np.concatenate([TRUTH.rgb[..., ::-1], ALPHA], axis=2), "bgra8"),  # ZED, Azure Kinect
+        compressed(png(TRUTH.rgb[..., ::-1]), "rgb8; png compressed bgr8"),
+        compressed(png(TRUTH.rgb[..., ::-1]), "png"),
+    ],
+)
+def test_colours_in_other_forms(picture):
+    np.testing.assert_array_equal(capture(served([picture])).rgb, TRUTH.rgb)
+
+
+def test_grey_pictures_and_jpeg():
+    grey = np.repeat(GREY[..., None], 3, axis=2)
+    np.testing.assert_array_equal(capture(served([image_message(GREY, "mono8")])).rgb, grey)
+    deep = GREY.astype(np.uint16) * 200
+    seen_ = capture(served([image_message(deep, "mono16")])).rgb
+    scaled = np.rint(GREY.astype(float) * 255 / GREY.max())
+    np.testing.assert_allclose(seen_[..., 0], scaled, atol=1)
+    jpeg = cv2.imencode(".jpg", TRUTH.rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
+    o = capture(served([compressed(jpeg, "bgr8; jpeg compressed bgr8")]))
+    assert np.abs(o.rgb.astype(int) - TRUTH.rgb).mean() < 3
+
+
+def test_depth_in_other_forms():
+    """compressed_depth_image_transport: a header of 12 bytes, then millimetres, or inverse metres by a and b."""
+    plain = struct.pack("<iff", 0, 0.0, 0.0) + png(MM)
+    for picture in (image_message(MM, "mono16"), compressed(plain, "16UC1; compressedDepth png")):
+        np.testing.assert_allclose(capture(served(depths=[picture])).depth_m, MM / 1000, atol=1e-6)
+    metres, most = TRUTH.depth_m.astype(np.float64), 10.0
+    a, b = 100.0 * 101.0, 1.0 - 100.0 * 101.0 / most  # depth_quantization 100, depth_max 10
+    counts = np.where((metres > 0) & (metres < most), np.rint(a / np.maximum(metres, 1e-3) + b), 0)
+    quantized = struct.pack("<iff", 0, a, b) + png(np.clip(counts, 0, 65535).astype(np.uint16))
+    seen_ = capture(served(depths=[compressed(quantized, "32FC1; compressedDepth png")])).depth_m
+    there = counts > 0
+    np.testing.assert_allclose(seen_[there], metres[there], rtol=1e-3)
+    assert not seen_[~there].any()
+
+
+@pytest.mark.parametrize(
+    ("picture", "text"),
+    [
+        (compressed(b"no picture at all", "jpeg"), "not a picture as JPEG or PNG"),
+        (compressed(b"\0" * 5, "16UC1; compressedDepth png"), "empty"),
+        (compressed(b"\0" * 12 + png(GREY), "16UC1; compressedDepth png"), "16 bits"),
+        (compressed(b"\0" * 40, "16UC1; compressedDepth rvl"), "compressedDepth/format to png"),
+        ({**compressed(b"", "jpeg"), "data": 7}, "not base64"),
+    ],
+)
+def test_compressed_pictures_that_cannot_be_read(picture, text):
+    with pytest.raises(InputError, match=text):
+        capture(served(depths=[picture]))
+
+
+def test_a_time_out_says_what_is_published():
+    topics = ["/zed/rgb/image_rect_color", "/tf", "/zed/depth/depth_registered"]
+    kinds = ["sensor_msgs/Image", "tf2_msgs/TFMessage", "sensor_msgs/msg/Image"]
+    server = served()
+    server.topics, server.services = {}, {"/rosapi/topics": {"topics": topics, "types": kinds}}
+    with pytest.raises(
+        CameraError, match=r"Published are: /zed/depth/.* \(sensor_msgs/msg/Image\), /zed/rgb"
+    ) as error:
+        capture(server, timeout_s=0.3)
+    assert "/tf" not in str(error.value)

@@ -18,6 +18,12 @@ from torc.records import Observation
 from torc.ros.rosbridge import Rosbridge, RosbridgeError
 from torc.workspace.description import Workspace
 
+_PICTURES = tuple(
+    f"sensor_msgs/{form}{kind}"
+    for kind in ("Image", "CompressedImage", "CameraInfo")
+    for form in ("", "msg/")
+)
+_LISTED = 12
 _MOST_PICTURES = 200
 """To look through for two of one moment."""
 
@@ -77,8 +83,21 @@ class RosCamera(RealCamera):
                 self._bridge = Rosbridge(c.url, c.timeout_s)
             info, color, depth = self._messages(self._bridge)
         except RosbridgeError as error:
-            raise CameraError(f"{self.what}: {error}") from error
+            raise CameraError(f"{self.what}: {error}{self._published()}") from error
         return self._observation(color, depth, read_lens(c.info, info, c.rectified))
+
+    def _published(self) -> str:
+        """Which pictures there are instead, for messages; "" where nobody can say."""
+        if self._bridge is None or self._bridge.lost:
+            return ""
+        try:
+            there = self._bridge.published(_PICTURES)
+        except RosbridgeError:
+            return ""
+        pictures = [t for t in there if t.endswith(tuple(f"({kind})" for kind in _PICTURES))]
+        if not pictures:
+            return " No pictures are published there." if there else ""
+        return f" Published are: {', '.join(pictures[:_LISTED])}."
 
     def _messages(self, bridge: Rosbridge) -> tuple[Any, RosImage, RosImage]:
         """CameraInfo, a colour and a depth picture, all sent after this call."""

@@ -1,11 +1,13 @@
-"""sensor_msgs/Image and sensor_msgs/CameraInfo as rosbridge gives them, in the forms of ROS 1 and of ROS 2."""
+"""sensor_msgs/Image, CompressedImage and CameraInfo as rosbridge gives them, in the forms of ROS 1 and of ROS 2."""
 
 import base64
 import binascii
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 from jaxtyping import Float, Float32, UInt8
 
@@ -15,17 +17,24 @@ from torc.errors import InputError
 _PIXELS: Mapping[str, tuple[str, int]] = {
     "rgb8": ("u1", 3),
     "bgr8": ("u1", 3),
+    "rgba8": ("u1", 4),
+    "bgra8": ("u1", 4),
+    "mono8": ("u1", 1),
+    "mono16": ("u2", 1),
     "16UC1": ("u2", 1),
     "32FC1": ("f4", 1),
 }
 """Type and number of channels, by encoding."""
 _MODELS = ("", "plumb_bob", "rational_polynomial")
 _MOST_SIDE_PX = 8192
+_MILLIMETRES = ("16UC1", "mono16")
+_DEPTH_HEADER = struct.Struct("<iff")
+"""In front of the PNG of compressed depth: a format number, then the two parameters of quantized metres."""
 
 
 @dataclass(frozen=True)
 class RosImage:
-    """A picture: `pixels` are (h, w, 3) uint8 or (h, w) uint16 or float32."""
+    """A picture: `pixels` are (h, w, 3 or 4) uint8, or (h, w) uint8, uint16 or float32."""
 
     topic: str
     encoding: str
@@ -34,23 +43,29 @@ class RosImage:
     frame_id: str
 
     def colors(self) -> UInt8[np.ndarray, "h w 3"]:
-        """Red first. Raises InputError for a picture of depth."""
+        """Red first; grey pictures as three equal channels, those of 16 bits scaled to their brightest pixel. Raises
+        InputError for a picture of depth.
+        """
+        if self.encoding.startswith("mono"):
+            brightest = 255 if self.encoding == "mono8" else max(1, int(self.pixels.max()))
+            grey = np.rint(self.pixels.astype(np.float32) * (255 / brightest)).astype(np.uint8)
+            return np.repeat(grey[..., None], 3, axis=2)
         if self.pixels.ndim != 3:
             raise InputError(
                 f"{self.topic} is {self.encoding}, not a colour picture: give --camera.color one."
             )
-        order = 1 if self.encoding == "rgb8" else -1
-        return np.ascontiguousarray(self.pixels[..., ::order])
+        order = 1 if self.encoding.startswith("rgb") else -1
+        return np.ascontiguousarray(self.pixels[..., :3][..., ::order])
 
     def depth_m(self) -> Float32[np.ndarray, "h w"]:
-        """Metres: 16UC1 is in millimetres, 32FC1 in metres (REP 118); 0 for no reading, which NaN and infinity mean
-        there. Raises InputError for a colour picture.
+        """Metres: 16UC1 and mono16 are in millimetres, 32FC1 in metres (REP 118); 0 for no reading, which NaN and
+        infinity mean there. Raises InputError for a colour picture.
         """
-        if self.pixels.ndim != 2:
+        if self.pixels.ndim != 2 or self.encoding == "mono8":
             raise InputError(
                 f"{self.topic} is {self.encoding}, not depth: give --camera.depth a depth picture."
             )
-        if self.encoding == "16UC1":
+        if self.encoding in _MILLIMETRES:
             return self.pixels.astype(np.float32) * np.float32(0.001)
         return np.nan_to_num(self.pixels.astype(np.float32), nan=0.0, posinf=0.0, neginf=0.0)
 
@@ -68,9 +83,11 @@ class RosLens:
 
 
 def read_image(topic: str, message: Any) -> RosImage:
-    """A sensor_msgs/Image. Raises InputError for another message, an encoding that is not known, and sizes that do not
-    fit the data.
+    """A sensor_msgs/Image or CompressedImage. Raises InputError for another message, an encoding that is not known, and
+    sizes that do not fit the data.
     """
+    if isinstance(message, dict) and "format" in message and "encoding" not in message:
+        return _decompressed(topic, message)
     height, width, step = (_whole(topic, message, k) for k in ("height", "width", "step"))
     encoding, data = (_entry(topic, message, k) for k in ("encoding", "data"))
     if encoding not in _PIXELS:
@@ -81,10 +98,7 @@ def read_image(topic: str, message: Any) -> RosImage:
     kind, channels = _PIXELS[encoding]
     type_ = np.dtype(kind).newbyteorder(">" if _entry(topic, message, "is_bigendian") else "<")
     row = width * channels * type_.itemsize
-    try:
-        raw = base64.b64decode(data, validate=True)
-    except (TypeError, ValueError, binascii.Error) as error:
-        raise InputError(f"{topic}: its data are not base64, as rosbridge writes them: {error}.") from error
+    raw = _bytes(topic, data)
     if not 0 < width <= _MOST_SIDE_PX or not 0 < height <= _MOST_SIDE_PX or step < row:
         raise InputError(f"{topic}: {width}x{height} pixels of {encoding} do not fit rows of {step} bytes.")
     if len(raw) != step * height:
@@ -126,6 +140,55 @@ def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
         )
     # Both have OpenCV's order.
     return RosLens(width, height, K, pinhole_map(K, (height, width), brown_conrady(coefficients)))
+
+
+def _decompressed(topic: str, message: Mapping[str, Any]) -> RosImage:
+    """A CompressedImage of image_transport: JPEG or PNG, or a depth picture as PNG behind a header."""
+    told, raw = str(message["format"]), _bytes(topic, _entry(topic, message, "data"))
+    header = _entry(topic, message, "header")
+    about: dict[str, Any] = {
+        "topic": topic,
+        "stamp_s": _seconds(topic, _entry(topic, header, "stamp")),
+        "frame_id": str(_entry(topic, header, "frame_id")).lstrip("/"),
+    }
+    if "compressedDepth" not in told:
+        # OpenCV decodes to blue first, whatever the encoding was.
+        return RosImage(encoding="bgr8", pixels=_decoded(topic, raw, cv2.IMREAD_COLOR), **about)
+    encoding = told.partition(";")[0].strip()
+    if "rvl" in told or encoding not in ("16UC1", "32FC1"):
+        raise InputError(
+            f"{topic} is compressed as {told[:60]!r}; torc reads 16UC1 and 32FC1 as png. Set compressedDepth/format to "
+            "png, or give the topic of the plain picture."
+        )
+    if len(raw) <= _DEPTH_HEADER.size:
+        raise InputError(f"{topic}: its picture is empty. Was the message cut?")
+    _, a, b = _DEPTH_HEADER.unpack_from(raw)
+    counts = _decoded(topic, raw[_DEPTH_HEADER.size :], cv2.IMREAD_UNCHANGED)
+    if counts.dtype != np.uint16 or counts.ndim != 2:
+        raise InputError(f"{topic}: compressed depth is a grey picture of 16 bits, not {counts.dtype}.")
+    if encoding == "16UC1":
+        return RosImage(encoding=encoding, pixels=counts, **about)
+    # Metres are kept as inverse depth: counts = a / depth + b.
+    with np.errstate(divide="ignore"):
+        depth_m = np.where(counts > 0, a / (counts.astype(np.float32) - np.float32(b)), np.float32(np.nan))
+    return RosImage(encoding=encoding, pixels=depth_m.astype(np.float32), **about)
+
+
+def _decoded(topic: str, raw: bytes, how: int) -> np.ndarray:
+    try:
+        found = cv2.imdecode(np.frombuffer(raw, np.uint8), how)
+    except cv2.error:
+        found = None
+    if found is None or max(found.shape[:2]) > _MOST_SIDE_PX:
+        raise InputError(f"{topic}: its data are not a picture as JPEG or PNG. Was the message cut?")
+    return np.asarray(found)
+
+
+def _bytes(topic: str, data: Any) -> bytes:
+    try:
+        return base64.b64decode(data, validate=True)
+    except (TypeError, ValueError, binascii.Error) as error:
+        raise InputError(f"{topic}: its data are not base64, as rosbridge writes them: {error}.") from error
 
 
 def _entry(topic: str, message: Any, name: str) -> Any:

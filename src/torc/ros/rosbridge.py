@@ -23,6 +23,8 @@ _MOST_BEGUN = 8
 """Messages of which some fragments came, and others not."""
 _MOST_WAITING = 20
 """Messages of a topic that the server keeps for a reader who wants them all."""
+_LISTS_S = 1.0
+"""rosapi names the topics within this time, or nobody runs it."""
 _ALIVE_S = 5.0
 """A server that does not answer a ping within this time is gone."""
 
@@ -232,7 +234,7 @@ class Rosbridge:
         say: that takes its node rosapi. Raises RosbridgeError if the connection is lost.
         """
         try:
-            answer = self.call("/rosapi/topics")
+            answer = self.call("/rosapi/topics", timeout_s=_LISTS_S)
             found = list(zip(answer["topics"], answer["types"], strict=True))
         except (RosbridgeError, LookupError, TypeError, ValueError):
             self._check()
