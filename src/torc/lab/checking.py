@@ -107,15 +107,15 @@ def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
 
 def _standing(lab: Lab, arm: ArmDriver) -> Iterator[Finding]:
     """Where its base is in the world, and what of the robot could not be compared with the model."""
-    base = lab.robot.arm.T_world_base
-    x, y, z = base[:3, 3]
+    arm_description = lab.robot.arm
+    x, y, z = (arm_description.T_world_base @ arm_description.Ts_parent_joint[0])[:3, 3]
     yield Finding(
         "arm",
         True,
-        f"its first joint is modelled at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the world frame, in which table, bin and "
-        "camera are given: measure whether it is there",
+        f"the robot description has its first joint at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the world frame, in which table, "
+        "bin and camera are given: measure whether it is there",
     )
-    for name in check_standing(lab.robot.arm, arm, lab.held_joints):
+    for name in check_standing(arm_description, arm, lab.held_joints):
         yield Finding(
             "arm", False, f"nobody reports {name}, which the robot description has in a fixed place"
         )
