@@ -12,7 +12,7 @@ from typing import Any, Self
 
 from torc.errors import MissingDependencyError, extra_remedy
 from torc.lab.robotiq.registers import COMMAND_REGISTER, COUNT, READY, STATUS_REGISTER
-from torc.lab.robotiq.wires import DEVICE
+from torc.lab.robotiq.wires import BAUD, DEVICE
 from torc.lab.twin.behind import Fingers
 
 _STARTS_S = 5.0
@@ -76,15 +76,15 @@ class RobotiqTwin:
 
 
 class ModbusTwin:
-    """A twin behind Modbus TCP on the loopback interface; in a `with`."""
+    """A twin behind pymodbus's server, on Modbus TCP on the loopback interface or on a serial line; in a `with`."""
 
-    def __init__(self, twin: RobotiqTwin, port: int = 0) -> None:
-        """Raises MissingDependencyError."""
+    def __init__(self, twin: RobotiqTwin, port: int = 0, line: str = "") -> None:
+        """line: a serial port, e.g. one end of a pair of pseudo-terminals. Raises MissingDependencyError."""
         try:
             import pymodbus  # noqa: F401
         except ImportError as error:
             raise MissingDependencyError("pymodbus, for Robotiq grippers,", extra_remedy("lab")) from error
-        self.twin, self._port = twin, port
+        self.twin, self._port, self._line = twin, port, line
         self._up, self._loop = threading.Event(), asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._server: Any = None
@@ -104,7 +104,7 @@ class ModbusTwin:
     @property
     def address(self) -> str:
         """For `ModbusWire`."""
-        return f"127.0.0.1:{self._port}"
+        return f"127.0.0.1:{self._port}" if not self._line else self._line
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
@@ -112,7 +112,8 @@ class ModbusTwin:
         self._loop.run_forever()
 
     async def _serve(self) -> None:
-        from pymodbus.server import ModbusTcpServer
+        from pymodbus import FramerType
+        from pymodbus.server import ModbusSerialServer, ModbusTcpServer
         from pymodbus.simulator import DataType, SimData, SimDevice
 
         blocks = [
@@ -120,9 +121,13 @@ class ModbusTwin:
             for start in (COMMAND_REGISTER, STATUS_REGISTER)
         ]
         device = SimDevice(DEVICE, simdata=blocks, action=self._exchange)
-        self._server = ModbusTcpServer(device, address=("127.0.0.1", self._port))
-        await self._server.listen()
-        self._port = self._server.transport.sockets[0].getsockname()[1]
+        if self._line:
+            self._server = ModbusSerialServer(device, framer=FramerType.RTU, port=self._line, baudrate=BAUD)
+            await self._server.listen()
+        else:
+            self._server = ModbusTcpServer(device, address=("127.0.0.1", self._port))
+            await self._server.listen()
+            self._port = self._server.transport.sockets[0].getsockname()[1]
         self._up.set()
 
     async def _exchange(
