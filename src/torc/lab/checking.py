@@ -112,8 +112,8 @@ def _standing(lab: Lab, arm: ArmDriver) -> Iterator[Finding]:
     yield Finding(
         "arm",
         True,
-        f"its first joint is modelled at x {x:.3f}, y {y:.3f}, z {z:.3f} m in the world frame, the one of table, bin and "
-        "camera: measure whether it is there",
+        f"its first joint is modelled at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the world frame, that of table, bin "
+        "and camera: measure whether it is there",
     )
     for name in check_standing(arm_description, arm, lab.held_joints):
         yield Finding(
