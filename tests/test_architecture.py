@@ -20,6 +20,7 @@ ORDER = [
     "plugins",
     "stages",
     "processes",
+    "interrupts",
     "networks",
     "ros",
     "records",

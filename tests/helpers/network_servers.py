@@ -58,6 +58,6 @@ def free_port() -> int:
         return int(taken.getsockname()[1])
 
 
-def config_for(address: str, timeout_s: float = 20.0) -> ServerConfig:
+def config_for(address: str, timeout_s: float = 120.0) -> ServerConfig:
     """A client's settings for it."""
     return ServerConfig(address, timeout_s)

@@ -161,6 +161,7 @@ def test_an_arm_that_somebody_else_moves_on_is_not_said_to_rest(robot):
                 other.start(motion(twin.arm.qpos, by=-1.0, duration_s=3.0, n=301))
 
             watched = supervised(arm, robot)
+            watched.config = replace(watched.config, rest_s=0.3)
             timer = threading.Timer(0.3, preempt)
             timer.start()
             with pytest.raises(RobotStoppedError, match=r"still moves, and not by torc"):

@@ -93,7 +93,7 @@ def test_faults_in_mid_motion_stop_the_arm_and_nothing_is_sent_after(arm, twin, 
     timer = threading.Timer(0.2, fault, (twin,))
     timer.start()
     with pytest.raises(LabError, match=words):
-        watched.follow(motion(robot.arm.rest_qpos, duration_s=1.0))
+        watched.follow(motion(robot.arm.rest_qpos, duration_s=4.0))
     timer.join()
     time.sleep(0.1)  # what was sent before arrives
     heard = len(twin.heard)

@@ -22,7 +22,7 @@ def server_of(told):
     """Settings of a server that gives these answers by action, or calls them with what it is asked."""
     running = []
 
-    def make(timeout_s=20.0, **answers):
+    def make(timeout_s=120.0, **answers):
         def handler(action, answer):
             def handle(asked):
                 told[action] = asked

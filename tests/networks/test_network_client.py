@@ -24,7 +24,7 @@ def client_of():
     """Clients that are closed after the test."""
     made = []
 
-    def make(address, timeout_s=20.0, **more):
+    def make(address, timeout_s=120.0, **more):
         made.append(NetworkClient(ServerConfig(address, timeout_s, **more)))
         return made[-1]
 

@@ -101,15 +101,23 @@ def test_a_port_that_is_taken_is_refused():
         NetworkServer({}, port=99999)
 
 
-def test_ctrl_c_ends_it_and_it_says_what_it_serves_and_where():
+@pytest.mark.parametrize(("sent", "ignored"), [("SIGINT", False), ("SIGINT", True), ("SIGTERM", False)])
+def test_a_signal_ends_it_and_it_says_what_it_serves_and_where(sent, ignored):
+    """A parent may ignore Ctrl-C, as a script does for what it starts in the background."""
     code = "from torc.networks.server import serve; serve({'a': dict, 'b': dict}, 'the parts', 0)"
-    server = subprocess.Popen([sys.executable, "-u", "-c", code], stdout=subprocess.PIPE, text=True)
+    handler = signal.SIG_IGN if ignored else signal.default_int_handler
+    server = subprocess.Popen(
+        [sys.executable, "-u", "-c", code],
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, handler),
+    )
     assert server.stdout is not None
     line = server.stdout.readline()
     assert line.startswith("the parts answers a, b at tcp://127.0.0.1:")
     assert server.stdout.readline() == "Ctrl-C ends it.\n"
     with NetworkClient(config_for(line.split()[-1])) as client:
         assert client.ask("a", n=1).values == {"n": 1}
-    server.send_signal(signal.SIGINT)
+    server.send_signal(getattr(signal, sent))
     rest, _ = server.communicate(timeout=60)
     assert (server.returncode, rest.strip()) == (0, "")

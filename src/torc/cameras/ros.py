@@ -16,6 +16,7 @@ from torc.cameras.ros_messages import RosImage, RosLens, read_image, read_lens
 from torc.errors import CameraError, InputError
 from torc.records import Observation
 from torc.ros.rosbridge import Rosbridge, RosbridgeError
+from torc.ros.topics import published
 from torc.workspace.description import Workspace
 
 _PICTURES = tuple(
@@ -23,7 +24,6 @@ _PICTURES = tuple(
     for kind in ("Image", "CompressedImage", "CameraInfo")
     for form in ("", "msg/")
 )
-_LISTED = 12
 _MOST_PICTURES = 200
 """To look through for two of one moment."""
 
@@ -83,21 +83,9 @@ class RosCamera(RealCamera):
                 self._bridge = Rosbridge(c.url, c.timeout_s)
             info, color, depth = self._messages(self._bridge)
         except RosbridgeError as error:
-            raise CameraError(f"{self.what}: {error}{self._published()}") from error
+            there = published(self._bridge, _PICTURES) if self._bridge is not None else ""
+            raise CameraError(f"{self.what}: {error}{there}") from error
         return self._observation(color, depth, read_lens(c.info, info, c.rectified))
-
-    def _published(self) -> str:
-        """Which pictures there are instead, for messages; "" where nobody can say."""
-        if self._bridge is None or self._bridge.lost:
-            return ""
-        try:
-            there = self._bridge.published(_PICTURES)
-        except RosbridgeError:
-            return ""
-        pictures = [t for t in there if t.endswith(tuple(f"({kind})" for kind in _PICTURES))]
-        if not pictures:
-            return " No pictures are published there." if there else ""
-        return f" Published are: {', '.join(pictures[:_LISTED])}."
 
     def _messages(self, bridge: Rosbridge) -> tuple[Any, RosImage, RosImage]:
         """CameraInfo, a colour and a depth picture, all sent after this call."""

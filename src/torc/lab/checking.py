@@ -108,12 +108,14 @@ def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
 def _standing(lab: Lab, arm: ArmDriver) -> Iterator[Finding]:
     """Where its base is in the world, and what of the robot could not be compared with the model."""
     arm_description = lab.robot.arm
-    x, y, z = (arm_description.T_world_base @ arm_description.Ts_parent_joint[0])[:3, 3]
+    base = arm_description.T_world_base
+    x, y, z = (base @ arm_description.Ts_parent_joint[0])[:3, 3]
+    turned = np.rad2deg(np.arctan2(base[1, 0], base[0, 0]))
     yield Finding(
         "arm",
         True,
         f"its first joint is modelled at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the world frame, that of table, bin "
-        "and camera: measure whether it is there",
+        f"and camera, and its base turned by {turned:.0f} degrees about z: measure whether it stands there",
     )
     for name in check_standing(arm_description, arm, lab.held_joints):
         yield Finding(

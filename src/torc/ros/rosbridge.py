@@ -9,22 +9,19 @@ import itertools
 import json
 import threading
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
 
 from torc.errors import MissingDependencyError, TorcError, extra_remedy
+from torc.ros.fragments import Fragments
 
 _MAX_BYTES = 256 * 2**20
 """Of one message: a picture of 20 megapixels as base64 has 80 MB."""
-_MOST_BEGUN = 8
-"""Messages of which some fragments came, and others not."""
 _MOST_WAITING = 20
 """Messages of a topic that the server keeps for a reader who wants them all."""
-_LISTS_S = 1.0
-"""rosapi names the topics within this time, or nobody runs it."""
 _ALIVE_S = 5.0
 """A server that does not answer a ping within this time is gone."""
 
@@ -85,8 +82,7 @@ class Rosbridge:
         """Per id of a request, None until it is answered."""
         self._refusals: dict[str, str] = {}
         """What the server said of requests that it could not fulfil, by their id."""
-        self._parts: dict[Any, dict[int, str]] = {}
-        """Of long messages, which some servers send in fragments, by their id."""
+        self._fragments = Fragments(2 * _MAX_BYTES)
         self._reader = threading.Thread(target=self._read, name="torc-rosbridge", daemon=True)
         self._reader.start()
 
@@ -229,19 +225,6 @@ class Rosbridge:
                 raise RosbridgeError(f"rosbridge at {self.url} refuses: {self._refusals[goal]}")
             return self._answers.get(goal)
 
-    def published(self, kinds: Collection[str] = ()) -> list[str]:
-        """Topics that somebody publishes, as "name (type)", those of the given types first; empty if the server cannot
-        say: that takes its node rosapi. Raises RosbridgeError if the connection is lost.
-        """
-        try:
-            answer = self.call("/rosapi/topics", timeout_s=_LISTS_S)
-            found = list(zip(answer["topics"], answer["types"], strict=True))
-        except (RosbridgeError, LookupError, TypeError, ValueError):
-            self._check()
-            return []
-        found.sort(key=lambda topic: (topic[1] not in kinds, topic))
-        return [f"{name} ({kind})" for name, kind in found]
-
     def _count(self, topic: str) -> int:
         """With the lock held."""
         latest = self._latest.get(topic)
@@ -298,7 +281,7 @@ class Rosbridge:
             raise TorcError(f"it sent what is no message of rosbridge: {text[:80]!r}") from error
         with self._news:
             if what == "fragment":
-                text = self._joined(message)
+                text = self._fragments.joined(message)
             elif what == "publish":
                 self._latest[topic] = Latest(self._count(topic) + 1, message.get("msg"), time.monotonic())
                 if topic in self._takes:
@@ -310,20 +293,6 @@ class Rosbridge:
             self._news.notify_all()
         if what == "fragment" and text:
             self._take(text)
-
-    def _joined(self, fragment: Mapping[str, Any]) -> str:
-        """The message that a fragment completes, else ""."""
-        number, total = int(fragment["num"]), int(fragment["total"])
-        if total * len(fragment["data"]) > 2 * _MAX_BYTES or not 0 <= number < total:
-            raise TorcError("it sent fragments that are too long, or have wrong numbers")
-        while len(self._parts) > _MOST_BEGUN:
-            del self._parts[next(iter(self._parts))]
-        parts = self._parts.setdefault(fragment["id"], {})
-        parts[number] = fragment["data"]
-        if len(parts) < total:
-            return ""
-        del self._parts[fragment["id"]]
-        return "".join(parts[k] for k in range(total))
 
     def _lose(self, error: BaseException | None) -> None:
         with self._news:

@@ -27,6 +27,7 @@ from torc.lab.ros.messages import (
 )
 from torc.records import Trajectory
 from torc.ros.rosbridge import Rosbridge, RosbridgeError
+from torc.ros.topics import published
 
 StatusKind = Literal["industrial", "ur", "none"]
 _FAULTS: dict[str, tuple[dict[int, str], Callable[[Any], str]]] = {
@@ -46,8 +47,6 @@ _NOT_CANCELLED = {
 }
 _CONNECTS_S = 0.5
 """ROS 1 connects a new publisher to its readers so long after it was advertised; what is sent before is lost."""
-_LISTED = 12
-"""Topics that a message names."""
 _FIRST_STATES = 50
 """Looks for the first joint states within the time-out."""
 
@@ -233,9 +232,7 @@ class RosArm:
         try:
             self._bridge.receive(topic)
         except RosbridgeError as error:
-            there = self._bridge.published([kind])
-            listed = f" Published are: {', '.join(there[:_LISTED])}." if there else ""
-            raise RosbridgeError(f"{error}{listed}") from error
+            raise RosbridgeError(f"{error}{published(self._bridge, [kind])}") from error
 
     def _take_arm(self) -> None:
         """Once, before the first goal: makes sure that no other torc moves this arm, and advertises the goals' topics.
