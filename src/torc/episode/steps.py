@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from torc.episode.events import Executed, Listener, Looked, Planned
 from torc.episode.held import HeldLook
 from torc.episode.identity import true_ids
+from torc.grasping.reasons import why_none_is_valid
 from torc.motion.asking import ask_motion_planner
 from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.perception.asking import ask_camera
@@ -175,8 +176,8 @@ def checked_choice(look: Look, decision: Decision) -> int | PickOutcome:
     """
     report, chosen = look.context.report, decision.object_id
     if not report.graspable_ids:
-        detail = "No object in sight has a valid grasp."
-        return PickOutcome(PickResult.NO_VALID_GRASP, -1 if chosen is None else chosen, detail=detail)
+        why = why_none_is_valid(report)
+        return PickOutcome(PickResult.NO_VALID_GRASP, -1 if chosen is None else chosen, detail=why)
     if chosen is None:
         return PickOutcome(PickResult.NO_VALID_CHOICE, -1, detail=decision.reason)
     if not report.has_valid_grasp(chosen):

@@ -21,6 +21,7 @@ from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.gripper_parsing import parse_gripper
 from torc.robots.kinematics import sphere_centers
 from torc.robots.model import Model
+from torc.robots.proving import refuse_urdf, robot_faults
 from torc.robots.schema import ArmEntry, RobotFile, read_robot_file
 from torc.robots.spheres import parse_spheres, static_spheres
 
@@ -83,6 +84,9 @@ def parse_robot(path: Path) -> RobotDescription:
         root_body_names=tuple(m.body(b).name for b in range(1, m.nbody) if m.body_parentid[b] == 0),
         source=source,
     )
+    if faults := robot_faults(robot, m):
+        listed = "".join(f"\n- {fault}." for fault in faults)
+        raise InputError(f"The robot of {path} cannot pick:{listed}")
     _check_rest(robot, path)
     return robot
 
@@ -90,6 +94,7 @@ def parse_robot(path: Path) -> RobotDescription:
 def _compile(mjcf_path: Path) -> Any:
     if not mjcf_path.is_file():
         raise InputError(f"There is no MJCF file {mjcf_path}; the robot file's `mjcf` is relative to itself.")
+    refuse_urdf(mjcf_path)
     try:
         with warnings_in_the_log():
             return mujoco.MjModel.from_xml_path(str(mjcf_path))
