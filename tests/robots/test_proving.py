@@ -6,7 +6,11 @@ from torc.errors import InputError
 from torc.robots.loading import load_robot
 
 M2 = '<position name="m2" joint="a2" kp="3000" dampratio="1"/>'
-GRIP = '<general name="grip" joint="slide_right" ctrlrange="0 255" gainprm="0.2" biastype="affine" biasprm="0 -1000 -60"/>'
+GRIP = (
+    '<general name="grip" joint="slide_right" ctrlrange="0 255" gainprm="0.2" biastype="affine" '
+    'biasprm="0 -1000 -60"/>'
+)
+TIP = '<site name="right_tip" pos="0 0 0.04"/>'
 STAND = '<body name="stand" pos="0.1 0.2 0.3">'
 
 
@@ -37,7 +41,7 @@ STAND = '<body name="stand" pos="0.1 0.2 0.3">'
         ),
         (GRIP, GRIP.replace('ctrlrange="0 255"', 'ctrlrange="0 20"'), "does not close the gripper"),
         (GRIP, GRIP.replace(' ctrlrange="0 255"', ""), "needs a ctrlrange"),
-        ('<site name="right_tip" pos="0 0 0.04"/>', '<site name="right_tip" pos="0 0 0.04" euler="3.14159 0 0"/>', "point outward"),
+        (TIP, TIP.replace("/>", ' euler="3.14159 0 0"/>'), "point outward"),
         (STAND, '<geom name="ground" type="plane" size="0 0 .1"/>' + STAND, r"holds a plane \(ground\)"),
         (STAND, '<geom type="plane" size="1 1 .1" pos="0 0 -1"/>' + STAND, "holds a plane"),
         (STAND, '<geom name="desk" type="box" size=".5 .5 .02"/>' + STAND, r"geom of the world \(desk\)"),

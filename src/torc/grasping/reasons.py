@@ -39,7 +39,5 @@ def why_none_is_valid(report: GraspReport) -> str:
     ranked = sorted((s for s in counts if counts[s]), key=lambda s: -counts[s])
     listed = ", ".join(f"{counts[s]} {_WORDS[s]}" for s in ranked)
     text = f"No object in sight has a valid grasp: of {total} grasps {listed}."
-    first = ranked[0] if ranked else None
-    if first in _REMEDIES and counts[first] >= _NEARLY_ALL * total:
-        return f"{text} {_REMEDIES[first]}"
-    return text
+    nearly = [s for s in ranked if s in _REMEDIES and counts[s] >= _NEARLY_ALL * total]
+    return f"{text} {_REMEDIES[nearly[0]]}" if nearly else text

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from torc.errors import InputError, UnknownNameError
 from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
 from torc.fingerprints import fingerprint
-from torc.geometry.transforms import look_at
+from torc.geometry.transforms import look_at, project
 from torc.records import VoxelGrid
 from torc.workspace.description import Bin, Box, CameraMount, Room, Workspace
 
@@ -21,6 +21,10 @@ EXAMPLE = DATA / "paper.yaml"
 _MAX_BYTES = 100_000
 _MAX_VOXELS = 20_000_000
 _SUPPORT_TOLERANCE_M = 0.005
+_LEAST_FOV_DEG = 5.0
+_APART_M = 1e-3
+_LOOKS = 41
+"""Points along each side of the table that the camera may see."""
 Positive = Annotated[Number, Field(gt=0.0)]
 Vec = tuple[Number, Number, Number]
 Size = tuple[Positive, Positive, Positive]
@@ -84,6 +88,14 @@ class _CameraEntry(_Strict):
         seen_from = self.position is not None and self.look_at is not None
         if seen_from == (self.T_world_camera is not None):
             raise ValueError("give either position and look_at, or T_world_camera")
+        if self.vertical_fov_deg < _LEAST_FOV_DEG:
+            raise ValueError(
+                f"vertical_fov_deg {self.vertical_fov_deg:g} is hardly a picture; are these radians? Give degrees"
+            )
+        if self.position is not None and self.look_at is not None:
+            apart = np.subtract(self.look_at, self.position)
+            if np.linalg.norm(apart) < _APART_M:
+                raise ValueError("position and look_at are the same point: the camera would look at itself")
         if self.T_world_camera is not None:
             T = np.array(self.T_world_camera, dtype=float)
             if T.shape != (4, 4) or not np.allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-4):
@@ -133,7 +145,26 @@ class _WorkspaceFile(_Strict):
             raise ValueError(f"the region's floor must be the table's upper side, at z = {support:g}")
         if np.prod(self.region.shape) > _MAX_VOXELS:
             raise ValueError(f"the region has more than {_MAX_VOXELS:,} voxels; enlarge voxel_size")
+        self._check_view()
         return self
+
+    def _check_view(self) -> None:
+        """Raises ValueError for a camera that stands in something solid, or sees nothing of the table."""
+        camera, table = self.camera.mount(), self.table
+        solid = {"the table": table, **{f"the obstacle {o.name}": o for o in self.obstacles}}
+        for name, box in solid.items():
+            if (np.abs(camera.T_world_camera[:3, 3] - box.center) <= np.array(box.size) / 2).all():
+                raise ValueError(f"the camera is inside {name}")
+        x, y = (np.linspace(-0.5, 0.5, _LOOKS) * table.size[i] + table.center[i] for i in (0, 1))
+        top = table.center[2] + table.size[2] / 2
+        points = np.stack(np.meshgrid(x, y, [top]), axis=-1).reshape(-1, 3)
+        columns, rows, depth_m = project(points, camera.K, camera.T_world_camera)
+        inside = (columns > 0) & (columns < camera.width) & (rows > 0) & (rows < camera.height)
+        if not (inside & (depth_m > 0)).any():
+            raise ValueError(
+                "the camera sees nothing of the table; is its pose from camera to world, with OpenCV's axes (z "
+                "forward, y down)?"
+            )
 
 
 @cache
