@@ -91,13 +91,21 @@ def write_numbers(
     `mark_pixels` with outlines only.
     """
     boxes = number_boxes(label.shape, numbers, small=small)
-    sizes = {i: (large.shape, tight.shape) for i, (large, tight) in boxes.items()}
-    places = place_labels(label, sizes, SMALL_SHARE if small else None)
+    places = number_places(label, numbers, small=small)
     _draw_leaders(image, places)
     for i, place in places.items():
         box = next(b for b in boxes[i] if b.shape == place.size)
         height, width = place.size
         image[place.row : place.row + height, place.col : place.col + width] = box[..., None]
+
+
+def number_places(
+    label: Int16[np.ndarray, "h w"], numbers: Mapping[int, int], *, small: bool = False
+) -> dict[int, LabelPlace]:
+    """Where `write_numbers` writes these numbers."""
+    boxes = number_boxes(label.shape, numbers, small=small)
+    sizes = {i: (large.shape, tight.shape) for i, (large, tight) in boxes.items()}
+    return place_labels(label, sizes, SMALL_SHARE if small else None)
 
 
 def number_boxes(
