@@ -86,12 +86,14 @@ def test_pieces_of_one_object_are_linked_in_its_colour():
     assert np.all(between == color, axis=1).any()
 
 
-def test_numbers_keep_off_small_objects():
+@pytest.mark.parametrize("side", [6, 10, 30, 50])
+def test_numbers_keep_off_small_objects(side):
     rgb, label = _picture()
-    label[100:110, 100:110] = 7
-    label[115:122, 100:107] = 8
+    label[100 : 100 + side, 100 : 100 + side] = 7
+    label[100 + side + 3 : 100 + 2 * side, 100 : 100 + side] = 8
     image = mark_clearly(rgb, label, {7: 7, 8: 8})
     for i in (7, 8):
         mask = label == i
-        black = np.all(image == 0, axis=2) & mask
-        assert np.count_nonzero(black) <= 0.35 * np.count_nonzero(mask)  # its own line alone
+        # Its own line alone; digits are white.
+        assert not np.any(np.all(image[mask] == 255, axis=1))
+        assert np.count_nonzero(np.all(image[mask] == 0, axis=1)) <= 0.35 * np.count_nonzero(mask)

@@ -12,7 +12,7 @@ from torc.perception.marking import SMALL_SHARE, mark_image, number_boxes
 from torc.perception.privileged import LabelPerception
 from torc.records.files import png_bytes
 from torc.testing.synthetic import random_clutter, synthetic_observation
-from torc.vlm.picture_config import PictureConfig
+from torc.vlm.picture_config import MARKS, PictureConfig
 from torc.vlm.pictures import ACROSS_PX, pictures_of, shown_part
 
 WAYS = [
@@ -131,10 +131,11 @@ def test_a_side_and_a_margin_of_ones_own_are_kept_in_clear_pictures():
     assert max(marked.width, marked.height) == 640
 
 
+@pytest.mark.parametrize("marks", MARKS)
 @pytest.mark.parametrize("side", [64, 150, 1000])
-def test_no_object_is_lost_in_another_resolution(side):
+def test_no_object_is_lost_in_another_resolution(side, marks):
     scene = scene_of(2, 30)
-    rgb, label = shown_part(scene, PictureConfig(longest_side_px=side))
+    rgb, label = shown_part(scene, PictureConfig(marks, longest_side_px=side))
     assert max(label.shape) == side
     assert rgb.shape[:2] == label.shape
     assert set(np.unique(label).tolist()) - {-1} == set(scene.ids)

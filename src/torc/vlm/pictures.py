@@ -68,10 +68,7 @@ def shown_part(
     size = max(1, round(label.shape[1] * scale)), max(1, round(label.shape[0] * scale))
     smooth = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
     resized = cv2.resize(label, size, interpolation=cv2.INTER_NEAREST)
-    for i in set(np.unique(label).tolist()) - set(np.unique(resized).tolist()) - {-1}:
-        # In a reduced picture: an object that fell between the pixels that were kept.
-        row, col = mask_anchor(label == i)
-        resized[min(int(row * scale), size[1] - 1), min(int(col * scale), size[0] - 1)] = i
+    _keep_all(label, resized)
     return cv2.resize(rgb, size, interpolation=smooth).astype(np.uint8), resized
 
 
@@ -94,16 +91,24 @@ def _drawn_for_the_question(
     return cv2.resize(rgb, size, interpolation=smooth).astype(np.uint8), _enlarged(label, size)
 
 
+def _keep_all(label: Int16[np.ndarray, "h w"], resized: Int16[np.ndarray, "H W"]) -> None:
+    """Give each object that fell between the pixels of a reduced picture one of them, in place."""
+    scale = resized.shape[0] / label.shape[0]
+    for i in set(np.unique(label).tolist()) - set(np.unique(resized).tolist()) - {-1}:
+        row, col = mask_anchor(label == i)
+        resized[min(int(row * scale), resized.shape[0] - 1), min(int(col * scale), resized.shape[1] - 1)] = i
+
+
 def _enlarged(label: Int16[np.ndarray, "h w"], size: tuple[int, int]) -> Int16[np.ndarray, "H W"]:
-    """Each pixel has the label that most of its surroundings have, so that rims are smooth; none disappears."""
-    most = np.full(size[::-1], 0.0, np.float32)
-    found = np.full(size[::-1], -1, np.int16)
+    """Each pixel has the label that most of its surroundings have, so that rims are smooth. Of an object that would
+    disappear in a reduced picture one pixel stays.
+    """
+    most, found = np.zeros(size[::-1], np.float32), np.full(size[::-1], -1, np.int16)
     for i in np.unique(label).tolist():
         share = cv2.resize((label == i).astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
-        if i >= 0 and not (share > most).any():
-            share[np.unravel_index(int(share.argmax()), share.shape)] = np.inf
         found[share > most] = i
         most = np.maximum(most, share)
+    _keep_all(label, found)
     return found
 
 
