@@ -41,6 +41,17 @@ def _scale(page):
     return page.evaluate("new DOMMatrix(getComputedStyle(document.getElementById('seen')).transform).a")
 
 
+def _on_screen(page, x, y):
+    """Where a pixel of the picture is in the window."""
+    script = """([x, y]) => {
+      const matrix = new DOMMatrix(getComputedStyle(document.getElementById('seen')).transform);
+      const { left, top } = document.getElementById('overlay').getBoundingClientRect();
+      const at = matrix.transformPoint(new DOMPoint(x, y));
+      return [left + at.x, top + at.y];
+    }"""
+    return page.evaluate(script, [x, y])
+
+
 def test_a_tag_beside_its_object_selects_it(game, open_page):
     with game.served() as client:
         page = _choosing(client, open_page)
@@ -50,12 +61,7 @@ def test_a_tag_beside_its_object_selects_it(game, open_page):
         left, top, width, height = tag["box"]
         assert tag["leader"]
         assert not (label[top : top + height, left : left + width] == 3).any()
-        at = page.evaluate(
-            "([x, y]) => { const p = new DOMMatrix(getComputedStyle(document.getElementById('seen')).transform)"
-            ".transformPoint(new DOMPoint(x, y)); const b = document.getElementById('overlay').getBoundingClientRect();"
-            " return [b.left + p.x, b.top + p.y]; }",
-            [left + width / 2, top + height / 2],
-        )
+        at = _on_screen(page, left + width / 2, top + height / 2)
         page.mouse.click(*at)
         page.locator("#pick", has_text="Pick 3").wait_for()
 
@@ -123,6 +129,13 @@ def test_a_phone_shows_start_and_end_in_full_and_a_table_that_scrolls_in_itself(
         assert box["y"] + box["height"] < PHONE["viewport"]["height"]
         page.tap("#start")
         page.locator("#pick").wait_for()
+        page.wait_for_function(MARKED)
+        (directory,) = game.root.glob("*.partial")
+        left, top, width, height = find_tags(
+            read_trial(directory).view(0).label_image, [1, 2, 3], outlines=True
+        )[1]["box"]
+        page.touchscreen.tap(*_on_screen(page, left + width / 2, top + height / 2))
+        page.locator("#pick", has_text="Pick 1").wait_for()
         assert page.locator("#panel").bounding_box()["height"] < 0.6 * PHONE["viewport"]["height"]
         assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["viewport"]["width"]
         page.get_by_role("button", name="Give up").tap()

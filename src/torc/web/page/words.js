@@ -12,7 +12,7 @@ export function valid(o) {
 // "47 blocked (40 of them at least 25 % likely to succeed once free): 1 blocks 47, 2 blocks 5"; most: how many blockers are named
 export function blocked(o, page, most = Infinity) {
   if (!o.blockers.length) return "";
-  const named = o.blockers.slice(0, most).map((b) => `${b.id} blocks ${b.grasps}`);
+  const named = o.blockers.slice(0, most).map((b) => `${b.id}\u00a0blocks\u00a0${b.grasps}`);
   const more = o.blockers.length - named.length;
   const some = o.likely_if_free === o.blocked ? "all" : o.likely_if_free === 0 ? "none" : o.likely_if_free;
   const likely = o.likely_if_free === null ? "" : most === Infinity
@@ -27,7 +27,7 @@ export function whyNot(o, page, most) {
 export const fewBlocked = (o, page) => (o.graspable ? blocked(o, page, MANY) : whyNot(o, page, MANY));
 
 // What blocks an object: "1 blocks 47 of its grasps, 2 blocks 5".
-export const blockers = (o) => o.blockers.map((b, i) => `${b.id} blocks ${b.grasps}${i ? "" : " of its grasps"}`).join(", ");
+export const blockers = (o) => o.blockers.map((b, i) => `${b.id}\u00a0blocks\u00a0${b.grasps}${i ? "" : " of its grasps"}`).join(", ");
 
 // The space that an object hides, as a table has it.
 export function litresNumber(l) {
