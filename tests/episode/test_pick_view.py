@@ -11,6 +11,7 @@ from torc.episode.pick_view import load_view, view_of
 from torc.episode.trajectory import CAMERA, FPS, TRAJECTORY, RecordedMotion, load_motion
 from torc.episode.trial import Recording, run_trial
 from torc.errors import InputError
+from torc.records import GraspStatus
 from torc.records.serialization import save_record
 from torc.specs.trial import TrialSpec
 from torc.task_planning.graph_building import build_dependency_graph
@@ -51,6 +52,10 @@ def test_the_facts_are_those_of_the_report():
         assert o.statuses.get("valid", 0) == valid
         assert o.statuses.get("blocked", 0) == blocked
         assert (o.best_score is None) == (valid == 0)
+        of_it = zip(context.grasps.object_ids, context.grasps.scores, report.status)
+        assert o.likely_if_free == sum(
+            k == o.id and status == GraspStatus.BLOCKED and score >= 0.25 for k, score, status in of_it
+        )
         assert o.hidden_volume_m3 == pytest.approx(context.volume.hidden_volume_m3(o.id))
         row = report.blocking[report.object_ids.index(o.id)]
         assert {int(k): n for k, n in o.blockers.items()} == {

@@ -5,27 +5,29 @@ import pytest
 from tests.helpers.tiny_next_object import tiny_rows
 from torc.next_object.prompting import (
     VARIANTS,
-    VERSION,
+    VERSIONS,
     prompt_digest,
     prompt_name,
     prompt_text,
     sent_pictures,
+    version_of,
 )
 from torc.next_object.replies import read_number
+from torc.next_object.schema import row_from
 
 ROWS = [row.to_dict() for row in tiny_rows()]
 DIGESTS = {
-    "image": "1ae193013274",
-    "grasps": "3deec22e0162",
-    "relations": "055e78bcab91",
+    "image": {1: "1ae193013274", 2: "2ff22f6f4c2d"},
+    "grasps": {1: "3deec22e0162", 2: "7d5fe0b6d7fc"},
+    "relations": {1: "055e78bcab91", 2: "d7042a06bc2b"},
 }
+SECOND = {"questions": 2, "gripper": "The gripper has two fingers.", "target_size": "It is 9 cm long."}
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_a_changed_prompt_is_a_new_one(variant):
     """Results name the prompt's number: give a changed text the next one."""
-    assert VERSION == 1
-    assert prompt_digest(variant)[:12] == DIGESTS[variant]
+    assert {version: prompt_digest(variant, version)[:12] for version in VERSIONS} == DIGESTS[variant]
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -70,3 +72,23 @@ def test_pictures_of_the_target_are_announced():
 def test_a_variant_that_there_is_not_is_refused():
     with pytest.raises(ValueError, match="image, grasps, relations"):
         prompt_name("video")
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_second_questions_say_what_the_first_left_open(variant):
+    for row in ROWS:
+        text = prompt_text(row | SECOND, variant)
+        assert "$" not in text
+        for said in (*list(SECOND.values())[1:], "A piece of the target may show", "win", "a dotted line"):
+            assert said in text
+        assert ("in the way of some of its grasps" in text) == (variant == "grasps")
+        first = {k: v for k, v in row.items() if k not in SECOND}
+        assert prompt_text(first, variant) == prompt_text(row, variant)
+        assert prompt_name(variant, version_of(first)) == f"next-object-{variant}-1"
+        assert prompt_name(variant, version_of(row | SECOND)) == f"next-object-{variant}-2"
+
+
+def test_rows_of_older_files_ask_the_first_questions():
+    row = {k: v for k, v in ROWS[0].items() if k not in SECOND}
+    assert row_from(row) == tiny_rows()[0]
+    assert row_from(row).questions == 1

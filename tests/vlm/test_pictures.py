@@ -13,7 +13,7 @@ from torc.perception.privileged import LabelPerception
 from torc.records.files import png_bytes
 from torc.testing.synthetic import random_clutter, synthetic_observation
 from torc.vlm.picture_config import MARKS, PictureConfig
-from torc.vlm.pictures import pictures_of, shown_part
+from torc.vlm.pictures import ACROSS_PX, pictures_of, shown_part
 
 WAYS = [
     PictureConfig("outlines"),
@@ -88,7 +88,7 @@ def test_colours_outside_outlines_and_squares_are_untouched_to_the_bit(config):
     assert not np.any(changed & ~allowed & (lines == 0))
 
 
-@pytest.mark.parametrize("marks", MARKS)
+@pytest.mark.parametrize("marks", ["tinted", "outlines"])
 def test_the_plain_picture_is_the_camera_s_own(marks):
     scene = scene_of(5)
     marked, plain = pictures_of(scene, PictureConfig(marks, plain=True))
@@ -114,10 +114,28 @@ def test_a_crop_keeps_every_object_whole_under_its_id(seed):
         assert np.array_equal(rgb[label == i], colors)
 
 
+@pytest.mark.parametrize(("seed", "objects"), [(2, 30), (5, 1), (6, 12)])
+def test_clear_pictures_show_the_objects_large_and_lose_none(seed, objects):
+    scene = scene_of(seed, objects)
+    marked, plain = pictures_of(scene, PictureConfig("clear", plain=True))
+    rgb, label = shown_part(scene, PictureConfig("clear"))
+    assert max(np.ptp(at) + 1 for at in np.nonzero(label >= 0)) >= 0.98 * ACROSS_PX
+    assert max(label.shape) <= 1.6 * ACROSS_PX
+    assert set(np.unique(label).tolist()) - {-1} == set(scene.ids)
+    assert np.array_equal(decoded(plain.png), rgb)
+    assert (marked.width, marked.height) == (plain.width, plain.height) == label.shape[::-1]
+
+
+def test_a_side_and_a_margin_of_ones_own_are_kept_in_clear_pictures():
+    marked = pictures_of(scene_of(6), PictureConfig("clear", crop_px=3, longest_side_px=640))[0]
+    assert max(marked.width, marked.height) == 640
+
+
+@pytest.mark.parametrize("marks", MARKS)
 @pytest.mark.parametrize("side", [64, 150, 1000])
-def test_no_object_is_lost_in_another_resolution(side):
+def test_no_object_is_lost_in_another_resolution(side, marks):
     scene = scene_of(2, 30)
-    rgb, label = shown_part(scene, PictureConfig(longest_side_px=side))
+    rgb, label = shown_part(scene, PictureConfig(marks, longest_side_px=side))
     assert max(label.shape) == side
     assert rgb.shape[:2] == label.shape
     assert set(np.unique(label).tolist()) - {-1} == set(scene.ids)
@@ -126,7 +144,7 @@ def test_no_object_is_lost_in_another_resolution(side):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"marks": "glitter"}, "tinted, outlines"),
+        ({"marks": "glitter"}, "tinted, outlines, clear"),
         ({"crop_px": -1}, "at least 0"),
         ({"longest_side_px": 10}, "64 to 4096"),
     ],

@@ -57,7 +57,7 @@ def open_page(browser):
     contexts, foreign, complaints = [], [], []
 
     def open_(url, **options):
-        context = browser.new_context(viewport={"width": 1280, "height": 720}, **options)
+        context = browser.new_context(**{"viewport": {"width": 1280, "height": 720}, **options})
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(PATIENCE_MS)

@@ -19,6 +19,8 @@ def _click(page, game, object_id):
     (directory,) = game.root.glob("*.partial")
     label = read_trial(directory).view(game.session.state.pick).label_image
     row, col = mask_anchor(label == object_id)
+    if page.get_attribute("#zoom", "aria-pressed") == "true":
+        page.click("#zoom")
     box = page.locator("#overlay").bounding_box()
     height, width = label.shape
     scale = min(box["width"] / width, box["height"] / height)

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,10 +11,12 @@ import pytest
 from torc.episode.recorded import read_trial
 from torc.episode.viewer_links import trial_key
 from torc.errors import InputError
+from torc.records.serialization import save_record
 from torc.web.app import thumbnail
 from torc.web.frames import pack_view
 from torc.web.pick_page import pick_page, trial_page
 from torc.web.shelf import open_shelf
+from torc.web.tags import find_tags
 
 
 @pytest.fixture
@@ -40,7 +43,7 @@ def test_the_page_tells_what_the_log_tells(trial):
         o["id"]: looked["valid_grasps"][str(o["id"])] for o in looked["objects"]
     }
     assert [o["id"] for o in page["objects"] if o["graspable"]] == looked["graspable"]
-    assert page["picks_left"] == 14
+    assert page["max_picks"] == 15
 
 
 def test_boxes_hold_the_labels(trial):
@@ -100,6 +103,7 @@ def test_a_log_that_is_none_is_refused_with_its_line(trial):
 
 def test_a_picture_must_be_a_plain_png_of_a_modest_size(trial, tmp_path):
     path = trial / "picks" / "00_seen.png"
+    (trial / "picks" / "00_plain.png").unlink()  # as in trials of older versions
     png = path.read_bytes()
     path.write_bytes(png[:16] + (60000).to_bytes(4, "big") * 2 + png[24:])
     with pytest.raises(InputError, match="too large"):
@@ -111,6 +115,30 @@ def test_a_picture_must_be_a_plain_png_of_a_modest_size(trial, tmp_path):
     path.symlink_to(tmp_path / "secret.png")
     with pytest.raises(InputError, match="link"):
         read_trial(trial).picture(0)
+
+
+def test_the_page_gets_the_camera_s_own_picture_and_the_places_of_the_tags(trial):
+    recorded = read_trial(trial)
+    page, view = pick_page(recorded, 0), recorded.view(0)
+    assert page["plain"] is True
+    assert recorded.plain_picture(0) != recorded.picture(0)
+    for o in page["objects"]:
+        assert o["tag"] == find_tags(view.label_image, [1, 2], outlines=True)[o["id"]]
+    (trial / "picks" / "00_plain.png").unlink()
+    older = pick_page(recorded, 0)
+    assert older["plain"] is False
+    tags = find_tags(view.label_image, [1, 2], outlines=False)
+    assert [o["tag"] for o in older["objects"]] == [tags[o["id"]] for o in older["objects"]]
+
+
+def test_the_page_knows_what_is_likely_once_free_unless_the_recording_is_older(trial):
+    recorded = read_trial(trial)
+    for o in pick_page(recorded, 0)["objects"]:
+        assert 0 <= o["likely_if_free"] <= o["blocked"]
+    view = recorded.view(0)
+    older = replace(view, objects=tuple(replace(o, likely_if_free=None) for o in view.objects))
+    save_record(older, trial / "picks" / "00_view.npz")
+    assert {o["likely_if_free"] for o in pick_page(recorded, 0)["objects"]} == {None}
 
 
 def test_a_shelf_finds_trials_at_any_depth_and_prefers_what_is_complete(recorded):

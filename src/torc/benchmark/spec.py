@@ -14,7 +14,7 @@ from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec, TrialSpec, settings_text
 from torc.specs.variants import varied
-from torc.vlm.config import VlmConfig
+from torc.vlm.config import DEFAULT_QUESTIONS, VlmConfig
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.simulated.profiles import find_profile
 
@@ -236,6 +236,8 @@ def vlm_facts(vlm: VlmConfig | None) -> dict[str, Any] | None:
     # Only where they are given: trials that were played before there were such settings keep their ids.
     if vlm.picture != PictureConfig():
         facts["picture"] = asdict(vlm.picture)
+    if vlm.questions != DEFAULT_QUESTIONS:
+        facts["questions"] = vlm.questions
     if vlm.prompt is not None:
         facts["prompt"] = vlm.prompt.digest
     return facts | ({"simulated": asdict(find_profile(vlm.model))} if vlm.simulated else {})

@@ -45,6 +45,9 @@ class MakeCommand:
     set. Those of further decisions are added."""
     workers: int = 1
     """Processes; each takes a problem at a time, and a core."""
+    questions: Literal[1, 2] = 1
+    """Version of the questions: 1 is what the leaderboard compares; 2 has pictures drawn for the question and says more
+    of gripper, sizes and grasps."""
     hidden_seed: str | None = None
     """Make the split "hidden": a word that the host keeps. It decides numbers and ids, and is written nowhere."""
 
@@ -60,7 +63,11 @@ class MakeCommand:
             raise InputError(
                 "--looks 0 makes only decisions whose values are known: name them by --values FILE."
             )
-        options: dict[str, Any] = {"per_problem": self.per_problem, "most_looks": self.looks}
+        options: dict[str, Any] = {
+            "per_problem": self.per_problem,
+            "most_looks": self.looks,
+            "questions": self.questions,
+        }
         if self.hidden_seed is not None:
             if self.values is not None:
                 raise InputError("The values of a hidden set belong into no file: leave out --values.")

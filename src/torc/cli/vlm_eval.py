@@ -65,13 +65,14 @@ class VlmEvalCommand:
         """Evaluate; returns the exit code."""
         from torc.next_object.asking.evaluation import ask_rows, begin, chosen_rows, data_digest
         from torc.next_object.data.opening import open_rows
+        from torc.next_object.prompting import version_of
         from torc.vlm.opening import open_client
 
         config = self._config()
         whole = open_rows(self.data, self.split)
         rows = chosen_rows(whole, self.limit)
         client = open_client(config, self.vlm.cache())
-        file = begin(self.out, config, self.variant, data_digest(whole, self.variant))
+        file = begin(self.out, config, self.variant, data_digest(whole, self.variant), version_of(whole[0]))
         waiting = [row for row in rows if row["id"] not in file.found]
         if waiting:
             self._consent(config, waiting, file.found)
@@ -110,7 +111,7 @@ class VlmEvalCommand:
 
         from torc.next_object.asking.mistakes import mistakes_page, worst_mistakes
         from torc.next_object.asking.standing import FORMAT, standing
-        from torc.next_object.prompting import prompt_name
+        from torc.next_object.prompting import prompt_name, version_of
         from torc.records.files import write_json
 
         if not asked.replies:
@@ -122,13 +123,13 @@ class VlmEvalCommand:
             "date": datetime.now(UTC).date().isoformat(),
             "split": self.split,
             "variant": self.variant,
-            "prompt": prompt_name(self.variant),
+            "prompt": prompt_name(self.variant, version_of(rows[0])),
             **_evaluation_facts(self.out),
             **standing(rows, asked.replies, config.prices),
         }
         write_json(self.out / "scores.json", facts)
         worst = worst_mistakes(rows, asked.replies, _SHOWN_MISTAKES)
-        page = mistakes_page(f"Worst mistakes of {config.text}, {prompt_name(self.variant)}", worst)
+        page = mistakes_page(f"Worst mistakes of {config.text}, {facts['prompt']}", worst)
         (self.out / "worst.html").write_text(page, encoding="utf-8")
         self._print(config, facts, asked)
         return 1 if facts["not_answered"] else 0

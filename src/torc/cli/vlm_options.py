@@ -38,9 +38,12 @@ class VlmOptions:
     """Send a sampling seed drawn from the trial's (not for Anthropic)."""
     vlm_free_text: bool = False
     """Ask for JSON by the prompt only, as the paper does, for servers that take no JSON schema."""
-    vlm_marks: Literal["tinted", "outlines"] = "tinted"
+    vlm_questions: Literal[2, 3] = 2
+    """Version of the questions. 3 says more (gripper, sizes, numbers of grasps, which rule wins) and sends a picture
+    drawn for the question (--vlm-marks clear), unless you choose another; 2 is that of the published results."""
+    vlm_marks: Literal["tinted", "outlines", "clear"] = "tinted"
     """tinted: objects tinted in colours of their own, the paper's picture; outlines: thin outlines and small numbers,
-    all other colours as the camera saw them."""
+    all other colours as the camera saw them; clear: the same, drawn for the question at a higher resolution."""
     vlm_plain: bool = False
     """Send the picture without marks as well."""
     vlm_crop: Annotated[int | None, tyro.conf.arg(metavar="PX")] = None
@@ -84,6 +87,7 @@ class VlmOptions:
             retries=self.vlm_retries,
             picture=PictureConfig(self.vlm_marks, self.vlm_plain, self.vlm_crop, self.vlm_longest_side),
             prompt=None if self.vlm_prompt is None else load_prompt(self.vlm_prompt),
+            questions=self.vlm_questions,
         )
         prices = None if self.vlm_prices is None else parse_prices(self.vlm_prices, config.text)
         return config if prices is None else replace(config, prices=prices)

@@ -16,6 +16,7 @@ from torc.geometry.transforms import Pose, project
 from torc.occlusion.volume import hidden_volumes_m3
 from torc.records import BACKGROUND, MAX_OBJECTS, GraspStatus, PlanningContext, VoxelGrid
 from torc.records.serialization import load_checked, to_plain
+from torc.specs.conditions import DEFAULT_MIN_SCORE
 from torc.task_planning.graph_building import build_dependency_graph
 
 MAX_OBJECT_POINTS, MAX_BACKGROUND_POINTS = 24_000, 12_000
@@ -23,6 +24,8 @@ GRASPS_PER_OBJECT = 6
 POINT_UNIT_M = 0.001
 MAX_UNPACKED_BYTES = 64 * 2**20
 MAX_GRID = 2048
+LIKELY = DEFAULT_MIN_SCORE
+"""A grasp is called likely from this probability of success on."""
 _Id = Annotated[int, Field(ge=0, lt=MAX_OBJECTS)]
 _IdText = Annotated[str, Field(pattern=r"^\d{1,2}$")]
 
@@ -31,7 +34,8 @@ _IdText = Annotated[str, Field(pattern=r"^\d{1,2}$")]
 class ObjectView:
     """What is known of one visible object: how many of its grasps have each GraspStatus (name in lower case) and how
     many each other object blocks (by id as text), zeros left out; the probability of its best valid grasp; the unseen
-    volume that it hides.
+    volume that it hides; how many of its blocked grasps are LIKELY to succeed once nothing blocks them (None in files
+    that older versions wrote).
     """
 
     id: _Id
@@ -40,6 +44,7 @@ class ObjectView:
     blockers: Mapping[_IdText, NonNegativeInt]
     best_score: FiniteFloat | None
     hidden_volume_m3: FiniteFloat
+    likely_if_free: NonNegativeInt | None = None
 
 
 @dataclass(frozen=True)
@@ -124,7 +129,8 @@ def _objects(context: PlanningContext) -> tuple[ObjectView, ...]:
         row = report.blocking[report.object_ids.index(o.id)] if o.id in report.object_ids else ()
         blockers = {str(k): int(n) for k, n in zip(report.object_ids, row) if n > 0}
         best = float(valid.max()) if valid.size else None
-        views.append(ObjectView(o.id, o.pixel_count, counts, blockers, best, hidden_m3))
+        likely = np.count_nonzero(grasps.scores[of][status == GraspStatus.BLOCKED] >= LIKELY)
+        views.append(ObjectView(o.id, o.pixel_count, counts, blockers, best, hidden_m3, int(likely)))
     return tuple(views)
 
 

@@ -29,7 +29,8 @@ from torc.specs.files import RecordedSpec, from_plain
 from torc.specs.trial import TrialSpec
 
 LOG, VIDEO = "events.jsonl", "video.mp4"
-LOG, VIDEO = "events.jsonl", "video.mp4"
+SEEN, PLAIN = "seen.png", "plain.png"
+"""Ends of the names of a pick's pictures: the marked one, and what the camera gave."""
 BELIEF = "belief.png"
 """End of the name of a pick's file, where its planner has left a belief of where the target is."""
 MAX_TRIALS, MAX_DEPTH, MAX_SENT = 20_000, 6, 8
@@ -75,7 +76,15 @@ class RecordedTrial:
 
     def picture(self, number: int) -> bytes:
         """The marked image of a pick, PNG. Raises InputError if it is missing or no PNG."""
-        return self._picture(number, "seen.png")
+        return self._picture(number, SEEN)
+
+    def has_plain_picture(self, number: int) -> bool:
+        """Whether the camera's own picture of a pick was recorded; older versions kept the marked one alone."""
+        return self._pick_path(number, PLAIN).is_file()
+
+    def plain_picture(self, number: int) -> bytes:
+        """The camera's own picture of a pick, PNG. Raises InputError if it is missing or no PNG."""
+        return self._picture(number, PLAIN)
 
     def sent_picture(self, number: int, which: int) -> bytes:
         """A picture that the chooser was sent, PNG; the first is 0. Raises InputError if it is missing or no PNG."""

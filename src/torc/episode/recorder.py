@@ -12,7 +12,7 @@ from torc.episode.events import Decided, Event, Executed, Looked
 from torc.episode.log_writing import log_line
 from torc.episode.pick_view import view_of
 from torc.episode.pictures import Crop, Frame, crop_around_objects, picture_strip
-from torc.episode.recorded import BELIEF, LOG, sent_name
+from torc.episode.recorded import BELIEF, LOG, PLAIN, SEEN, sent_name
 from torc.episode.viewer_links import PARTIAL
 from torc.episode.vlm_use import VlmUse
 from torc.errors import InputError
@@ -69,7 +69,8 @@ class TrialRecorder:
             case Looked():
                 scene = event.look.context.scene
                 self._crop = self._crop or crop_around_objects(scene.label_image)
-                write_png(self._pick_path(event.pick, "seen.png"), mark_image(scene))
+                write_png(self._pick_path(event.pick, SEEN), mark_image(scene))
+                write_png(self._pick_path(event.pick, PLAIN), scene.observation.rgb)
                 save_record(view_of(event.look.context), self._pick_path(event.pick, "view.npz"))
                 if self.snapshots:
                     save_record(event.look.observation, self._pick_path(event.pick, "observation.npz"))

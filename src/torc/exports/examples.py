@@ -16,9 +16,10 @@ from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.exports.selection import EXPERTS, SPLITS, Source, split_of, succeeded
 from torc.records import TARGET_ID
 from torc.vlm.asking import filled_prompt
+from torc.vlm.config import DEFAULT_QUESTIONS
 from torc.vlm.select import VlmSelectPlanner
 
-PROMPT = VlmSelectPlanner.form.prompt
+PROMPT = f"{VlmSelectPlanner.form.planner}-{DEFAULT_QUESTIONS}"
 """Name of the prompt that is exported: VLM-SELECT's."""
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.-]+")
 _State = tuple[str, int, str, tuple[int, ...]]

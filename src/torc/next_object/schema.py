@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import MISSING, asdict, dataclass, fields
 from typing import Any
 
 NAME = "torc-next-object"
@@ -45,6 +45,8 @@ class NextObjectRow:
         best: the numbers whose value is within BEST_WITHIN of the least.
         random_value: what is to be expected of one drawn from the graspable.
         baselines: JSON, what each baseline chooses, {name: number or null}.
+        questions: version of pictures, facts and prompt; 1 where a file does not say.
+        gripper, target_size: sentences of the second questions: how the gripper reaches in, and the target's size.
     """
 
     id: str
@@ -69,6 +71,9 @@ class NextObjectRow:
     best: tuple[int, ...]
     random_value: float
     baselines: str
+    questions: int = 1
+    gripper: str = ""
+    target_size: str = ""
 
     @property
     def best_value(self) -> float:
@@ -89,7 +94,8 @@ class NextObjectRow:
 
 
 PICTURES = ("image", "image_plain", "references")
-COLUMNS = tuple(f.name for f in fields(NextObjectRow))
+COLUMNS = tuple(f.name for f in fields(NextObjectRow) if f.default is MISSING)
+"""Those that every file has; the others are younger than some files."""
 
 
 def _value(kind: str) -> dict[str, str]:
@@ -123,6 +129,9 @@ FEATURES: Mapping[str, Mapping[str, Any]] = {
     "best": _list(_value("int32")),
     "random_value": _value("float64"),
     "baselines": _value("string"),
+    "questions": _value("int32"),
+    "gripper": _value("string"),
+    "target_size": _value("string"),
 }
 """The columns' types, as the library `datasets` writes them."""
 
@@ -134,7 +143,7 @@ def row_from(data: Mapping[str, Any]) -> NextObjectRow:
     missing = [name for name in COLUMNS if name not in data]
     if missing:
         raise ValueError(f"A row of {NAME} has no {', '.join(missing)}.")
-    plain = {name: _plain(data[name]) for name in COLUMNS}
+    plain = {f.name: _plain(data[f.name]) for f in fields(NextObjectRow) if f.name in data}
     return NextObjectRow(**plain)
 
 

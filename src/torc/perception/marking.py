@@ -91,13 +91,21 @@ def write_numbers(
     `mark_pixels` with outlines only.
     """
     boxes = number_boxes(label.shape, numbers, small=small)
-    sizes = {i: (large.shape, tight.shape) for i, (large, tight) in boxes.items()}
-    places = place_labels(label, sizes, SMALL_SHARE if small else None)
+    places = number_places(label, numbers, small=small)
     _draw_leaders(image, places)
     for i, place in places.items():
         box = next(b for b in boxes[i] if b.shape == place.size)
         height, width = place.size
         image[place.row : place.row + height, place.col : place.col + width] = box[..., None]
+
+
+def number_places(
+    label: Int16[np.ndarray, "h w"], numbers: Mapping[int, int], *, small: bool = False
+) -> dict[int, LabelPlace]:
+    """Where `write_numbers` writes these numbers."""
+    boxes = number_boxes(label.shape, numbers, small=small)
+    sizes = {i: (large.shape, tight.shape) for i, (large, tight) in boxes.items()}
+    return place_labels(label, sizes, SMALL_SHARE if small else None)
 
 
 def number_boxes(
@@ -108,7 +116,7 @@ def number_boxes(
     heights = (_SMALL_DIGIT_PX, _SMALL_DIGIT_PX) if small else (_DIGIT_PX, _SMALL_DIGIT_PX)
     padding = round((_SMALL_PADDING_PX if small else _PADDING_PX) * scale)
     large, tight = (max(5, round(px * scale)) for px in heights)
-    return {i: (_number_box(n, large, padding), _number_box(n, tight, padding)) for i, n in numbers.items()}
+    return {i: (number_box(n, large, padding), number_box(n, tight, padding)) for i, n in numbers.items()}
 
 
 def _scale(shape: tuple[int, ...], thin: bool) -> float:
@@ -160,7 +168,7 @@ def number_image(number: int, height_px: int) -> UInt8[np.ndarray, "h w"]:
     return cv2.resize(large, (width_px, height_px), interpolation=cv2.INTER_AREA).astype(np.uint8)
 
 
-def _number_box(number: int, digit_px: int, padding_px: int) -> UInt8[np.ndarray, "h w"]:
+def number_box(number: int, digit_px: int, padding_px: int) -> UInt8[np.ndarray, "h w"]:
     """White digits on black, at least as wide as high."""
     ink = np.pad(number_image(number, digit_px), padding_px)
     missing = max(0, ink.shape[0] - ink.shape[1])

@@ -187,7 +187,8 @@ class Pipeline:
             if self.min_score > 0:
                 report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
         told = wanted.description, history, picks_left, tuple((labels or {}).items()), wanted.size_m
-        context = PlanningContext(scene, volume, grasps, report, *told)
+        gripper = self.robot.gripper if isinstance(self.robot, RobotDescription) else self.robot
+        context = PlanningContext(scene, volume, grasps, report, *told, gripper.hand)
         return Look(context, view.observation, view.world, view.seconds | clock.seconds)
 
     def measured(self, observation: Observation, rng: np.random.Generator) -> Observation:

@@ -1,7 +1,7 @@
 """Immutable records that flow through the pipeline: every stage takes records and returns records."""
 
 from torc.records.camera import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, StereoPair
-from torc.records.decisions import Decision, Exchange, PlanningContext
+from torc.records.decisions import Decision, Exchange, Hand, PlanningContext
 from torc.records.grasps import GraspReport, GraspSet, GraspStatus
 from torc.records.outcomes import FeltOutcome, PickOutcome, PickResult, Touch
 from torc.records.plans import PickPlan, PlanFailure, PlanStage, Trajectory
@@ -20,6 +20,7 @@ __all__ = [
     "GraspReport",
     "GraspSet",
     "GraspStatus",
+    "Hand",
     "KnownObject",
     "Observation",
     "OcclusionVolume",

@@ -13,6 +13,14 @@ from torc.records.volume import OcclusionVolume
 
 
 @dataclass(frozen=True)
+class Hand:
+    """What of a gripper can be said in a sentence: how far it opens, and the length of its fingers."""
+
+    opening_m: float
+    finger_length_m: float
+
+
+@dataclass(frozen=True)
 class PlanningContext:
     """All that any task planner may see before a pick; nothing privileged: the same for every planner.
 
@@ -26,6 +34,7 @@ class PlanningContext:
             An unseen target has none.
         target_size_m: the target's length, corner to corner, and the width of the narrowest tube that it goes through,
             as its user measured them; None where nobody did.
+        hand: the gripper; None where nobody said which.
     """
 
     scene: SegmentedScene
@@ -37,6 +46,7 @@ class PlanningContext:
     picks_left: int
     labels: tuple[tuple[int, int], ...] = ()
     target_size_m: tuple[float, float] | None = None
+    hand: Hand | None = None
 
     def called(self, object_id: int) -> str:
         """What a reason calls an object: the user's label of it, or its id where there are no labels.

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from torc.errors import InputError
 from torc.geometry.transforms import Pose
+from torc.records import Hand
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,12 @@ class GripperDescription:
     actuator_ctrl: Float[np.ndarray, "k"]
     finger_boxes_table: Float[np.ndarray, "k 2 2 3"]
     palm_boxes_table: Float[np.ndarray, "k p 2 3"]
+
+    @property
+    def hand(self) -> Hand:
+        """How far it opens, and how far its fingers reach from the knuckles to their tips."""
+        half_sizes = self.finger_boxes_table[-1, :, 1]
+        return Hand(self.max_width_m, float(2 * half_sizes[:, 2].max()))
 
     def T_tool0_tcp(self, width_m: float) -> Pose:
         """TCP in the flange's frame when the pads are width_m apart. Raises InputError outside 0..max_width_m."""

@@ -17,10 +17,14 @@ from torc.vlm.pictures import SentPicture, pictures_of
 from torc.vlm.prompt import Prompt
 from torc.vlm.prompt_files import shipped_prompt
 from torc.vlm.protocol import Question, Reply, VlmClient
+from torc.vlm.question_facts import gripper_sentence, target_size_sentence
 from torc.vlm.replies import ask_client
 
 Answer = TypeVar("Answer")
-FIELDS = ("target", "target_state", "description", "history", "picks_left", "objects", "pictures")
+FIELDS = (
+    *("target", "target_state", "target_size", "description", "gripper"),
+    *("history", "picks_left", "objects", "pictures"),
+)
 """What every planner fills in a prompt; `prompt_values` tells with what."""
 _SEEDS = 2**31
 _MAX_NAME = 60
@@ -28,12 +32,11 @@ _MAX_NAME = 60
 
 @dataclass(frozen=True)
 class Form:
-    """What a planner asks: its name; that of the shipped prompt; the $fields that a prompt of somebody's needs, and
-    those that it may have beside FIELDS; the JSON schema of the answer.
+    """What a planner asks: its name, with which the names of its shipped prompts begin; the $fields that a prompt of
+    somebody's needs, and those that it may have beside FIELDS; the JSON schema of the answer.
     """
 
     planner: str
-    prompt: str
     needed: Collection[str]
     own: Collection[str]
     schema: Mapping[str, Any]
@@ -52,8 +55,13 @@ class Asker:
             )
         self._client, self._form = client, form
         self._asking = asking or Asking()
-        self._prompt = self._asking.prompt or shipped_prompt(form.prompt)
+        self._prompt = self._asking.prompt or shipped_prompt(f"{form.planner}-{self._asking.questions}")
         self._prompt.check(form.planner, form.needed, (*FIELDS, *form.own))
+
+    @property
+    def questions(self) -> int:
+        """Version of the questions: what they say, and how the pictures are drawn."""
+        return self._asking.questions
 
     def consult(
         self,
@@ -104,6 +112,8 @@ def prompt_values(context: PlanningContext, picture: PictureConfig) -> dict[str,
     return {
         "target": TARGET_ID,
         "target_state": target_state(context.scene.target_id is not None),
+        "target_size": target_size_sentence(context),
+        "gripper": gripper_sentence(context),
         "description": context.target_description.strip() or "not described",
         "history": "\n".join(_history(context)) or "None so far.",
         "picks_left": context.picks_left,

@@ -36,19 +36,23 @@ CLIENTS = PartKind(
 """Who can be asked; other packages add providers by an entry point of the group, or are named "module:Class"."""
 LEVELS = ("off", "minimal", "low", "medium", "high")
 """Amounts of thinking in words."""
+QUESTIONS = (2, 3)
+DEFAULT_QUESTIONS = 2
+"""What the published results were asked with."""
 _MAX_NAME = 200
 _NEAR = 0.82
 
 
 @dataclass(frozen=True)
 class Asking:
-    """How a planner asks: the pictures, a prompt in place of its own, and whether the server holds the reply to a JSON
-    schema, so that the prompt need not.
+    """How a planner asks: the pictures, a prompt in place of its own, whether the server holds the reply to a JSON
+    schema, so that the prompt need not, and the version of the questions.
     """
 
     picture: PictureConfig = field(default_factory=PictureConfig)
     prompt: Prompt | None = None
     structured: bool = True
+    questions: int = DEFAULT_QUESTIONS
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,7 @@ class VlmConfig:
         picture: how scenes are shown.
         prompt: in place of the planner's own.
         prices: of the model's tokens; None where nobody told them.
+        questions: version of prompts and pictures, one of QUESTIONS; docs/vlm.md says what differs.
     """
 
     provider: str
@@ -86,6 +91,7 @@ class VlmConfig:
     picture: PictureConfig = field(default_factory=PictureConfig)
     prompt: Prompt | None = None
     prices: Prices | None = None
+    questions: int = DEFAULT_QUESTIONS
 
     def __post_init__(self) -> None:
         if self.provider not in CLIENTS.built_in and ":" not in self.provider:
@@ -100,6 +106,9 @@ class VlmConfig:
         if self.base_url is not None:
             _check_url(self.base_url)
         _check_thinking(self.provider, self.thinking)
+        if self.questions not in QUESTIONS:
+            versions = ", ".join(map(str, QUESTIONS))
+            raise InputError(f"There are no questions of version {self.questions}; there are {versions}.")
         bounds = {
             "temperature": (self.temperature, 0, 2),
             "max_output_tokens": (self.max_output_tokens, 1, math.inf),
@@ -135,12 +144,15 @@ class VlmConfig:
     @property
     def asking(self) -> "Asking":
         """What of it planners go by."""
-        return Asking(self.picture, self.prompt, self.structured)
+        third = self.questions >= 3 and self.picture == PictureConfig()
+        picture = PictureConfig(marks="clear") if third else self.picture
+        return Asking(picture, self.prompt, self.structured, self.questions)
 
     @property
     def words(self) -> tuple[str, ...]:
         """What of the pictures and prompts is not torc's own, for labels."""
-        return (*self.picture.words, *(() if self.prompt is None else (self.prompt.words,)))
+        version = () if self.questions == DEFAULT_QUESTIONS else (f"questions {self.questions}",)
+        return (*version, *self.picture.words, *(() if self.prompt is None else (self.prompt.words,)))
 
     @property
     def short_name(self) -> str:

@@ -22,7 +22,7 @@ class VlmFixesDgPlanner:
     """Gives the model the 'behind' pairs that depth suggests; decides as DG-SELECT by the pairs that it corrects."""
 
     name = "vlm-fixes-dg"
-    form = Form("vlm-fixes-dg", "vlm-fixes-dg-2", ("relations",), ("relations",), RELATIONS_SCHEMA)
+    form = Form("vlm-fixes-dg", ("relations",), ("relations",), RELATIONS_SCHEMA)
 
     def __init__(
         self,

@@ -8,7 +8,7 @@ from torc.errors import InputError
 from torc.plugins import make_part, parameters, refuses, takes
 from torc.stages import ASKING
 from torc.vlm.cache import CacheConfig, CachedClient, CacheMode
-from torc.vlm.config import CLIENTS, VlmConfig
+from torc.vlm.config import CLIENTS, DEFAULT_QUESTIONS, VlmConfig
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.protocol import VlmClient
 from torc.vlm.simulated.situation import Situation
@@ -59,7 +59,7 @@ def open_client(config: VlmConfig, cache: CacheConfig | None = None, truth: Trut
 def _open(config: VlmConfig, truth: Truth | None) -> VlmClient:
     offered = {"config": config} | ({"truth": truth} if config.simulated else {})
     # What planners alone go by is nothing that a client must be told.
-    asked = replace(config, picture=PictureConfig(), prompt=None, prices=None)
+    asked = replace(config, picture=PictureConfig(), prompt=None, prices=None, questions=DEFAULT_QUESTIONS)
     plain = config.third_party and asked == VlmConfig(config.provider, "")
     if not plain and not takes(CLIENTS, config.provider, "config"):
         raise InputError(

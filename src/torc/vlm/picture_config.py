@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 from torc.errors import InputError
 
-Marks = Literal["tinted", "outlines"]
+Marks = Literal["tinted", "outlines", "clear"]
 MARKS: tuple[str, ...] = get_args(Marks)
 _MIN_SIDE_PX, _MAX_SIDE_PX = 64, 4096
 _MAX_MARGIN_PX = 4096
@@ -17,7 +17,9 @@ class PictureConfig:
 
     Attributes:
         marks: "tinted": every object tinted in a colour of its own, as in the paper; "outlines": thin outlines and
-            small numbers, every other pixel as the camera saw it.
+            small numbers, every other pixel as the camera saw it; "clear": the same drawn anew for the question (see
+            `torc.perception.clear_marks`): cut to the objects, at least 1024 pixels across them unless crop_px and
+            longest_side_px say otherwise.
         plain: send the same picture without marks as a second one.
         crop_px: margin around the visible objects, pixels of the camera's image; None sends the whole image.
         longest_side_px: enlarge (or reduce) the picture to this longest side before it is marked; None leaves it.
@@ -56,11 +58,18 @@ class PictureConfig:
         """What a prompt says of the pictures; those of the paper's picture are the first prompts' own."""
         picture = "The first picture" if self.plain else "The picture"
         told = f"{picture} is what the camera of a robot arm sees"
-        told += "." if self.crop_px is None else ", cut to the part with the objects."
+        cut = self.crop_px is not None or self.marks == "clear"
+        told += ", cut to the part with the objects." if cut else "."
         if self.marks == "tinted":
             told += (
                 " Each object in it is tinted and outlined in a colour of its own, and carries its number in white "
                 "on a black square near its centre of mass."
+            )
+        elif self.marks == "clear":
+            told += (
+                " Each object in it is outlined in a colour that its neighbours do not have, and has its number in "
+                "white on a black square, on it or beside it with a line to it. Where an object shows in several "
+                "pieces, a dotted line in its colour joins them. Within the outlines the colours are the objects' own."
             )
         else:
             told += (

@@ -8,11 +8,16 @@ import cv2
 import numpy as np
 from jaxtyping import Int16, UInt8
 
+from torc.perception.clear_marks import mark_clearly
 from torc.perception.label_places import mask_anchor
 from torc.perception.marking import mark_pixels
 from torc.records import SegmentedScene
 from torc.records.files import png_bytes
 from torc.vlm.picture_config import PictureConfig
+
+ACROSS_PX = 1024
+"""Clear pictures show the objects over at least so many pixels, sideways or upwards."""
+_MARGIN_PX = 24
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,11 @@ def pictures_of(scene: SegmentedScene, config: PictureConfig) -> tuple[SentPictu
 def drawn_pictures(scene: SegmentedScene, config: PictureConfig) -> dict[str, UInt8[np.ndarray, "h w 3"]]:
     """The same as arrays, by what they show: "marked", and "plain" if asked for."""
     rgb, label = shown_part(scene, config)
-    marked = mark_pixels(rgb, label, {i: i for i in scene.ids}, outlines_only=config.marks == "outlines")
+    numbers = {i: i for i in scene.ids}
+    if config.marks == "clear":
+        marked = mark_clearly(rgb, label, numbers)
+    else:
+        marked = mark_pixels(rgb, label, numbers, outlines_only=config.marks == "outlines")
     return {"marked": marked} | ({"plain": rgb} if config.plain else {})
 
 
@@ -49,6 +58,8 @@ def shown_part(
 ) -> tuple[UInt8[np.ndarray, "h w 3"], Int16[np.ndarray, "h w"]]:
     """Colours and ids (-1: no visible object) of what is shown, cropped and enlarged. Every visible object is in it."""
     label = np.where(np.isin(scene.label_image, scene.ids), scene.label_image, -1).astype(np.int16)
+    if config.marks == "clear":
+        return _drawn_for_the_question(scene.observation.rgb, label, config)
     rows, cols = _window(label, config.crop_px)
     rgb, label = scene.observation.rgb[rows, cols], label[rows, cols]
     if config.longest_side_px is None:
@@ -57,11 +68,48 @@ def shown_part(
     size = max(1, round(label.shape[1] * scale)), max(1, round(label.shape[0] * scale))
     smooth = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
     resized = cv2.resize(label, size, interpolation=cv2.INTER_NEAREST)
-    for i in set(np.unique(label).tolist()) - set(np.unique(resized).tolist()) - {-1}:
-        # In a reduced picture: an object that fell between the pixels that were kept.
-        row, col = mask_anchor(label == i)
-        resized[min(int(row * scale), size[1] - 1), min(int(col * scale), size[0] - 1)] = i
+    _keep_all(label, resized)
     return cv2.resize(rgb, size, interpolation=smooth).astype(np.uint8), resized
+
+
+def _drawn_for_the_question(
+    rgb: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], config: PictureConfig
+) -> tuple[UInt8[np.ndarray, "h w 3"], Int16[np.ndarray, "h w"]]:
+    """The part with the objects, enlarged once by a good filter, and masks with smooth rims at that resolution."""
+    across = max(label.shape)
+    if (label >= 0).any():
+        across = max(int(np.ptp(at)) + 1 for at in np.nonzero(label >= 0))
+    margin_px = min(_MARGIN_PX, max(4, across // 6)) if config.crop_px is None else config.crop_px
+    rows, cols = _window(label, margin_px)
+    rgb, label = rgb[rows, cols], label[rows, cols]
+    if config.longest_side_px is None:
+        scale = max(1.0, ACROSS_PX / across)
+    else:
+        scale = config.longest_side_px / max(label.shape)
+    size = max(1, round(label.shape[1] * scale)), max(1, round(label.shape[0] * scale))
+    smooth = cv2.INTER_LANCZOS4 if scale > 1 else cv2.INTER_AREA
+    return cv2.resize(rgb, size, interpolation=smooth).astype(np.uint8), _enlarged(label, size)
+
+
+def _keep_all(label: Int16[np.ndarray, "h w"], resized: Int16[np.ndarray, "H W"]) -> None:
+    """Give each object that fell between the pixels of a reduced picture one of them, in place."""
+    scale = resized.shape[0] / label.shape[0]
+    for i in set(np.unique(label).tolist()) - set(np.unique(resized).tolist()) - {-1}:
+        row, col = mask_anchor(label == i)
+        resized[min(int(row * scale), resized.shape[0] - 1), min(int(col * scale), resized.shape[1] - 1)] = i
+
+
+def _enlarged(label: Int16[np.ndarray, "h w"], size: tuple[int, int]) -> Int16[np.ndarray, "H W"]:
+    """Each pixel has the label that most of its surroundings have, so that rims are smooth. Of an object that would
+    disappear in a reduced picture one pixel stays.
+    """
+    most, found = np.zeros(size[::-1], np.float32), np.full(size[::-1], -1, np.int16)
+    for i in np.unique(label).tolist():
+        share = cv2.resize((label == i).astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
+        found[share > most] = i
+        most = np.maximum(most, share)
+    _keep_all(label, found)
+    return found
 
 
 def _window(label: Int16[np.ndarray, "h w"], margin_px: int | None) -> tuple[slice, slice]:

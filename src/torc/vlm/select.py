@@ -11,13 +11,14 @@ from torc.vlm.answers import PLAN_SCHEMA, Useless, read_first_pick
 from torc.vlm.asking import Asker, Form
 from torc.vlm.config import Asking
 from torc.vlm.protocol import Reply, VlmClient
+from torc.vlm.question_facts import counted_grasp_facts
 
 
 class VlmSelectPlanner:
     """Shows the model the marked image; it is not told what is graspable, and asked again if its choice is not."""
 
     name = "vlm-select"
-    form = Form("vlm-select", "vlm-select-2", ("target",), (), PLAN_SCHEMA)
+    form = Form("vlm-select", ("target",), (), PLAN_SCHEMA)
 
     def __init__(self, client: VlmClient | None = None, asking: Asking | None = None) -> None:
         self._asker = Asker(client, self.form, asking)
@@ -51,11 +52,14 @@ class VlmGraspsPlanner(VlmSelectPlanner):
     """The same, told what is graspable and what blocks what."""
 
     name = "vlm-grasps"
-    form = Form("vlm-grasps", "vlm-grasps-2", ("target", "facts"), ("facts",), PLAN_SCHEMA)
+    form = Form("vlm-grasps", ("target", "facts"), ("facts",), PLAN_SCHEMA)
 
     def facts(self, context: PlanningContext) -> Mapping[str, str]:
-        """A sentence per graspable object, and per pair of an object that is not and one that blocks grasps of it."""
-        return {"facts": "\n".join(grasp_facts(context))}
+        """A sentence per graspable object, and per pair of an object that is not and one that blocks grasps of it; in
+        the third questions with numbers of grasps.
+        """
+        facts = counted_grasp_facts if self._asker.questions >= 3 else grasp_facts
+        return {"facts": "\n".join(facts(context))}
 
 
 def grasp_facts(context: PlanningContext) -> list[str]:

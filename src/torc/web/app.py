@@ -75,6 +75,7 @@ def make_app(site: Site, token: str | None, port: int) -> Starlette:
         Route("/api/trials/{key}/video.mp4", app.video),
         Route(pick, app.pick),
         Route(f"{pick}/seen.png", app.picture),
+        Route(f"{pick}/plain.png", app.plain_picture),
         Route(f"{pick}/sent/{{which:int}}.png", app.sent_picture),
         Route(f"{pick}/belief.png", app.belief),
         Route(f"{pick}/small.jpg", app.small_picture),
@@ -132,6 +133,11 @@ class _App:
 
     def picture(self, request: Request) -> Response:
         return Response(self._read(request).picture(request.path_params["pick"]), media_type="image/png")
+
+    def plain_picture(self, request: Request) -> Response:
+        return Response(
+            self._read(request).plain_picture(request.path_params["pick"]), media_type="image/png"
+        )
 
     def sent_picture(self, request: Request) -> Response:
         number, which = request.path_params["pick"], request.path_params["which"]
@@ -244,7 +250,7 @@ def thumbnail(trial: RecordedTrial, number: int) -> bytes:
 
     Raises InputError where there is no picture.
     """
-    png = trial.picture(number)
+    png = trial.plain_picture(number) if trial.has_plain_picture(number) else trial.picture(number)
     # Width and height stand in the first chunk: nothing huge is unpacked.
     width, height = (int.from_bytes(png[i : i + 4], "big") for i in (16, 20))
     small = width * height <= MAX_PIXELS

@@ -6,18 +6,18 @@ from typing import Any
 from scipy.ndimage import find_objects
 
 from torc.episode.log_lines import LookedLine
-from torc.episode.pick_view import ObjectView, PickView
+from torc.episode.pick_view import LIKELY, ObjectView, PickView
 from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.errors import InputError
 from torc.perception.palette import object_color
 from torc.records import MAX_OBJECTS, GraspStatus
 from torc.task_planning.graph import DependencyGraph
 from torc.task_planning.layout import lay_out
+from torc.web.tags import find_tags
 
 MAX_EDGES = 1500
 WHY_NOT = {
     GraspStatus.UNREACHABLE: "out of the arm's reach",
-    GraspStatus.BLOCKED: "blocked by other objects",
     GraspStatus.HITS_STATIC: "the arm would hit the table, the bin or itself",
     GraspStatus.SEVERAL_OBJECTS: "several objects between the fingers",
     GraspStatus.FINGERS_IN_OBJECT: "a finger would be inside the object",
@@ -51,15 +51,19 @@ def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
     evidence = decided.evidence if decided else {}
     own = "graph" in evidence
     source = evidence["graph"] if own else view.graph if view else None
-    graph = _graph(source, evidence.get("probabilities") or {}) if source is not None else None
+    graphs = _graphs(source, evidence.get("probabilities") or {}) if source is not None else None
+    plain = trial.has_plain_picture(number)
     return {
         **_pick_line(number, pick, over),
-        "objects": _objects(pick.looked, view),
+        "objects": _objects(pick.looked, view, plain),
+        # Without the camera's own picture the page shows the one in which the marks are drawn.
+        "plain": plain,
+        "likely": LIKELY,
         "target_visible": pick.looked.target_visible,
         # Who is not told which object is the target may be told by a person.
         "may_name_target": bool(pick.looked.true_ids) and not pick.looked.target_visible,
-        "picks_left": trial.started.max_picks - number if trial.started else None,
-        "graph": graph,
+        "max_picks": trial.started.max_picks if trial.started else None,
+        "graphs": graphs,
         "graph_by": "the planner" if own else "geometry",
         "arrays": view is not None,
         "decision": decided.model_dump(exclude={"event", "pick"}) if decided else None,
@@ -81,8 +85,9 @@ def _pick_line(number: int, pick: RecordedPick, over: bool) -> dict[str, Any]:
     return line
 
 
-def _objects(looked: LookedLine, view: PickView | None) -> list[dict[str, Any]]:
+def _objects(looked: LookedLine, view: PickView | None, plain: bool) -> list[dict[str, Any]]:
     boxes = find_objects(view.label_image.astype(int) + 1) if view else []
+    tags = find_tags(view.label_image, [o.id for o in looked.objects], outlines=plain) if view else {}
     detailed = {o.id: o for o in view.objects} if view else {}
     rows = []
     for seen in looked.objects:
@@ -95,25 +100,29 @@ def _objects(looked: LookedLine, view: PickView | None) -> list[dict[str, Any]]:
                 "pixels": seen.pixels,
                 "graspable": seen.id in looked.graspable,
                 "valid": valid,
+                "blocked": o.statuses.get(GraspStatus.BLOCKED.name.lower(), 0) if o else None,
+                "likely_if_free": o.likely_if_free if o else None,
                 "blockers": [{"id": k, "grasps": n} for k, n in sorted(blocked.items(), key=lambda b: -b[1])],
-                "why_not": "" if valid else why_not(o, blocked),
+                "why_not": "" if valid else why_not(o),
                 "score": o.best_score if o else None,
                 "hides_l": o.hidden_volume_m3 * 1000 if o else None,
                 "box": _box(boxes[seen.id]) if seen.id < len(boxes) else None,
+                "tag": tags.get(seen.id),
             }
         )
     return rows
 
 
-def why_not(o: ObjectView | None, blocked: Mapping[int, int]) -> str:
-    """In words, why an object has no valid grasp, the most frequent reasons first; `blocked`: grasps by blocker."""
-    by = ", ".join(f"{k} ({n})" for k, n in sorted(blocked.items(), key=lambda b: -b[1]))
-    words = {**WHY_NOT, GraspStatus.BLOCKED: f"blocked by {by}" if by else WHY_NOT[GraspStatus.BLOCKED]}
+def why_not(o: ObjectView | None) -> str:
+    """In words, why an object has no valid grasp, apart from what blocks it; the most frequent reasons first."""
     if o is None:
-        return words[GraspStatus.BLOCKED] if by else "no valid grasp"
-    counts = [(n, words[s]) for s in WHY_NOT if (n := o.statuses.get(s.name.lower(), 0))]
-    counts.sort(key=lambda c: -c[0])
-    return "; ".join(f"{n} {text}" for n, text in counts) or "no grasp was found on it"
+        return ""
+    if not o.statuses:
+        return "no grasp was found on it"
+    counts = [
+        (n, words) for status, words in WHY_NOT.items() if (n := o.statuses.get(status.name.lower(), 0))
+    ]
+    return "; ".join(f"{n} {words}" for n, words in sorted(counts, key=lambda c: -c[0]))
 
 
 def _box(place: tuple[slice, slice] | None) -> list[int] | None:
@@ -121,8 +130,9 @@ def _box(place: tuple[slice, slice] | None) -> list[int] | None:
     return [place[1].start, place[0].start, place[1].stop - 1, place[0].stop - 1] if place else None
 
 
-def _graph(data: Mapping[str, Any], probabilities: Mapping[str, float]) -> dict[str, Any] | None:
-    """A graph as `DependencyGraph.to_dict` made it, laid out; None if it is none, or too large to draw.
+def _graphs(data: Mapping[str, Any], probabilities: Mapping[str, float]) -> dict[str, Any] | None:
+    """A graph as `DependencyGraph.to_dict` made it, laid out: `all` of it, and `target`, the part that the target waits
+    for. None if it is none, or too large to draw.
 
     `probabilities` are p(sink) by id, as text.
     """
@@ -130,21 +140,40 @@ def _graph(data: Mapping[str, Any], probabilities: Mapping[str, float]) -> dict[
         if len(data["nodes"]) > MAX_OBJECTS + 1 or len(data["edges"]) > MAX_EDGES:
             return None
         graph = DependencyGraph.from_dict(data)
-        layout = lay_out(graph)
-        nodes = []
-        for n in graph.nodes:
-            p = probabilities.get(str(n.id)) if isinstance(probabilities, Mapping) else None
-            known = isinstance(p, int | float) and 0 <= p <= 1
-            facts = {"id": n.id, "color": _hex_color(n.id), "hidden": n.hidden, "graspable": n.graspable}
-            nodes.append({**facts, "place": layout.places[n.id], "p": p if known else None})
-        edges = [
-            edge | {"route": layout.routes[edge["source"], edge["target"]]}
-            for edge in graph.to_dict()["edges"]
-        ]
+        parts = {"all": graph, "target": _what_the_target_waits_for(graph)}
+        return {name: _drawn_graph(part, probabilities) for name, part in parts.items()}
     except (InputError, KeyError, TypeError, AttributeError):
         return None
-    size = {"columns": layout.columns, "rows": layout.rows}
-    return {"target": graph.target, **size, "nodes": nodes, "edges": edges}
+
+
+def _what_the_target_waits_for(graph: DependencyGraph) -> DependencyGraph:
+    """The target, what has to go before it, what has to go before that, and so on."""
+    found, ends = {graph.target}, [graph.target]
+    while ends:
+        new = {e.target for e in graph.edges if e.source in ends} - found
+        found, ends = found | new, list(new)
+    nodes = tuple(n for n in graph.nodes if n.id in found)
+    return DependencyGraph(nodes, tuple(e for e in graph.edges if e.source in found), graph.target)
+
+
+def _drawn_graph(graph: DependencyGraph, probabilities: Mapping[str, float]) -> dict[str, Any]:
+    layout = lay_out(graph)
+    nodes = []
+    for n in graph.nodes:
+        p = probabilities.get(str(n.id)) if isinstance(probabilities, Mapping) else None
+        known = isinstance(p, int | float) and 0 <= p <= 1
+        facts = {"id": n.id, "color": _hex_color(n.id), "hidden": n.hidden, "graspable": n.graspable}
+        nodes.append({**facts, "place": layout.places[n.id], "p": p if known else None})
+    edges = [
+        edge | {"route": layout.routes[edge["source"], edge["target"]]} for edge in graph.to_dict()["edges"]
+    ]
+    return {
+        "target": graph.target,
+        "columns": layout.columns,
+        "rows": layout.rows,
+        "nodes": nodes,
+        "edges": edges,
+    }
 
 
 def _hex_color(object_id: int) -> str:

@@ -73,7 +73,7 @@ def data_digest(rows: Sequence[Row], variant: str) -> str:
     return whole.hexdigest()
 
 
-def begin(directory: Path, config: VlmConfig, variant: str, digest: str) -> ReplyFile:
+def begin(directory: Path, config: VlmConfig, variant: str, digest: str, version: int = 1) -> ReplyFile:
     """The replies in a directory, made if it is not there. Raises InputError where other questions were asked there, or
     another model.
     """
@@ -84,8 +84,8 @@ def begin(directory: Path, config: VlmConfig, variant: str, digest: str) -> Repl
         "thinking": config.thinking,
         "max_output_tokens": config.max_output_tokens,
         "variant": variant,
-        "prompt": prompt_name(variant),
-        "prompt_sha256": prompt_digest(variant),
+        "prompt": prompt_name(variant, version),
+        "prompt_sha256": prompt_digest(variant, version),
         "data_sha256": digest,
     }
     directory.mkdir(parents=True, exist_ok=True)

@@ -13,7 +13,7 @@ import yaml
 
 from torc.errors import InputError
 from torc.next_object.data.opening import open_rows
-from torc.next_object.prompting import VARIANTS, prompt_name, prompt_text, sent_pictures
+from torc.next_object.prompting import VARIANTS, prompt_name, prompt_text, sent_pictures, version_of
 from torc.next_object.scoring import COLUMNS
 from torc.records.files import data_url
 
@@ -114,7 +114,8 @@ def _sample(row: Mapping[str, Any], variant: str) -> dict[str, Any]:
             {"role": "user", "content": [*content, {"type": "text", "text": prompt_text(row, variant)}]}
         ],
         "target": [str(number) for number in row["best"]],
-        "metadata": {"prompt": prompt_name(variant)} | {name: row[name] for name in (*COLUMNS, "best")},
+        "metadata": {"prompt": prompt_name(variant, version_of(row))}
+        | {name: row[name] for name in (*COLUMNS, "best")},
     }
 
 

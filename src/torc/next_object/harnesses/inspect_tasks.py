@@ -17,7 +17,7 @@ from inspect_ai.scorer import Metric, SampleScore, Score, Scorer, Target, metric
 from inspect_ai.solver import TaskState, generate
 
 from torc.next_object.data.opening import open_rows
-from torc.next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures
+from torc.next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures, version_of
 from torc.next_object.replies import read_number
 from torc.next_object.scoring import COLUMNS, Scored, score_answer, summary
 from torc.records.files import data_url
@@ -95,12 +95,15 @@ def next_object() -> Scorer:
 
 def _task(variant: str, data: str | None, split: str) -> Task:
     rows = open_rows(data, split)
-    name = prompt_name(variant)
+    version = version_of(rows[0])
     return Task(
         dataset=MemoryDataset([_sample(row, variant) for row in rows], name=f"torc-next-object {split}"),
         solver=generate(),
         scorer=next_object(),
-        metadata={"prompt": name, "prompt_sha256": prompt_digest(variant)},
+        metadata={
+            "prompt": prompt_name(variant, version),
+            "prompt_sha256": prompt_digest(variant, version),
+        },
     )
 
 

@@ -46,6 +46,12 @@ def build(making: Making, out: Path, most: int | None, say: Say) -> Built:
     """
     aside = out.with_name(out.name + ASIDE)
     aside.mkdir(parents=True, exist_ok=True)
+    for file in sorted(aside.glob("*.parquet"))[:1]:
+        before = read_rows(file)[0].questions
+        if before != making.config.questions:
+            raise InputError(
+                f"'{aside}' holds questions of version {before}, not {making.config.questions}. Choose another --out."
+            )
     count, skipped, new = len(making.problems), list[str](), 0
     orders = [
         _Order(file, f"[{number}/{count}] ", making.config, making.values, aside)

@@ -23,6 +23,7 @@ from torc.next_object.making.numbering import drawn_numbers, renumbered
 from torc.next_object.making.pricing import Price, first_tries
 from torc.next_object.making.valuing import value_choices
 from torc.next_object.making.visits import visits
+from torc.next_object.prompting import VERSIONS
 from torc.next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
 from torc.objects.library import load_object
 from torc.pipeline.building import System, build_system
@@ -36,11 +37,14 @@ from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.pictures import drawn_pictures
+from torc.vlm.question_facts import counted_grasp_facts, gripper_sentence, target_size_sentence
 from torc.vlm.select import grasp_facts
 from torc.vlm.simulated.situation import Situation
 
 PUBLIC_KEY = "torc-next-object"
 PICTURE = PictureConfig(marks="outlines", plain=True, crop_px=24, longest_side_px=768)
+"""Of the first questions."""
+_CLEAR_PICTURE = PictureConfig(marks="clear", plain=True)
 TEST_SHARE = 0.5
 _SIDES, _SIDE_PX = 2, 160
 _WHITE = 255
@@ -57,14 +61,18 @@ class MakingConfig:
         per_problem: decisions of a problem, at most.
         most_looks: of each decision's search for values; more make intervals narrower. 0 makes only the decisions
             whose values are known.
+        questions: version of the questions; 1 are those of the leaderboard.
     """
 
     key: str = PUBLIC_KEY
     hidden: bool = False
     per_problem: int = 5
     most_looks: int = 40
+    questions: int = 1
 
     def __post_init__(self) -> None:
+        if self.questions not in VERSIONS:
+            raise InputError(f"There are no questions of version {self.questions}; there are {VERSIONS}.")
         if self.per_problem < 1 or self.most_looks < 0:
             raise InputError("A problem needs one decision at least, and looks cannot be fewer than none.")
 
@@ -128,7 +136,8 @@ class RowMaker:
         rng, scene = self._rng(key), self.scene(problem)
         to_number = drawn_numbers(part.context.scene.ids, rng)
         shown = renumbered(part.context, to_number)
-        images = drawn_pictures(shown.scene, PICTURE)
+        second = self.config.questions >= 2
+        images = drawn_pictures(shown.scene, _CLEAR_PICTURE if second else PICTURE)
         numbers = shown.scene.ids
         back = {number: k for k, number in to_number.items()}
         prices = [part.values[back[n]] for n in numbers]
@@ -152,7 +161,7 @@ class RowMaker:
             references=references,
             numbers=numbers,
             graspable=graspable,
-            facts=told["facts"],
+            facts="\n".join(counted_grasp_facts(shown)) if second else told["facts"],
             relations=told["relations"],
             relations_true=tuple(_is_behind(part.situation, back[s], back[t]) for s, t in relations),
             values=values,
@@ -163,6 +172,9 @@ class RowMaker:
             baselines=json.dumps(
                 {name: to_number.get(k) if k is not None else None for name, k in chosen.items()}
             ),
+            questions=self.config.questions,
+            gripper=gripper_sentence(shown) if second else "",
+            target_size=target_size_sentence(shown) if second else "",
         )
 
 

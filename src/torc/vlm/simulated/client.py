@@ -12,7 +12,7 @@ import numpy as np
 from torc.errors import InputError
 from torc.records import MAX_OBJECTS, TARGET_ID
 from torc.task_planning.graph import EdgeKind
-from torc.vlm.config import VlmConfig
+from torc.vlm.config import DEFAULT_QUESTIONS, VlmConfig
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.protocol import Finish, Question, Reply
 from torc.vlm.replies import reply_of
@@ -20,8 +20,8 @@ from torc.vlm.simulated.confusion import Luck, ToldFacts, confused, draw_luck
 from torc.vlm.simulated.profiles import Profile, find_profile
 from torc.vlm.simulated.situation import Pair, Situation
 
-_GRASPABLE = re.compile(r"^Object (\d+) is graspable\.$", re.MULTILINE)
-_BLOCKED = re.compile(r"^Object (\d+) is blocked by object (\d+)\.$", re.MULTILINE)
+_GRASPABLE = re.compile(r"^Object (\d+) is graspable(?:\.|: .*)$", re.MULTILINE)
+_BLOCKED = re.compile(r"^Object (\d+) is blocked by object (\d+)(?: in .*)?\.$", re.MULTILINE)
 _CANDIDATE = re.compile(r'\{"source": (\d+), "relation": "behind", "target": (\d+)\}')
 _SPOILT = (
     ("I am sorry, I cannot help with that.", Finish.REFUSED),
@@ -38,7 +38,7 @@ def open_simulated(config: VlmConfig, truth: Callable[[], Situation]) -> "Simula
     unknown, and for options of real models.
     """
     profile = find_profile(config.model)
-    model_alone = replace(config, picture=PictureConfig(), prompt=None)
+    model_alone = replace(config, picture=PictureConfig(), prompt=None, questions=DEFAULT_QUESTIONS)
     if model_alone != VlmConfig(config.provider, config.model):
         raise InputError(
             "The simulated VLM takes a profile alone (--vlm simulated:PROFILE), no address and no model's options."

@@ -1,9 +1,9 @@
 // What the expert can do now.
 
-import { chip, el, percent, plural } from "./dom.js";
-import { blockers } from "./panels.js";
+import { chip, el } from "./dom.js";
+import { blocked, litres, valid, whyNot } from "./words.js";
 
-// can: {choosing, object: the selected one, names, pick(), pass(), giveUp(), now(), nameTarget()}
+// can: {choosing, object: the selected one, names, pick(), pass(), giveUp(), now(), nameTarget(), keep()}
 export function actionBar(app, can) {
   const refusal = app.refusal ? el("p", { class: "bad", role: "alert" }, app.refusal) : null;
   if (app.mode === "view") return refusal ? [refusal] : [];
@@ -12,9 +12,9 @@ export function actionBar(app, can) {
   }
   if (!can.choosing) return refusal ? [refusal] : [];
   const some = app.session.allowed.length > 0;
-  return [refusal, el("div", { class: "facts", "aria-live": "polite" }, some ? facts(can.object) : nothing()),
+  return [refusal, el("div", { class: "facts", "aria-live": "polite" }, some ? facts(can.object, app.page) : nothing()),
     some && app.page?.may_name_target && can.object ? row(naming(app, can)) : null,
-    some ? row(el("div", { class: "grow" }, note(app)), button("Give up", can.giveUp), choose(app, can))
+    some ? row(el("div", { class: "grow" }, note(app, can)), button("Give up", can.giveUp), choose(app, can))
       : row(el("span", { class: "grow" }), button("Give up", can.giveUp), button("Let this pick pass", can.pass, "main"))];
 }
 
@@ -33,10 +33,10 @@ function choose(app, can) {
     ready ? `Pick ${can.object.id}${app.isTarget ? ", the target" : ""}` : "Pick");
 }
 
-function note(app) {
+function note(app, can) {
   return el("input", {
     id: "note", maxlength: 500, placeholder: "Why? (a note, if you like)", "aria-label": "Note: why this object",
-    value: app.note, oninput: (event) => { app.note = event.target.value; },
+    value: app.note, oninput: (event) => { app.note = event.target.value; can.keep(); },
   });
 }
 
@@ -44,13 +44,11 @@ function nothing() {
   return el("p", {}, "Nothing in sight can be grasped. Letting the pick pass uses it up; the robot looks again and draws new grasps.");
 }
 
-function facts(o) {
+function facts(o, page) {
   if (!o) return el("p", { class: "faint" }, "Select an object: click it in the image, the table, the graph or in 3-D, or type its number.");
   const head = [chip(o.id, o.color), o.id === 0 ? el("b", {}, " the target: ") : " "];
-  if (!o.graspable) return el("p", {}, head, el("span", { class: "bad" }, "not graspable"), `: ${o.why_not}`);
-  const chance = o.score === null ? "" : `, the best succeeds with ${percent(o.score)}`;
-  return el("p", {}, head, el("span", { class: "good" }, "graspable"), `: ${plural(o.valid, "valid grasp")}${chance}`, by(o),
-    o.hides_l > 0.005 ? `; hides ${o.hides_l.toFixed(1)} litres` : "");
+  const hides = litres(o.hides_l) ? ` It ${litres(o.hides_l)}.` : "";
+  if (!o.graspable) return el("p", {}, head, el("span", { class: "bad" }, "not graspable"), `: ${whyNot(o, page)}.${hides}`);
+  const others = blocked(o, page) ? ` Others: ${blocked(o, page)}.` : "";
+  return el("p", {}, head, el("span", { class: "good" }, "graspable"), `: ${valid(o)}.${others}${hides}`);
 }
-
-const by = (o) => (o.blockers.length ? `; others blocked by ${blockers(o)}` : "");

@@ -12,7 +12,10 @@ const KEYS = {
   ],
   view: [["← →", "earlier or later pick"], ["Home End", "first or last pick"], ["↑ ↓", "next or previous object"], ["0 – 9", "select an object"], ["t", "list of trials"]],
 };
-const BOTH = [["z", "zoom to the objects"], ["o", "objects"], ["d", "graph"], ["c", "3-D view"], ["?", "this help"], ["Esc", "close; nothing selected"]];
+const BOTH = [
+  ["h", "while held: the picture without marks"], ["m", "objects tinted, or outlined only"],
+  ["z", "the objects, or the whole picture"], ["+ -", "zoom; wheel or two fingers, too; drag to move"], ["o", "objects"], ["d", "graph"], ["c", "3-D view"], ["?", "this help"], ["Esc", "close; nothing selected"],
+];
 
 export function showHelp(mode, outside) {
   const rows = [...KEYS[mode], ...BOTH].map(([key, text]) => el("tr", {}, el("td", {}, el("kbd", {}, key)), el("td", {}, text)));
@@ -96,7 +99,8 @@ function queued(t, state, start) {
     t.status === "completed" ? verdict(t) : t.status === "waiting" ? "" : `${t.status}: starts again`);
   const name = el("span", {}, t.expert ? `${t.expert}: ${t.problem}` : t.problem);
   return el("li", {}, state.waiting.includes(t.key)
-    ? el("button", { type: "button", onclick: () => start(t.key) }, name, how) : el("p", {}, name, how));
+    ? el("button", { type: "button", onclick: () => start(t.key) }, name, how)
+    : el("p", {}, name, how, t.replay ? replay(t, "Replay") : null));
 }
 
 function fill(id, ...children) {

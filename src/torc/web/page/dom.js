@@ -30,5 +30,10 @@ export function chip(id, color) {
   return node;
 }
 
-export const percent = (p) => (p === null || p === undefined ? "–" : `${Math.round(100 * p)} %`);
+// Only what is certain is 100 %, or 0 %.
+export function percent(p) {
+  if (p === null || p === undefined) return "–";
+  if (p < 1 && p >= 0.995) return ">99\u00a0%";
+  return p > 0 && p < 0.005 ? "<1\u00a0%" : `${Math.round(100 * p)}\u00a0%`;
+}
 export const plural = (n, one, many) => `${n} ${n === 1 ? one : many || one + "s"}`;

@@ -1,9 +1,10 @@
 // The dependency graph. Places come with the data; an arrow a -> b says that b has to go before a.
 
 import { el, percent, svg } from "./dom.js";
+import { blockers } from "./words.js";
 
 const COLUMN = 62, ROW = 88, RADIUS = 22, MARGIN = 46, LANE = 13;
-const LEAST_SCALE = 0.6;
+const LEAST_SCALE = 0.6, MOST_SCALE = 1.5;
 const KINDS = {
   "below": "lies below",
   "grasp blocking": "has grasps blocked by",
@@ -15,8 +16,37 @@ const FEW_EDGES = 14;
 
 const css = (kind) => kind.replace(" ", "-");
 
-export function drawGraph(graph, state, select) {
-  if (!graph) return el("p", { class: "padded faint" }, "No dependency graph was recorded for this pick.");
+// First what the target waits for; all objects on request, or if another one is selected. on: {select(id), whole(yes)}
+export function drawGraph(page, { selected, wholeGraph }, on) {
+  if (!page.graphs) return el("p", { class: "padded faint" }, "No dependency graph was recorded for this pick.");
+  const { all, target } = page.graphs;
+  const outside = all.nodes.some((n) => n.id === selected) && !target.nodes.some((n) => n.id === selected);
+  const graph = wholeGraph || outside ? all : target;
+  const picture = drawPicture(graph, { selected, chosen: page.chosen }, on.select);
+  return el("div", { id: "graph-box" }, head(page, graph === all, outside, on), el("div", {}, picture), legend(graph, page.graph_by));
+}
+
+// The target's own blockers in words, and the choice of objects.
+function head(page, whole, outside, on) {
+  const { all, target } = page.graphs;
+  const choice = all.nodes.length > target.nodes.length && !outside
+    ? el("label", {}, el("input", { type: "checkbox", id: "whole-graph", checked: whole, onchange: (event) => on.whole(event.target.checked) }), "all objects") : null;
+  return el("p", { class: "legend" }, el("span", { id: "target-waits" }, waits(page)), choice);
+}
+
+function waits({ graphs: { all }, objects }) {
+  const own = all.edges.filter((e) => e.source === all.target).sort((a, b) => b.weight - a.weight);
+  if (!own.length) return "Nothing has to go before the target.";
+  const target = objects.find((o) => o.id === all.target);
+  const parts = Object.entries(KINDS).map(([kind, words]) => {
+    const ids = own.filter((e) => e.kind === kind).map((e) => e.target);
+    if (!ids.length) return null;
+    return kind === "grasp blocking" && target ? blockers(target) : `it ${words} ${ids.join(", ")}`;
+  });
+  return `The target waits: ${parts.filter(Boolean).join("; ")}.`;
+}
+
+function drawPicture(graph, state, select) {
   const width = (graph.columns - 1) * COLUMN + 2 * MARGIN;
   const height = (graph.rows - 1) * ROW + 2 * MARGIN;
   const at = ([column, row]) => [MARGIN + column * COLUMN, MARGIN + row * ROW];
@@ -27,6 +57,7 @@ export function drawGraph(graph, state, select) {
   // Rather scrolled than too small to read.
   picture.style.minWidth = `${LEAST_SCALE * width}px`;
   picture.style.minHeight = `${LEAST_SCALE * height}px`;
+  picture.style.maxHeight = `${MOST_SCALE * height}px`;
   picture.append(svg("defs", {}, Object.keys(KINDS).map(arrowHead)));
   const labels = [];
   for (const edge of graph.edges) {
@@ -46,7 +77,7 @@ export function drawGraph(graph, state, select) {
   }
   picture.append(...labels);
   for (const node of graph.nodes) picture.append(drawNode(node, graph, at(node.place), state, select));
-  return el("div", { id: "graph-box" }, el("div", {}, picture), legend(graph, state.by));
+  return picture;
 }
 
 function drawNode(node, graph, [x, y], state, select) {
@@ -86,7 +117,7 @@ function legend(graph, by) {
     svg("path", { d: "M0 5H30", class: `edge kind-${css(kind)}` }));
   return el("p", { class: "legend" },
     kinds.map((kind) => el("span", {}, line(kind), kind)),
-    el("span", {}, `made by ${by}`), el("span", {}, "arrow: the other one has to go first"), el("span", {}, "broken rim: not graspable"),
+    el("span", {}, `made by ${by}`), el("span", {}, "arrow: the other one has to go first"), el("span", {}, "dashed outline: not graspable"),
     graph.nodes.some((n) => n.p !== null) ? el("span", {}, "%: the target is reached through it") : null);
 }
 

@@ -4,7 +4,7 @@ import { $ } from "./dom.js";
 
 const DIGIT_MS = 900;
 
-// act: {select(id), step(by), pick(), giveUp(), go(by or "first"/"last"), tab(name), zoom, help, note, nameTarget, trials, clear}
+// act: {select(id), step(by), pick(), giveUp(), go(by or "first"/"last"), tab(name), zoom, closer(by), tints, plain(on), help, note, nameTarget, trials, clear}
 // facts: {mode(), ids()}
 export function listen(act, facts) {
   let typed = "";
@@ -23,7 +23,7 @@ export function listen(act, facts) {
       ArrowUp: () => act.step(-1), ArrowDown: () => act.step(1), t: act.trials,
     });
   const letters = {
-    z: act.zoom, "?": act.help, o: () => act.tab("Objects"), d: () => act.tab("Graph"), c: () => act.tab("3-D"), Escape: act.clear,
+    z: act.zoom, "+": () => act.closer(1), "-": () => act.closer(-1), m: act.tints, h: () => act.plain(true), "?": act.help, o: () => act.tab("Objects"), d: () => act.tab("Graph"), c: () => act.tab("3-D"), Escape: act.clear,
   };
   document.addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
@@ -46,6 +46,7 @@ export function listen(act, facts) {
     if (/^[0-9]$/.test(event.key)) digit(event.key, event.timeStamp);
     else if (found) { event.preventDefault(); found(); }
   });
+  document.addEventListener("keyup", (event) => { if (event.key === "h") act.plain(false); });
   $("show-help").addEventListener("click", act.help);
   $("show-trials").addEventListener("click", act.trials);
 }

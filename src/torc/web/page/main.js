@@ -4,6 +4,7 @@ import { follow, get, getArrays, pickPath, post, trialPath, watchRobot } from ".
 import { actionBar } from "./action.js";
 import { confirmGiveUp, queueCard, showHelp, showTrials } from "./dialogs.js";
 import { $, el, replace } from "./dom.js";
+import { draftOf, forgetDraft, keepDraft } from "./draft.js";
 import { drawGraph } from "./graph.js";
 import { listen } from "./keys.js";
 import { decisionPanel, describe, inOrder, objectsPanel, verdict } from "./panels.js";
@@ -21,7 +22,7 @@ const SHOWABLE = ["choosing", "planning", "executing"];
 
 const app = {
   mode: null, outside: false, trials: [], session: null, trial: null, key: null, pick: null, page: null, arrays: null,
-  selected: null, hovered: null, tab: "Objects", back: null, note: "", isTarget: false, refusal: "", robot: false,
+  selected: null, hovered: null, tab: "Objects", back: null, note: "", isTarget: false, refusal: "", robot: false, wholeGraph: false,
 };
 const picture = new Picture({ hover: (id) => { app.hovered = id; point(); }, select });
 let scene = null;
@@ -33,12 +34,13 @@ const names = () => app.trial?.names || [];
 
 function select(id) {
   if (app.selected === id) return;
-  app.selected = id;
-  app.isTarget = false;
-  app.refusal = "";
+  Object.assign(app, { selected: id, isTarget: false, refusal: "" });
+  keep();
   picture.select(id);
   drawSide();
 }
+
+const keep = () => { if (choosing()) keepDraft(app.key, app.pick, app); };
 
 // Load what a pick shows; the newest wish wins.
 async function open(key, pick) {
@@ -51,8 +53,8 @@ async function open(key, pick) {
   const same = app.key === key && app.pick === number;
   Object.assign(app, { trial, key, page, pick: number });
   if (!same || !app.arrays) {
-    Object.assign(app, { arrays: null, note: same ? app.note : "", isTarget: false, hovered: null });
-    app.selected = choosing() ? null : page?.decision?.object_id ?? null;
+    const draft = choosing() ? draftOf(key, number) : { note: "", isTarget: false, selected: page?.decision?.object_id ?? null };
+    Object.assign(app, { arrays: null, hovered: null }, same ? {} : draft);
   }
   draw();
   if (!page?.arrays || (same && app.arrays)) return;
@@ -66,11 +68,10 @@ async function open(key, pick) {
 function draw() {
   drawHead();
   if (app.page) {
-    const boxes = Object.fromEntries(app.page.objects.filter((o) => o.box).map((o) => [o.id, o.box]));
-    picture.show(`${pickPath(app.key, app.pick)}/seen.png`, boxes, `What the planner saw before pick ${app.pick + 1}: ${app.page.objects.length} numbered objects`);
+    picture.show(pickPath(app.key, app.pick), app.page, `What the planner saw before pick ${app.pick + 1}: ${app.page.objects.length} numbered objects`);
     if (app.arrays) picture.setLabels(app.arrays.labels);
     picture.select(app.selected);
-  } else picture.hide();
+  } else picture.clear();
   drawStage();
   drawSide();
   if (app.trial?.picks.length) {
@@ -83,9 +84,9 @@ function draw() {
 function drawHead() {
   const t = app.trial;
   replace($("task"), t?.target ? el("b", {}, `Target: ${t.target}${app.page && !app.page.target_visible ? " (hidden)" : ""}`) : "", t ? el("span", {}, headline(t)) : "");
-  const left = app.page?.picks_left;
+  const most = app.page?.max_picks;
   const running = app.mode === "human" && SHOWABLE.includes(app.session.phase);
-  $("count").textContent = running && left ? `Pick ${app.pick + 1} · ${left} left` : t && app.mode === "view" ? verdict(t.result) : "";
+  $("count").textContent = running && most ? `Pick ${app.pick + 1} of ${most}` : t && app.mode === "view" ? verdict(t.result) : "";
   document.title = choosing() ? "Your choice – torc" : t ? `${t.problem} – torc` : "torc";
 }
 
@@ -107,7 +108,7 @@ function drawStage() {
   $("video").hidden = !film;
   if (film && $("video").getAttribute("src") !== videoPath()) $("video").src = videoPath();
   if (!film) $("video").pause();
-  $("zoom").hidden = idle || film || !app.page || !$("robot").hidden;
+  $("tools").hidden = idle || film || !app.page || !$("robot").hidden;
   const chosen = app.page?.chosen;
   const past = app.page && `Pick ${app.pick + 1}: ${chosen === null ? "no object" : `object ${chosen}`}, ${app.page.result || "not carried out"}`;
   const said = busy || phase === "ready" || phase === "done" ? app.session.message : "";
@@ -130,13 +131,18 @@ function drawSide() {
   const scrolled = panel.scrollTop;
   if (!app.page) replace(panel);
   else if (app.tab === "Objects") replace(panel, objectsPanel(app.page, app, names(), { select, hover: (id) => picture.hover(id) }));
-  else if (app.tab === "Graph") replace(panel, drawGraph(app.page.graph, { selected: app.selected, chosen: app.page.chosen, by: app.page.graph_by }, select));
+  else if (app.tab === "Graph") replace(panel, drawGraph(app.page, app, { select, whole }));
   else if (app.tab === "3-D") drawScene(panel);
   else replace(panel, decisionPanel(app.page, app.trial, pickPath(app.key, app.pick)));
   panel.scrollTop = scrolled;
   if (focused) panel.querySelector(`[data-id="${focused}"]`)?.focus({ preventScroll: true });
-  replace($("action"), actionBar(app, { choosing: choosing(), object: object(app.selected), names: names(), pick, pass, giveUp, now, nameTarget }));
+  replace($("action"), actionBar(app, { choosing: choosing(), object: object(app.selected), names: names(), pick, pass, giveUp, now, nameTarget, keep }));
   $("action").hidden = !$("action").childElementCount;
+}
+
+function whole(yes) {
+  app.wholeGraph = yes;
+  drawSide();
 }
 
 function drawScene(panel) {
@@ -207,6 +213,7 @@ function pick() {
 function nameTarget() {
   if (!choosing() || !app.page?.may_name_target || app.selected === null) return;
   app.isTarget = !app.isTarget;
+  keep();
   drawSide();
 }
 
@@ -223,6 +230,7 @@ async function follows(state, streamed = false) {
   if (state.phase === "choosing" && before?.phase !== "choosing" && app.back === null) app.robot = false;
   if (["ready", "done"].includes(state.phase)) {
     app.back = null;
+    forgetDraft();
     app.trials = (await get("/api/trials")).trials;
     Object.assign(app, { trial: null, page: null, arrays: null, key: null });
     draw();
@@ -233,6 +241,7 @@ async function follows(state, streamed = false) {
 
 listen({
   select: (id) => object(id) && select(id), step, pick, giveUp, go, tab: openTab, zoom: () => picture.toggleZoom(),
+  closer: (by) => picture.zoom.step(by), tints: () => picture.toggleTints(), plain: (on) => picture.hide(on),
   help: () => showHelp(app.mode, app.outside), note: () => $("note")?.focus(), nameTarget, trials: listTrials, clear: () => select(null),
 }, { mode: () => app.mode, ids: () => (app.page?.objects || []).map((o) => o.id) });
 

@@ -1,6 +1,7 @@
 // The facts of a pick: the table of objects, and what was decided and came of it.
 
 import { chip, el, percent, plural } from "./dom.js";
+import { blocked, fewBlocked, litres, litresNumber, valid, whyNot } from "./words.js";
 
 export const GOOD = ["retrieved", "removed"];
 
@@ -8,19 +9,12 @@ export function inOrder(page) {
   return [...page.objects].sort((a, b) => b.graspable - a.graspable || a.id - b.id);
 }
 
-export function blockers(object) {
-  return object.blockers.map((b) => `${b.id} (${b.grasps})`).join(", ");
-}
-
 // One line about an object.
 export function describe(object, page, names) {
   const parts = [names[object.id] ? `${object.id} ${names[object.id]}` : `Object ${object.id}`];
   if (object.id === 0) parts[0] += ", the target";
-  if (object.graspable) parts.push(`${plural(object.valid, "valid grasp")}${object.score === null ? "" : `, succeeds with ${percent(object.score)}`}`);
-  else parts.push(`not graspable: ${object.why_not}`);
-  if (object.graspable && object.blockers.length) parts.push(`others blocked by ${blockers(object)}`);
-  if (object.hides_l > 0.005) parts.push(`hides ${object.hides_l.toFixed(1)} l`);
-  return parts.join(" · ");
+  parts.push(...(object.graspable ? [valid(object), blocked(object, page, 3)] : [`not graspable: ${whyNot(object, page, 3)}`]), litres(object.hides_l));
+  return parts.filter(Boolean).join(" · ");
 }
 
 export function objectsPanel(page, state, names, on) {
@@ -33,22 +27,25 @@ export function objectsPanel(page, state, names, on) {
   el("td", {}, chip(o.id, o.color)),
   el("td", { class: "number" }, o.valid),
   el("td", { class: "number" }, percent(o.score)),
-  el("td", { class: "number" }, o.hides_l === null ? "–" : o.hides_l.toFixed(1)),
-  el("td", {}, notes(o, names)));
-  const head = ["Object", "Grasps", "Succeeds", "Hides, l", "Notes"];
+  el("td", { class: "number" }, litresNumber(o.hides_l)),
+  el("td", {}, notes(o, page, names)));
+  const head = ["Object", "Grasps", "Best grasp", "Hides (litres)", "Notes"];
   const group = (text, rows) => (rows.length
     ? [el("tr", {}, el("th", { colspan: head.length, scope: "rowgroup", class: "group" }, text)), rows.map(row)] : []);
-  return el("table", { id: "objects", role: "grid", "aria-label": "Objects in sight" },
+  const table = el("table", { id: "objects", role: "grid", "aria-label": "Objects in sight" },
     el("thead", {}, el("tr", {}, head.map((text, i) => el("th", { scope: "col", class: i >= 1 && i <= 3 ? "number" : null }, text)))),
     el("tbody", {}, group("Graspable", inOrder(page).filter((o) => o.graspable)),
       group("Not graspable", inOrder(page).filter((o) => !o.graspable))));
+  return [table, el("p", { class: "padded faint legend" },
+    "Grasps: those that are valid now. Best grasp: how likely it is to succeed. “6 blocks 7”: object 6 is in the way of 7 of the object's "
+    + `grasps; several objects may block the same grasp. “Likely once free”: at least ${percent(page.likely)} likely to succeed when nothing blocks them any more.`)];
 }
 
-function notes(o, names) {
+function notes(o, page, names) {
   const lines = [];
   if (o.id === 0) lines.push(el("b", {}, "target "));
   if (names[o.id]) lines.push(`${names[o.id]} `);
-  lines.push(o.why_not || (o.blockers.length ? `some blocked by ${blockers(o)}` : ""));
+  lines.push(fewBlocked(o, page));
   return lines;
 }
 
@@ -89,7 +86,7 @@ function planned(plan) {
   if (!plan) return null;
   if (plan.failure) return el("p", {}, el("span", { class: "bad" }, "No motion: "), `${plan.failure.stage}: ${plan.failure.reason}`);
   const phases = Object.entries(plan.durations_s).map(([name, s]) => `${name} ${s.toFixed(1)} s`).join(", ");
-  const grasp = `Grasp ${plan.grasps_tried} of its list${plan.score === null ? "" : `, succeeds with ${percent(plan.score)}`}`;
+  const grasp = `Grasp ${plan.grasps_tried} of its list${plan.score === null ? "" : `, ${percent(plan.score)} likely to succeed`}`;
   return el("p", {}, `${grasp}. Motions: ${phases}.`);
 }
 

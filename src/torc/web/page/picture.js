@@ -1,54 +1,60 @@
-// The marked image: which object is under the pointer, the selected one brought out, zoom to the objects.
+// The picture and its marks: which object is under the pointer, the selected one brought out.
 
 import { $ } from "./dom.js";
+import { drawMarks, rims, tagBox } from "./marks.js";
+import { Zoom } from "./zoom.js";
 
-const PAD = 24;
+const FINGER_PX = 8;
 
 export class Picture {
   // on.hover(id or null), on.select(id)
   constructor(on) {
-    this.on = on;
-    this.labels = null;
-    this.selected = null;
-    this.hovered = null;
-    this.pointer = null;
-    this.zooming = false;
+    Object.assign(this, { on, objects: [], labels: null, rims: new Map(), selected: null, hovered: null, pointer: null });
+    Object.assign(this, { tints: false, hidden: false });
     const canvas = $("overlay");
+    this.zoom = new Zoom(canvas, () => this.draw());
     canvas.addEventListener("pointermove", (event) => { this.pointer = event; this.hover(this.idAt(event)); });
     canvas.addEventListener("pointerleave", () => { this.pointer = null; this.hover(null); });
     canvas.addEventListener("click", (event) => {
-      const id = this.idAt(event);
+      const id = this.zoom.dragged ? null : this.idAt(event);
       if (id !== null) this.on.select(id);
     });
     $("zoom").addEventListener("click", () => this.toggleZoom());
-    new ResizeObserver(() => this.place()).observe($("view"));
+    $("closer").addEventListener("click", () => this.zoom.step(1));
+    $("farther").addEventListener("click", () => this.zoom.step(-1));
+    $("tints").addEventListener("click", () => this.toggleTints());
+    $("plain").addEventListener("pointerdown", () => this.hide(true));
+    for (const end of ["pointerup", "pointercancel", "blur"]) addEventListener(end, () => this.hide(false));
+    $("plain").addEventListener("contextmenu", (event) => event.preventDefault());
     $("seen").addEventListener("load", () => this.place());
   }
 
-  // url of the picture; boxes of the objects for zooming
-  show(url, boxes, description) {
+  // path of the pick's pictures; page: its objects, and whether there is a picture without marks
+  show(path, page, description) {
     const image = $("seen");
-    if (image.getAttribute("src") !== url) image.src = url;
+    const url = `${path}/${page.plain ? "plain" : "seen"}.png`;
+    Object.assign(this, { objects: page.objects, own: page.plain });
+    if (image.getAttribute("src") !== url) {
+      Object.assign(this, { labels: null, rims: new Map() });
+      image.src = url;
+    }
     image.alt = description;
     image.hidden = false;
-    this.boxes = boxes;
-    this.labels = null;
-    this.draw();
     this.place();
   }
 
-  hide() {
+  clear() {
     $("seen").hidden = true;
     // A trial that is played again has the same addresses.
     $("seen").removeAttribute("src");
-    this.labels = null;
+    Object.assign(this, { objects: [], labels: null, rims: new Map() });
     this.draw();
   }
 
   setLabels(labels) {
+    if (labels === this.labels) return;
     this.labels = labels;
-    const [height, width] = labels.shape;
-    Object.assign($("overlay"), { width, height });
+    this.rims = rims(labels);
     // The pointer may have come before the masks.
     if (this.pointer) this.hover(this.idAt(this.pointer));
     this.draw();
@@ -67,76 +73,69 @@ export class Picture {
   }
 
   toggleZoom() {
-    this.zooming = !this.zooming;
-    $("zoom").setAttribute("aria-pressed", String(this.zooming));
-    this.place();
+    this.zoom.toggle();
   }
 
+  toggleTints() {
+    this.tints = !this.tints;
+    this.draw();
+  }
+
+  // Marks away, as long as a key or the button is held.
+  hide(hidden) {
+    if (hidden === this.hidden) return;
+    this.hidden = hidden;
+    this.draw();
+  }
+
+  // The object whose tag, or else whose pixel, is there.
   idAt(event) {
+    const [x, y] = this.zoom.at(event);
+    const pad = event.pointerType === "touch" ? FINGER_PX : 0;
+    const off = ({ left, top, width, height }) => Math.max(left - x, x - left - width, top - y, y - top - height);
+    const [nearest] = this.objects.filter((o) => o.tag)
+      .map((o) => ({ id: o.id, px: off(this.own ? tagBox(o.tag.box, this.zoom.view) : this.drawnTag(o)) }))
+      .sort((a, b) => a.px - b.px);
+    if (nearest?.px <= 0) return nearest.id;
+    const here = this.pixelAt(x, y);
+    return here === null && nearest?.px <= pad ? nearest.id : here;
+  }
+
+  // Where a tag lies that is part of the picture.
+  drawnTag({ tag: { box: [left, top, width, height] } }) {
+    const { scale, x, y } = this.zoom.view;
+    return { left: x + left * scale, top: y + top * scale, width: width * scale, height: height * scale };
+  }
+
+  pixelAt(x, y) {
     if (!this.labels) return null;
-    const [height, width] = this.labels.shape;
-    const box = $("overlay").getBoundingClientRect();
-    const scale = Math.min(box.width / width, box.height / height);
-    const x = Math.floor((event.clientX - box.left - (box.width - width * scale) / 2) / scale);
-    const y = Math.floor((event.clientY - box.top - (box.height - height * scale) / 2) / scale);
-    if (x < 0 || y < 0 || x >= width || y >= height) return null;
-    const id = this.labels.data[y * width + x];
+    const { data, shape: [height, width] } = this.labels;
+    const { scale, x: left, y: top } = this.zoom.view;
+    const [col, row] = [Math.floor((x - left) / scale), Math.floor((y - top) / scale)];
+    if (col < 0 || row < 0 || col >= width || row >= height) return null;
+    const id = data[row * width + col];
     return id >= 0 ? id : null;
+  }
+
+  place() {
+    const { naturalWidth: width, naturalHeight: height } = $("seen");
+    if (width) this.zoom.show({ width, height }, this.objects.filter((o) => o.box).map((o) => o.box));
+    else this.draw();
   }
 
   draw() {
     const canvas = $("overlay");
+    const { width, height } = canvas.getBoundingClientRect();
+    const [columns, rows] = [width, height].map((length) => Math.round(length * window.devicePixelRatio));
+    if (canvas.width !== columns || canvas.height !== rows) Object.assign(canvas, { width: columns, height: rows });
     const context = canvas.getContext("2d");
-    context.clearRect(0, 0, canvas.width, canvas.height);
-    if (!this.labels) return;
-    const pixels = context.createImageData(canvas.width, canvas.height);
-    if (this.hovered !== null && this.hovered !== this.selected) this.outline(pixels, this.hovered, 1, 60);
-    if (this.selected !== null) this.outline(pixels, this.selected, 3, 0);
-    context.putImageData(pixels, 0, 0);
-  }
-
-  // White outside the mask and black around that, so that it shows on anything.
-  outline(pixels, id, px, glow) {
-    const { data, shape: [height, width] } = this.labels;
-    const out = pixels.data;
-    const reach = px + 1;
-    for (let y = 0; y < height; y++) {
-      for (let x = 0; x < width; x++) {
-        const here = y * width + x;
-        if (data[here] === id) {
-          if (glow) out.set([255, 255, 255, glow], 4 * here);
-          const border = x === 0 || y === 0 || x === width - 1 || y === height - 1 ||
-            data[here - 1] !== id || data[here + 1] !== id || data[here - width] !== id || data[here + width] !== id;
-          if (!border) continue;
-          for (let v = Math.max(0, y - reach); v <= Math.min(height - 1, y + reach); v++) {
-            for (let u = Math.max(0, x - reach); u <= Math.min(width - 1, x + reach); u++) {
-              const there = v * width + u;
-              const far = Math.max(Math.abs(u - x), Math.abs(v - y));
-              if (data[there] === id && far > 0) continue;
-              if (far <= px) out.set([255, 255, 255, 255], 4 * there);
-              else if (out[4 * there + 3] === 0) out.set([0, 0, 0, 255], 4 * there);
-            }
-          }
-        }
-      }
-    }
-  }
-
-  // Zoomed so far that all objects fill the view.
-  place() {
-    const target = $("zoomed").style;
-    const image = $("seen");
-    const boxes = this.zooming && image.naturalWidth ? Object.values(this.boxes || {}) : [];
-    if (!boxes.length) { target.transform = ""; return; }
-    const view = $("view").getBoundingClientRect();
-    const fit = Math.min(view.width / image.naturalWidth, view.height / image.naturalHeight);
-    const left = Math.min(...boxes.map((b) => b[0])) - PAD;
-    const top = Math.min(...boxes.map((b) => b[1])) - PAD;
-    const right = Math.max(...boxes.map((b) => b[2])) + PAD;
-    const bottom = Math.max(...boxes.map((b) => b[3])) + PAD;
-    const grow = Math.min(4, view.width / ((right - left) * fit), view.height / ((bottom - top) * fit));
-    const x = (view.width - image.naturalWidth * fit) / 2 + ((left + right) / 2) * fit;
-    const y = (view.height - image.naturalHeight * fit) / 2 + ((top + bottom) / 2) * fit;
-    target.transform = `translate(${view.width / 2 - grow * x}px, ${view.height / 2 - grow * y}px) scale(${grow})`;
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, columns, rows);
+    const { scale, x, y } = this.zoom.view;
+    $("seen").style.transform = `translate(${x}px, ${y}px) scale(${scale})`;
+    $("zoom").setAttribute("aria-pressed", String(this.zoom.close && !this.zoom.free));
+    $("tints").setAttribute("aria-pressed", String(this.tints));
+    for (const id of ["tints", "plain"]) $(id).disabled = !this.own;
+    if (!this.hidden && !$("seen").hidden) drawMarks(context, this.zoom.view, this);
   }
 }

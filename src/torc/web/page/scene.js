@@ -113,14 +113,18 @@ export class Scene {
     this.renderer.render(this.parts, this.camera);
   }
 
-  middle() {
-    const { origin, grid, voxel_size_m: size } = this.arrays;
-    return new THREE.Vector3(...origin).addScaledVector(new THREE.Vector3(0.5 * grid[0], 0.5 * grid[1], 0.2 * grid[2]), size);
+  // A sphere around the objects; without any, around what the robot watches.
+  heap() {
+    const { origin, grid, voxel_size_m: size, points, ids, point_unit_m: unit } = this.arrays;
+    const box = new THREE.Box3();
+    ids.data.forEach((id, i) => { if (id >= 0) box.expandByPoint(new THREE.Vector3().fromArray(points.data, 3 * i).multiplyScalar(unit)); });
+    if (box.isEmpty()) box.set(new THREE.Vector3(), new THREE.Vector3(grid[0], grid[1], 0.4 * grid[2]).multiplyScalar(size)).translate(new THREE.Vector3(...origin));
+    return box.getBoundingSphere(new THREE.Sphere());
   }
 
   lookFrom(eye) {
     this.camera.position.copy(eye);
-    this.controls.target.copy(this.middle());
+    this.controls.target.copy(this.heap().center);
     this.controls.update();
   }
 
@@ -130,7 +134,10 @@ export class Scene {
   }
 
   from(direction) {
-    if (this.arrays) this.lookFrom(this.middle().addScaledVector(new THREE.Vector3(...direction), 1.1));
+    if (!this.arrays) return;
+    const { center, radius } = this.heap();
+    const narrow = HALF_VIEW * Math.min(1, this.camera.aspect);
+    this.lookFrom(center.addScaledVector(new THREE.Vector3(...direction).normalize(), Math.max(0.3, 0.8 * radius / Math.sin(narrow))));
   }
 
   // The object whose point is under the pointer, the nearest one to the eye.

@@ -1,0 +1,104 @@
+"""What the third questions add: how the gripper reaches in, how large the target is, and grasps by their numbers."""
+
+import numpy as np
+
+from torc.records import GraspStatus, PlanningContext
+from torc.task_planning.random_choice import graspable_ids
+
+_SLANTED_RAD = np.deg2rad(20.0)
+_SIDE_SHARE = 0.05
+"""A side counts from this share of the slanted grasps on."""
+_TOWARDS = 0.5
+"""Cosine from which a motion counts as one in a direction."""
+
+
+def gripper_sentence(context: PlanningContext) -> str:
+    """How wide the gripper opens, how long its fingers are, and from where it reaches in."""
+    hand = context.hand
+    size = (
+        "The gripper has two fingers."
+        if hand is None
+        else f"The gripper has two fingers, {100 * hand.finger_length_m:.0f} cm long, which open to "
+        f"{100 * hand.opening_m:.1f} cm: the part of an object that they close on must be narrower."
+    )
+    return " ".join(part for part in (size, _directions(context)) if part)
+
+
+def target_size_sentence(context: PlanningContext) -> str:
+    """The target's size in centimetres: as somebody measured it, else as far as it is in sight; empty if unknown."""
+    if context.target_size_m is not None:
+        length, width = (100 * m for m in context.target_size_m)
+        return f"It is {length:.0f} cm long and {width:.0f} cm thick."
+    target = next((o for o in context.scene.objects if o.id == context.scene.target_id), None)
+    if target is None or len(target.points) < 3:
+        return ""
+    wide, high = _seen_size_m(np.asarray(target.points, float))
+    return f"What is in sight of it is {100 * wide:.0f} cm wide and {100 * high:.0f} cm high."
+
+
+def counted_grasp_facts(context: PlanningContext) -> list[str]:
+    """As `grasp_facts`, with how many grasps each, and with the objects that have none; by rising ids."""
+    report, graspable, lines = context.report, graspable_ids(context), []
+    for i, a in enumerate(report.object_ids):
+        if a not in context.scene.ids:
+            continue
+        of_it = report.status[context.grasps.object_ids == a]
+        if a in graspable:
+            free = int(np.count_nonzero(of_it == GraspStatus.VALID))
+            lines.append(
+                f"Object {a} is graspable: {free} of its {len(of_it)} grasps can be carried out now."
+            )
+            continue
+        blocking = {b: int(report.blocking[i, j]) for j, b in enumerate(report.object_ids) if b != a}
+        blockers = {b: n for b, n in blocking.items() if n > 0 and b in context.scene.ids}
+        lines += [
+            f"Object {a} is blocked by object {b} in {n} of its {len(of_it)} grasps."
+            for b, n in blockers.items()
+        ]
+        if not blockers:
+            lines.append(f"Object {a} has no grasp, and no object in sight is known to be in its way.")
+    return lines
+
+
+def _seen_size_m(points: np.ndarray) -> tuple[float, float]:
+    """The largest horizontal extent and the height of points."""
+    flat = points[:, :2] - points[:, :2].mean(0)
+    turns = np.linspace(0, np.pi, 36, endpoint=False)
+    along = flat @ np.stack([np.cos(turns), np.sin(turns)])
+    return float(np.ptp(along, axis=0).max()), float(np.ptp(points[:, 2]))
+
+
+def _directions(context: PlanningContext) -> str:
+    """From where the grasps come that the arm can reach; empty where there are none."""
+    reachable = context.report.status != GraspStatus.UNREACHABLE
+    approach = context.grasps.Ts_world_tcp[reachable][:, :3, 2]
+    if not len(approach):
+        return ""
+    tilt = np.arccos(np.clip(-approach[:, 2], -1.0, 1.0))
+    slanted = approach[tilt > _SLANTED_RAD]
+    if not len(slanted):
+        return "It reaches in from above."
+    most = 5 * round(float(np.rad2deg(np.quantile(tilt, 0.98))) / 5)
+    sides = _sides(slanted, context.scene.observation.T_world_camera[:3, :3])
+    return f"It reaches in from straight above, or slanted by up to {most} degrees{sides}."
+
+
+def _sides(approach: np.ndarray, R_world_camera: np.ndarray) -> str:
+    """The sides of the picture from which slanted grasps come."""
+    forward, right = R_world_camera[:2, 2], R_world_camera[:2, 0]
+    if np.linalg.norm(forward) < 0.2:
+        return ""
+    flat = approach[:, :2] / np.linalg.norm(approach[:, :2], axis=1, keepdims=True)
+    ahead, aside = flat @ (forward / np.linalg.norm(forward)), flat @ (right / np.linalg.norm(right))
+    shares = {
+        "the camera's side": np.mean(ahead > _TOWARDS),
+        "the left": np.mean(aside > _TOWARDS),
+        "the right": np.mean(aside < -_TOWARDS),
+        "the far side": np.mean(ahead < -_TOWARDS),
+    }
+    named = [side for side, share in shares.items() if share >= _SIDE_SHARE]
+    if not named:
+        return ""
+    never = "" if "the far side" in named else ", never from the far side"
+    *most, last = named
+    return f", from {', '.join(most)}{' or ' if most else ''}{last}{never}"
