@@ -20,7 +20,7 @@ def written(tmp_path, obstacles=(), **camera):
     return path
 
 
-def matrix(workspace, lambda T: T @ np.diag([1.0, -1.0, -1.0, 1.0])):
+def matrix(workspace, turn):
     return [[float(v) for v in row] for row in turn(workspace.camera.T_world_camera)]
 
 
@@ -44,8 +44,9 @@ def test_what_sees_nothing_is_refused(tmp_path, camera, words):
 def test_a_pose_with_the_axes_of_opengl_is_refused(tmp_path, workspace):
     good = written(tmp_path, T_world_camera=matrix(workspace, lambda T: T))
     np.testing.assert_allclose(load_workspace(good).camera.T_world_camera, workspace.camera.T_world_camera)
+    opengl = matrix(workspace, lambda T: T @ np.diag([1.0, -1.0, -1.0, 1.0]))
     with pytest.raises(InputError, match="nothing of the table"):
-        load_workspace(written(tmp_path, T_world_camera=matrix(workspace, turn)))
+        load_workspace(written(tmp_path, T_world_camera=opengl))
 
 
 def test_a_camera_in_an_obstacle_is_refused(tmp_path, workspace):
