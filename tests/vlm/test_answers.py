@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from torc.task_planning.graph import DependencyEdge, EdgeKind
-from torc.vlm.answers import Corrected, Useless, read_corrections, read_first_pick, read_id
+from torc.vlm.answers import Corrected, Useless, read_corrections, read_first_pick
+from torc.vlm.numerals import whole_number
 from torc.vlm.protocol import Finish
 from torc.vlm.replies import find_json
 from torc.vlm.replies import reply_of as reply_of_model
@@ -42,6 +43,12 @@ def pairs(corrected):
         ('```\n{"a": 1}', {"a": 1}),
         ("{'a': 1}", None),
         ('{"a": 1', None),
+        ('{"a": [1, 2,],}', {"a": [1, 2]}),
+        ('{"a": ", ]",}', {"a": ", ]"}),
+        ('[{"a": 1},\n]', [{"a": 1}]),
+        ("[1,,]", None),
+        ("[,]", None),
+        ("[1,]" * 20_000, [1]),
         ("7", None),
         ('{"a": NaN}', None),
         ("[" * 100_000, None),
@@ -100,9 +107,77 @@ def test_nothing_is_read_out_of_a_reply_that_did_not_end(finish):
 
 
 def test_ids():
-    assert [read_id(v) for v in (5, 5.0, "5", "Object 5", "id #5", "005")] == [5] * 6
-    odd = (True, None, 5.5, float("nan"), float("inf"), "five", "5a", "５", "1e1", "", "5 6", [5], "9" * 50)
-    assert [read_id(v) for v in odd] == [None] * len(odd)
+    good = (
+        5,
+        5.0,
+        "5",
+        "Object 5",
+        "id #5",
+        "005",
+        "object_5",
+        "object5",
+        "Object: 5",
+        [5],
+        ["5"],
+        ["object_5"],
+    )
+    assert [whole_number(v) for v in good] == [5] * len(good)
+    odd = (True, None, 5.5, float("nan"), float("inf"), "five", "5a", "５", "1e1", "", "5 6", "9" * 50)
+    odd += (
+        "-5",
+        "object_-5",
+        "object-5",
+        "object_5 object_6",
+        [],
+        [5, 6],
+        [[5]],
+        [True],
+        [None],
+        {"object": 5},
+    )
+    assert [whole_number(v) for v in odd] == [None] * len(odd)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '"object_3"',
+        "object_3",
+        '"3"',
+        "3",
+        '```json\n"object_3"\n```',
+        "[3]",
+        '["3"]',
+        '["object_3"]',
+        "```json\n[3]\n```",
+        '{"object": "object_3"}',
+        '{"thoughts": "7 hides 0", "object": 3}',
+        '{"plan": [3]}',
+        '[{"action": "remove", "input": [3]}]',
+        '[{"action": "remove", "input": 3,},]',
+        '{"thoughts": "a, ] in a string, }", "plan": [{"action": "remove", "input": "Object 3"},],}',
+    ],
+)
+def test_one_object_in_a_form_that_models_like_is_understood(text):
+    assert read_first_pick(reply_of(text), OFFERED) == 3
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "3, 7",
+        "[3, 7]",
+        "[]",
+        "-3",
+        '"-3"',
+        "[-3]",
+        '{"object": [3, 7]}',
+        '{"object": 3, "answer": 7}',
+        "[true]",
+    ],
+)
+def test_several_objects_or_none_are_refused(text):
+    assert isinstance(read_first_pick(reply_of(text), OFFERED), Useless)
 
 
 def test_allowed_corrections_are_made():

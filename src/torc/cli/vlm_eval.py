@@ -103,7 +103,11 @@ class VlmEvalCommand:
         if not sys.stdin.isatty():
             raise InputError("Nothing was asked yet. Add --yes to begin.")
         tell("Go on? [y/N]")
-        if input().strip().lower() not in _YES:
+        try:
+            agreed = input().strip().lower() in _YES
+        except EOFError:
+            agreed = False
+        if not agreed:
             raise InputError("Nothing was asked.")
 
     def _results(self, config: VlmConfig, rows: Sequence[Row], asked: Asked) -> int:
@@ -115,7 +119,8 @@ class VlmEvalCommand:
         from torc.records.files import write_json
 
         if not asked.replies:
-            raise InputError("The server answered no question, so there is nothing to score.")
+            tell("The server answered no question, so there is nothing to score. The same command again asks them.")
+            return 1
         facts = {
             "format": FORMAT,
             "harness": "torc vlm-eval",

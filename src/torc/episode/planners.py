@@ -1,6 +1,7 @@
 """The task planners that a trial can have: those of the registry, and those that need the simulation."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -22,6 +23,8 @@ PRIVILEGED: Mapping[str, str] = MappingProxyType(
 )
 """Name -> "module:Class" of the planners that only a simulated trial can have."""
 
+_HUMAN = "torc.web.expert:HumanPlanner"
+
 
 def make_trial_planner(name: str, **options: Any) -> TaskPlanner:
     """The planner of that name, or the class at "module:Class", built with these options. Raises as `make_planner`."""
@@ -41,6 +44,34 @@ def make_spec_planner(spec: PlannerSpec, cache: CacheConfig | None, truth: Truth
     settings = arguments(maker, spec.settings, "planner")
     options = planner_options(spec.name, maker, spec.vlm, cache, truth)
     return make_trial_planner(spec.name, **settings, **options)
+
+
+def spec_of_object(spec: PlannerSpec, planner: TaskPlanner) -> PlannerSpec:
+    """Return what is recorded of a trial that a ready-made planner plays: the spec if it names the planner's class, else
+    the planner's own name. Raises InputError where the record would be wrong: settings or a VLM that the planner never
+    got, and another planner's name.
+    """
+    cls, name = type(planner), getattr(planner, "name", None)
+    path = f"{cls.__module__}:{cls.__qualname__}"
+    if not isinstance(name, str) or not name.strip() or not name.isprintable():
+        raise InputError(f"Task planner {cls.__qualname__} needs a `name`: a line of text for tables.")
+    if spec.settings:
+        raise InputError(
+            f"The settings {', '.join(spec.settings)} do not reach a planner that is made already: give them to "
+            f"{cls.__qualname__} itself, or leave out `planner` and name it in the spec."
+        )
+    known = {**planner_paths(), **PRIVILEGED, "human": _HUMAN}
+    if known.get(spec.name) == path or (spec.name not in known and spec.name.endswith(f":{cls.__qualname__}")):
+        return spec
+    if known.get(name, path) != path:
+        raise InputError(
+            f"'{name}' is the name of another task planner ({known[name]}): give {cls.__qualname__} one of its own."
+        )
+    if spec.vlm is not None:
+        raise InputError(
+            f"The spec says that {spec.asking}, but {cls.__qualname__} plays. Name it in the spec, or leave out the VLM."
+        )
+    return replace(spec, name=name)
 
 
 def refuse_simulated(name: str) -> None:

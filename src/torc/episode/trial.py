@@ -14,7 +14,7 @@ from torc.episode.events import Event, Listener, Looked, Started
 from torc.episode.log_writing import result_facts
 from torc.episode.loop import rehearse, run_episode
 from torc.episode.pick_view import view_of
-from torc.episode.planners import make_spec_planner
+from torc.episode.planners import make_spec_planner, spec_of_object
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
 from torc.episode.recorded import VIDEO
 from torc.episode.recorder import TrialRecorder
@@ -81,13 +81,15 @@ def run_trial(
     anything is run, if the problem, planner, robot, VLM or output directory cannot be used.
 
     Args:
-        planner: who decides, if it is not to be made from spec.planner: a person at a browser, say.
+        planner: who decides, if it is not to be made from spec.planner: a person at a browser, say. The trial is
+            recorded under its `name` if spec.planner does not name its class.
         listeners: called with every event, in order.
         say: told a line of text where something takes long.
     """
     recording = recording or Recording()
     problem = load_problem(spec.problem)
-    spec = replace(spec, conditions=spec.conditions.at(problem.workspace))
+    who = spec.planner if planner is None else spec_of_object(spec.planner, planner)
+    spec = replace(spec, planner=who, conditions=spec.conditions.at(problem.workspace))
     asked, system = spec.planner.vlm, build_system(spec.conditions)
     situations = Situations() if asked is not None and asked.simulated else None
     truth = None if situations is None else situations.situation

@@ -13,6 +13,7 @@ import torc
 from torc.errors import InputError, UnknownNameError
 from torc.exports.examples import finetuning_rows, preference_rows, write_rows
 from torc.exports.selection import EXPERTS, Source, select_trials
+from torc.files.numbers import take_numbers
 from torc.records.directories import check_place, claim
 from torc.records.files import write_json
 
@@ -35,6 +36,7 @@ class ExportSpec:
     planners: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        take_numbers(self)
         if not 0.0 <= self.test_share <= 1.0:
             raise InputError(f"The test share is {self.test_share}; it is a share, from 0 to 1.")
         if self.planners and self.format == "pairs":

@@ -4,18 +4,19 @@ import re
 from collections.abc import Collection
 from typing import Any
 
+from torc.vlm.numerals import NAMES, number_in_text, whole_number
 from torc.vlm.replies import MAX_CHARACTERS, find_json
 
 ACTIONS = ("remove", "pick")
-KEYS = ("answer", "number", "object", "choice", "input")
+KEYS = ("answer", "number", "object", "object_id", "choice", "input")
 """Names under which an object of JSON holds the number; or it holds a "plan", whose first action counts."""
 _SHORT = 200
 """Characters; in a longer text a lone number may be anything."""
-_NUMERAL = re.compile(r"\s*(?:object|id|number|no\.)?\s*#?([0-9]{1,3})\s*", re.IGNORECASE)
 _THOUGHTS = re.compile(r"^.*</think(?:ing)?>", re.DOTALL | re.IGNORECASE)
+_NAMED = rf"(?:{NAMES}[\s_]*)?#?"
 _MARKED = re.compile(
-    r"\banswer\b(?:\s+is)?\s*[:=]?\s*(?:\\boxed\{)?[\s\[({\"'`*]{0,6}(?:(?:object|number|no\.|id)\s*)?#?"
-    r"([0-9]{1,3})(?![0-9]|[.,][0-9])(?![\s*`\"')]*(?:or|and|,|/|&|-)\s*#?[0-9])",
+    rf"\banswer\b(?:\s+is)?\s*[:=]?\s*(?:\\boxed\{{)?[\s\[({{\"'`*]{{0,6}}{_NAMED}"
+    rf"([0-9]{{1,3}})(?![0-9]|[.,][0-9])(?![\s*`\"')\]]*(?:or|and|,|/|&|-)[\s*`\"'(\[]*{_NAMED}[0-9])",
     re.IGNORECASE,
 )
 _BOXED = re.compile(r"\\boxed\{\s*([0-9]{1,3})\s*\}")
@@ -52,9 +53,9 @@ def _named(said: str) -> int | None:
         return _in_json(data)
     if (marked := _marked(said)) is not None:
         return marked
-    bare = _NUMERAL.fullmatch(said.strip(_WRAPPING)) if len(said) <= _SHORT else None
-    if bare:
-        return int(bare.group(1))
+    bare = number_in_text(said.strip(_WRAPPING)) if len(said) <= _SHORT else None
+    if bare is not None:
+        return bare
     return _only_number(said) if len(said) <= _SHORT else None
 
 
@@ -76,18 +77,14 @@ def _in_json(data: Any) -> int | None:
         first = plan[0] if plan else None
         if not isinstance(first, dict) or first.get("action") not in ACTIONS:
             return None
-        return _whole(first.get("input"))
-    return next((_whole(data[key]) for key in KEYS if key in data), None)
+        return _natural(first.get("input"))
+    return next((_natural(data[key]) for key in KEYS if key in data), None)
 
 
-def _whole(value: Any) -> int | None:
-    """A whole number that is not negative, from JSON: as a number or as text."""
-    if isinstance(value, str):
-        match = _NUMERAL.fullmatch(value)
-        return int(match.group(1)) if match else None
-    if type(value) is float and value.is_integer():
-        value = int(value)
-    return value if type(value) is int and value >= 0 else None
+def _natural(value: Any) -> int | None:
+    """A whole number that is not negative, from JSON."""
+    number = whole_number(value)
+    return number if number is not None and number >= 0 else None
 
 
 def _only_number(said: str) -> int | None:

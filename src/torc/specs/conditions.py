@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
+from torc.files.numbers import plain_values, take_numbers
 from torc.plugins import short_part_name
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.settings import Settings
@@ -39,10 +40,11 @@ class PipelineSpec:
     --occlusion.smooth-px 3."""
 
     def __post_init__(self) -> None:
+        take_numbers(self)
         if not 0.0 <= self.min_score <= 1.0:
             raise InputError(f"--min-score {self.min_score} is no probability, from 0 to 1.")
         object.__setattr__(self, "min_score", float(self.min_score))
-        object.__setattr__(self, "settings", dict(sorted(self.settings.items())))
+        object.__setattr__(self, "settings", plain_values(dict(sorted(self.settings.items()))))
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
+from torc.files.numbers import plain_values, take_numbers
 from torc.plugins import short_part_name
 from torc.specs.conditions import Conditions
 from torc.specs.settings import Settings
@@ -26,6 +27,10 @@ class PlannerSpec:
     settings: Settings = field(default_factory=dict)
     expert: str = ""
     outside_view: bool = False
+
+    def __post_init__(self) -> None:
+        take_numbers(self)
+        object.__setattr__(self, "settings", plain_values(self.settings))
 
     @property
     def asking(self) -> str:
@@ -58,6 +63,7 @@ class TrialSpec:
     conditions: Conditions = field(default_factory=Conditions)
 
     def __post_init__(self) -> None:
+        take_numbers(self)
         if self.seed < 0:
             raise InputError("--seed must be at least 0.")
 

@@ -20,7 +20,7 @@ _HELP = "torc.testing.planner_conformance checks a planner against all rules (do
 
 
 def ask_planner(planner: TaskPlanner, context: PlanningContext, rng: np.random.Generator) -> Decision:
-    """The planner's decision; an object id of numpy's becomes a plain integer.
+    """The planner's decision, with plain numbers in place of NumPy's.
 
     Whether the object can be picked is not judged here: a bad choice is a lost pick, not an error.
 
@@ -33,7 +33,13 @@ def ask_planner(planner: TaskPlanner, context: PlanningContext, rng: np.random.G
     faults = list(decision_faults(answer))
     if faults:
         raise PlannerError(f"Task planner '{planner.name}' gave no valid decision: {faults[0]}. {_HELP}")
-    return answer if answer.object_id is None else replace(answer, object_id=operator.index(answer.object_id))
+    return replace(
+        answer,
+        object_id=None if answer.object_id is None else operator.index(answer.object_id),
+        attempts=operator.index(answer.attempts),
+        give_up=bool(answer.give_up),
+        is_target=bool(answer.is_target),
+    )
 
 
 def rehearse_planner(planner: TaskPlanner, context: PlanningContext) -> None:

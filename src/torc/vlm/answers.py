@@ -3,17 +3,19 @@
 Whatever a reply holds (a misled model, a line of text on an object in the picture), nothing else passes here.
 """
 
-import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
 from torc.task_planning.graph import DependencyEdge, EdgeKind
+from torc.vlm.numerals import number_in_text, whole_number
 from torc.vlm.protocol import Finish, Reply
 
 ACTIONS = ("remove", "pick")
-_NUMERAL = re.compile(r"\s*(?:object|id)?\s*#?([0-9]{1,3})\s*", re.IGNORECASE)
+_CHOICE_KEYS = ("object", "object_id", "number", "answer", "choice")
+"""Names under which models give an object instead of a plan."""
+_FENCE = "```json"
 _MAX_QUOTED = 40
 _KINDS = EdgeKind.BEHIND, EdgeKind.BELOW
 
@@ -55,26 +57,49 @@ class Corrected:
 
 def read_first_pick(reply: Reply, offered: Collection[int]) -> int | Useless:
     """The object that the first action of a planned sequence names (paper: Approach 1), if it is among those offered.
-    The sequence is an array of {"action": "remove" or "pick", "input": id}, alone or under "plan".
+    The sequence is an array of {"action": "remove" or "pick", "input": id}, alone or under "plan". A reply that is
+    nothing but one object, e.g. "object_6", [6] or {"object": 6}, names that.
     """
+    named = _first_named(reply)
+    if isinstance(named, Useless):
+        return named
+    chosen = whole_number(named)
+    if chosen is None:
+        return Useless(f"It names {_quoted(named)}, which is no object's number.")
+    if chosen not in offered:
+        return Useless(f"It names number {chosen}, which is not in sight.")
+    return chosen
+
+
+def _first_named(reply: Reply) -> Any:
+    """What the first action names, or the reply itself if that is nothing but one object; Useless if neither is so."""
+    if reply.finish is Finish.COMPLETE and (alone := _lone_choice(reply)) is not None:
+        return alone
     items = _items(reply, "plan")
     if isinstance(items, Useless):
         return items
     if not items:
         return Useless("It planned no action.")
     first = items[0]
+    if len(items) == 1 and whole_number(first) is not None:
+        return first
     if not isinstance(first, dict) or "input" not in first:
         return Useless(f"Its first action is not of the form that was asked for: {_quoted(first)}.")
     if first.get("action") not in ACTIONS:
         return Useless(
             f"Its first action is {_quoted(first.get('action'))}, not one of {', '.join(ACTIONS)}."
         )
-    chosen = read_id(first["input"])
-    if chosen is None:
-        return Useless(f"It names {_quoted(first['input'])}, which is no object's number.")
-    if chosen not in offered:
-        return Useless(f"It names number {chosen}, which is not in sight.")
-    return chosen
+    return first["input"]
+
+
+def _lone_choice(reply: Reply) -> Any:
+    """The one object of a reply that has no plan; None if there is none, or several."""
+    if reply.answer is None:
+        return number_in_text(reply.text.strip().removeprefix(_FENCE).strip())
+    if not isinstance(reply.answer, dict) or not {"plan", "action", "relations"}.isdisjoint(reply.answer):
+        return None
+    given = [reply.answer[key] for key in _CHOICE_KEYS if key in reply.answer]
+    return given[0] if len(given) == 1 else None
 
 
 def read_corrections(
@@ -133,15 +158,6 @@ def read_corrections(
     return Corrected(tuple(left), tuple(changes), tuple(refused))
 
 
-def read_id(value: Any) -> int | None:
-    """An object's number from JSON: a whole number, or one written as text; None for anything else."""
-    if isinstance(value, str):
-        match = _NUMERAL.fullmatch(value)
-        return int(match.group(1)) if match else None
-    whole = type(value) is int or (type(value) is float and value.is_integer())
-    return int(value) if whole else None
-
-
 def _items(reply: Reply, key: str) -> list[Any] | Useless:
     """The answer's array, alone or under its key; why not, if there is none."""
     if reply.finish is not Finish.COMPLETE:
@@ -157,7 +173,11 @@ def _items(reply: Reply, key: str) -> list[Any] | Useless:
 def _relation(item: Any) -> DependencyEdge | None:
     if not isinstance(item, dict):
         return None
-    source, target, kind = read_id(item.get("source")), read_id(item.get("target")), item.get("relation")
+    source, target, kind = (
+        whole_number(item.get("source")),
+        whole_number(item.get("target")),
+        item.get("relation"),
+    )
     if source is None or target is None or kind not in _KINDS:
         return None
     return DependencyEdge(source, target, EdgeKind(kind))

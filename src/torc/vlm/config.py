@@ -9,6 +9,7 @@ from types import MappingProxyType
 from urllib.parse import urlsplit
 
 from torc.errors import InputError
+from torc.files.numbers import take_numbers
 from torc.plugins import PartKind, part_paths, short_part_name, unknown_part
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.prices import Prices
@@ -94,6 +95,7 @@ class VlmConfig:
     questions: int = DEFAULT_QUESTIONS
 
     def __post_init__(self) -> None:
+        take_numbers(self)
         if self.provider not in CLIENTS.built_in and ":" not in self.provider:
             known = part_paths(CLIENTS)
             if self.provider not in known:

@@ -15,14 +15,18 @@ class FailureKind(StrEnum):
     SERVER = "server error"
     TIMEOUT = "time-out"
     CONNECTION = "no connection"
+    PROXY = "proxy refused"
     BAD_RESPONSE = "not an answer of this kind of server"
 
 
-RETRYABLE = frozenset(FailureKind) - {FailureKind.AUTH, FailureKind.NOT_FOUND, FailureKind.BAD_REQUEST}
+LASTING = frozenset({FailureKind.AUTH, FailureKind.NOT_FOUND, FailureKind.BAD_REQUEST, FailureKind.PROXY})
+"""What no further try mends."""
+RETRYABLE = frozenset(FailureKind) - LASTING
 """What may pass by itself."""
 
 REMEDIES = {
-    FailureKind.AUTH: "Check the key in the environment; it may belong to another vendor or lack access to the model.",
+    FailureKind.AUTH: "Check the key in the environment; it may belong to another vendor, or lack access to the model "
+    "or credit.",
     FailureKind.NOT_FOUND: "Check the model's name and the URL.",
     FailureKind.BAD_REQUEST: "The model may not know an option: try without --vlm-thinking or --vlm-temperature, or "
     "with --vlm-free-text.",
@@ -30,11 +34,14 @@ REMEDIES = {
     FailureKind.SERVER: "Try again later.",
     FailureKind.TIMEOUT: "Raise --vlm-timeout, or choose a faster model.",
     FailureKind.CONNECTION: "Check that the server runs and that the URL is right.",
+    FailureKind.PROXY: "Put the proxy's user and password into http_proxy or https_proxy, or the server's name into "
+    "no_proxy.",
     FailureKind.BAD_RESPONSE: "Check the URL (OpenAI-compatible servers mostly end in /v1) and the kind of server.",
 }
 _KINDS = {
-    **dict.fromkeys((401, 403), FailureKind.AUTH),
+    **dict.fromkeys((401, 402, 403), FailureKind.AUTH),
     404: FailureKind.NOT_FOUND,
+    407: FailureKind.PROXY,
     408: FailureKind.TIMEOUT,
     429: FailureKind.RATE_LIMIT,
 }

@@ -6,8 +6,9 @@ from torc.perception.protocol import Perception, Wanted
 from torc.records import Exchange, Observation, SegmentedScene
 from torc.records.files import png_bytes
 from torc.task_planning.protocol import MAX_ATTEMPTS
-from torc.vlm.answers import Useless, read_id
+from torc.vlm.answers import Useless
 from torc.vlm.asking import fill_prompt
+from torc.vlm.numerals import whole_number
 from torc.vlm.protocol import Question, Reply, VlmClient
 from torc.vlm.replies import ask_client
 
@@ -77,5 +78,5 @@ def read_number(reply: Reply, offered: tuple[int, ...]) -> int | Useless | None:
     value = reply.answer["number"]
     if value is None or (isinstance(value, str) and value.strip().lower() in ("null", "none", "")):
         return None
-    number = read_id(value)
+    number = whole_number(value)
     return number if number in offered else Useless(f"It names {value!r}, which is no number in the picture.")

@@ -17,6 +17,8 @@ MAX_CHARACTERS = 50_000
 _MAX_TRIES = 500
 _OPENING = re.compile(r"[\[{]")
 _DECODER = json.JSONDecoder()
+_TRAILING = re.compile(r"(?<![\[{,]),\s*[\]}]")
+_STRING_OR_TRAILING = re.compile(r'"(?:[^"\\]|\\.)*"|(?<![\[{,]),(?=\s*[\]}])', re.DOTALL)
 
 
 def reply_of(
@@ -67,7 +69,7 @@ def find_json(text: str) -> Any:
     """The JSON object or array in a text that is most likely its answer, or None. Raises nothing.
 
     What stands in ``` fences comes before what does not; what holds an object, before bare lists such as "[1]"; of
-    those, the last, for models repeat the question's form first.
+    those, the last, for models repeat the question's form first. A comma before a closing bracket is overlooked.
     """
     text = text[-MAX_CHARACTERS:]
     fenced = [value for part in text.split("```")[1::2] for value in _values(part)]
@@ -78,15 +80,29 @@ def find_json(text: str) -> Any:
 def _values(text: str) -> list[Any]:
     """The outermost objects and arrays, in order; of very many brackets only the last are looked at."""
     found, end = [], 0
+    trailing = _TRAILING.search(text) is not None
     for start in [opening.start() for opening in _OPENING.finditer(text)][-_MAX_TRIES:]:
         if start < end:
             continue
-        try:
-            value, end = _DECODER.raw_decode(text, start)
+        decoded = _decoded(text, start) or (trailing and _decoded(_without_trailing(text, start), start))
+        if decoded:
+            value, end = decoded
             found.append(value)
-        except (ValueError, RecursionError):  # not JSON, or nested without end
-            continue
     return found
+
+
+def _decoded(text: str, start: int) -> tuple[Any, int] | None:
+    """The JSON that begins at a place, and where it ends; None for what is not JSON, or nested without end."""
+    try:
+        return _DECODER.raw_decode(text, start)
+    except (ValueError, RecursionError):
+        return None
+
+
+def _without_trailing(text: str, start: int) -> str:
+    """The text with blanks for commas before closing brackets, from a place on, but not in strings."""
+    blanked = _STRING_OR_TRAILING.sub(lambda m: " " if m.group() == "," else m.group(), text[start:])
+    return text[:start] + blanked
 
 
 def _holds_object(value: Any) -> bool:

@@ -22,7 +22,7 @@ from torc.vlm.replies import ask_client
 FORMAT = "torc-next-object-evaluation/1"
 FAILURES = "failures.jsonl"
 FACTS = "evaluation.json"
-HOPELESS = frozenset({FailureKind.AUTH, FailureKind.NOT_FOUND})
+HOPELESS = frozenset({FailureKind.AUTH, FailureKind.NOT_FOUND, FailureKind.PROXY})
 """After these no further question is asked."""
 MOST_IN_A_ROW = 8
 """So many failures without a reply in between, and the server is given up."""

@@ -6,8 +6,10 @@ import time
 from http.client import HTTPException
 from typing import Any
 from urllib.error import HTTPError, URLError
-from urllib.request import HTTPRedirectHandler, Request, build_opener
+from urllib.request import HTTPRedirectHandler, ProxyHandler, Request, build_opener
 
+from torc.vlm.clients.proxies import find_proxy
+from torc.vlm.clients.stated_errors import stated_error
 from torc.vlm.clients.vendors import VENDORS
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import RETRYABLE, FailureKind, VlmError, kind_of_status
@@ -18,6 +20,8 @@ from torc.vlm.replies import reply_of
 MAX_WAIT_S = 60.0
 """A server that asks for a longer wait (a day's quota) is given up at once; own waits grow no longer."""
 _MAX_DETAIL = 300
+_MAX_BODY = 100_000
+_TUNNEL_REFUSED = "Tunnel connection failed: 407"
 _MESSAGE = re.compile(r'"message":\s*"([^"]*)"')
 _RETRY_INFO = re.compile(r'"retryDelay":\s*"([0-9.]+)s"')
 _Failure = tuple[FailureKind, str, float | None]
@@ -31,9 +35,6 @@ class _NoRedirects(HTTPRedirectHandler):
         """Never."""
 
 
-_OPENER = build_opener(_NoRedirects)
-
-
 def open_api_client(config: VlmConfig) -> "ApiClient":
     """A client of the model's server; nothing is sent yet. Raises InputError without a key."""
     return ApiClient(config, find_key(config))
@@ -44,6 +45,9 @@ class ApiClient:
 
     def __init__(self, config: VlmConfig, key: str | None) -> None:
         self.config, self._key = config, key
+        self._proxy = find_proxy(config.url)
+        proxies = {self._proxy.scheme: self._proxy.url} if self._proxy else {}
+        self._opener = build_opener(_NoRedirects, ProxyHandler(proxies))
 
     def ask(self, question: Question) -> Reply:
         """The model's reply. Raises VlmError once the retries are used up, or at once if no retry can help."""
@@ -59,7 +63,12 @@ class ApiClient:
             time.sleep(min(MAX_WAIT_S, wait_s))
         if too_long:
             detail = f"it asks to wait {asked_s:g} s; {detail}"
-        detail = " ".join(scrubbed(detail, self._key).split())[:_MAX_DETAIL]
+        detail = " ".join(scrubbed(detail, self._key).split())
+        if self._proxy:
+            detail = self._proxy.without_secrets(detail)[:_MAX_DETAIL]
+            detail = f"{detail}; {self._proxy.words()}"
+        else:
+            detail = detail[:_MAX_DETAIL]
         raise VlmError(self.config.text, kind, detail, tries)
 
     def _send(self, question: Question) -> Reply | _Failure:
@@ -70,7 +79,12 @@ class ApiClient:
         request = Request(self.config.url.rstrip("/") + path, json.dumps(body).encode(), headers)
         started = time.perf_counter()
         try:
-            reply = vendor.read(json.loads(self._response_to(request)))
+            data = json.loads(self._response_to(request))
+            if stated := stated_error(data):
+                text = json.dumps(data)[:_MAX_BODY]
+                asked_s = None if stated.kind not in RETRYABLE else _retry_after_s(None, text)
+                return stated.kind, f"error in an answer of HTTP 200: {stated.words}", asked_s
+            reply = vendor.read(data)
         except (OSError, HTTPException) as error:
             return _failure(error)
         except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
@@ -84,7 +98,7 @@ class ApiClient:
     def _response_to(self, request: Request) -> bytes:
         """The whole body; the connection's own time-out counts from one byte to the next."""
         deadline, content = time.monotonic() + self.config.timeout_s, b""
-        with _OPENER.open(request, timeout=self.config.timeout_s) as response:
+        with self._opener.open(request, timeout=self.config.timeout_s) as response:
             while piece := response.read1(65536):
                 content += piece
                 if time.monotonic() > deadline:
@@ -96,7 +110,7 @@ def _failure(error: Exception) -> _Failure:
     """What an error of the connection, or the server's own, means."""
     if isinstance(error, HTTPError):
         with error:
-            text = error.read(100_000).decode(errors="replace")
+            text = error.read(_MAX_BODY).decode(errors="replace")
         # OpenAI's 429 that no waiting mends, and Google's wrong key, which arrives as an ordinary 400.
         refused = "insufficient_quota" in text or "API_KEY_INVALID" in text
         kind = FailureKind.AUTH if refused else kind_of_status(error.code)
@@ -106,14 +120,16 @@ def _failure(error: Exception) -> _Failure:
     reason = error.reason if isinstance(error, URLError) else error
     if isinstance(reason, TimeoutError):
         return FailureKind.TIMEOUT, "the server did not answer in time", None
+    if _TUNNEL_REFUSED in str(reason):
+        return FailureKind.PROXY, str(reason), None
     return FailureKind.CONNECTION, f"{type(reason).__name__}: {reason}", None
 
 
-def _retry_after_s(error: HTTPError, text: str) -> float | None:
+def _retry_after_s(error: HTTPError | None, text: str) -> float | None:
     """From the header, or, for Google, from the RetryInfo in the body; None for a date."""
     info = _RETRY_INFO.search(text)
     try:
-        seconds = float(info.group(1) if info else error.headers.get("retry-after", ""))
+        seconds = float(info.group(1) if info else error.headers.get("retry-after", "") if error else "")
     except ValueError:
         return None
     return seconds if 0 <= seconds < 1e6 else None
