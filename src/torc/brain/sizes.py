@@ -21,10 +21,11 @@ def size_doubts(scene: SegmentedScene) -> tuple[str, ...]:
         return ()
     large = median > _LARGEST_M
     fit = sorted(_FACTORS, key=lambda f: abs(np.log((median / f if large else median * f) / _USUAL_M)))[:2]
-    how = "smaller" if large else "larger"
+    bound, how = ("over", "smaller") if large else ("under", "larger")
+    factors = " or ".join(map(str, sorted(fit)))
     return (
-        f"Half of the objects seem to be {'over' if large else 'under'} {100 * median:.1f} cm long. The depth's unit is "
-        f"probably wrong: things would be of usual size with a depth_scale {how} by {' or '.join(map(str, sorted(fit)))}.",
+        f"Half of the objects seem to be {bound} {100 * median:.1f} cm long. The depth's unit is probably wrong: things "
+        f"would be of usual size with a depth_scale {how} by a factor of {factors}.",
     )
 
 

@@ -53,8 +53,8 @@ def direction_of(where: str, key: str, pose: Pose, observation: Observation) -> 
         found = "in both directions" if level else "in neither direction"
         why = f"the support is level {found}" if plane is not None else "no support is seen in the picture"
         raise InputError(
-            f"{where}, key {key}: it does not say whether it takes points from the camera to the world or back, and the "
-            f"picture does not either: {why}. Call it T_world_camera (p_world = T @ p_camera) or T_camera_world."
+            f"{where}, key {key}: it may take points from the camera to the world or back, and the picture does not "
+            f"say which: {why}. Call it T_world_camera (p_world = T @ p_camera) or T_camera_world."
         )
     return ways[level[0]], (
         f"{key} is read as {level[0]}, since only so the support in the picture is level. Call it "
@@ -103,10 +103,8 @@ def _mistakes(T: Pose) -> list[tuple[str, Pose]]:
             T @ np.diag([1.0, -1.0, -1.0, 1.0]),
         ),
         ("With the quaternion's order changed it fits: give wxyz, w first; this is xyzw.", reordered),
-        *(
-            (f"With angles in radians it fits: {text}.", _turned(T, scale))
-            for text, scale in (("they were taken for degrees", 180 / np.pi),)
-        ),
+        ("With its angles taken for degrees it fits: convert them once only.", _turned(T, 180 / np.pi)),
+        ("With its angles turned from degrees into radians it fits.", _turned(T, np.pi / 180)),
     ]
 
 

@@ -76,8 +76,9 @@ def level_heights(observation: Observation) -> Float[np.ndarray, "n"]:
 
 
 def level_share(observation: Observation) -> float:
-    """Share of the readings that show one horizontal surface, the largest."""
+    """Share of the readings that show one horizontal surface below the camera, the largest."""
     heights = np.sort(_horizontal_surface(replace(observation, label_image=None)).points[:, 2])
+    heights = heights[heights < observation.T_world_camera[2, 3]]
     if len(heights) == 0:
         return 0.0
     within = np.searchsorted(heights, heights + 5 * _BIN_M) - np.arange(len(heights))

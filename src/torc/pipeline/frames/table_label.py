@@ -7,11 +7,14 @@ from jaxtyping import Float, Float32
 
 from torc.errors import InputError
 from torc.pipeline.frames.forms import StoredFrame
+from torc.pipeline.frames.level import largest_plane
 
 _CANDIDATES = (1, 2)
 _LEAST_SHARE = 0.12
 """Of the picture that a table takes up."""
-_FLAT_M, _FLAT_SHARE = 0.02, 0.85
+_LEAST_ON_PLANE, _MOST_RISING = 0.3, 0.1
+"""Of a table's pixels: those on its plane, and those above that. Others may show the floor."""
+_FLAT_M = 0.02
 _ABOVE_SHARE = 0.9
 _FEWEST = 200
 
@@ -34,7 +37,10 @@ def without_table(
             "Give the label of an object."
         )
     also = np.isin(labels, range(1, table + 1))
-    message = f"Label {table} is taken for the table, and so for background: it is flat, and the other objects stand on it."
+    message = (
+        f"Label {table} is taken for the table, and so for background: it is flat, and the other objects stand on it. If "
+        "it is an object, give it a number above 2."
+    )
     return replace(stored, labels=np.where(also, 0, labels)), (message,)
 
 
@@ -46,10 +52,12 @@ def _is_table(
     if mask.sum() < max(_FEWEST, _LEAST_SHARE * labels.size) or others.sum() < _FEWEST // 4:
         return False
     points, standing = _points(mask, depth_m, K), _points(others, depth_m, K)
-    normal, offset = _plane(points)
-    flat = np.abs(points @ normal - offset) < _FLAT_M
-    above = standing @ normal - offset > -_FLAT_M
-    return bool(flat.mean() > _FLAT_SHARE and above.mean() > _ABOVE_SHARE)
+    up, camera_m, on_it = largest_plane(points)
+    if on_it.mean() < _LEAST_ON_PLANE:
+        return False
+    rises = points @ up + camera_m > _FLAT_M
+    above = standing @ up + camera_m > -_FLAT_M
+    return bool(rises.mean() < _MOST_RISING and above.mean() > _ABOVE_SHARE)
 
 
 def _points(mask: np.ndarray, depth_m: np.ndarray, K: np.ndarray) -> Float[np.ndarray, "n 3"]:
@@ -58,15 +66,3 @@ def _points(mask: np.ndarray, depth_m: np.ndarray, K: np.ndarray) -> Float[np.nd
     rows, cols = rows[::step], cols[::step]
     z = depth_m[rows, cols].astype(float)
     return np.stack([(cols - K[0, 2]) / K[0, 0] * z, (rows - K[1, 2]) / K[1, 1] * z, z], axis=-1)
-
-
-def _plane(points: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "3"], float]:
-    """Unit normal towards the camera, and offset along it; points far from the plane are left out step by step."""
-    kept = points
-    for _ in range(4):
-        middle = kept.mean(axis=0)
-        normal = np.linalg.svd(kept - middle, full_matrices=False)[2][2]
-        normal = -normal if normal @ middle > 0 else normal
-        distance = np.abs((points - middle) @ normal)
-        kept = points[distance <= max(float(np.median(distance)) * 2, _FLAT_M / 2)]
-    return normal, float(normal @ middle)
