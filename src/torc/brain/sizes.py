@@ -4,7 +4,7 @@ import numpy as np
 
 from torc.records import SegmentedScene
 
-_LARGEST_M, _SMALLEST_M = 0.4, 0.015
+_LARGEST_M, _SMALLEST_M = 0.33, 0.015
 """Between these lies the median length of things on a table."""
 _USUAL_M = 0.12
 _FACTORS = (4, 5, 10, 1000)
@@ -24,7 +24,7 @@ def size_doubts(scene: SegmentedScene) -> tuple[str, ...]:
     bound, how = ("over", "smaller") if large else ("under", "larger")
     factors = " or ".join(map(str, sorted(fit)))
     return (
-        f"Half of the objects seem to be {bound} {100 * median:.1f} cm long. The depth's unit is probably wrong: things "
+        f"Half of the objects seem to be {bound} {100 * median:.1f} cm long. The depth's unit is probably wrong: they "
         f"would be of usual size with a depth_scale {how} by a factor of {factors}.",
     )
 

@@ -12,8 +12,8 @@ from torc.pipeline.frames import load_frame
 from torc.pipeline.frames.against_picture import doubts
 from torc.pipeline.frames.checks import check_intrinsics
 
-O = observe()
-T = O.T_world_camera
+SEEN = observe()
+T = SEEN.T_world_camera
 
 
 def reordered():
@@ -31,23 +31,24 @@ def reordered():
     ],
 )
 def test_a_pose_that_tilts_the_table_is_doubted_and_the_mistake_named(pose, reason):
-    (message,) = doubts(replace(O, T_world_camera=pose), 1.05)
-    assert "tilted" in message and reason in message
+    (message,) = doubts(replace(SEEN, T_world_camera=pose), 1.05)
+    assert "tilted" in message
+    assert reason in message
 
 
 def test_a_good_frame_is_not_doubted(tmp_path):
-    assert doubts(O, 1.05) == doubts(O, None) == ()
+    assert doubts(SEEN, 1.05) == doubts(SEEN, None) == ()
     assert load_frame(npz(tmp_path)).warnings == ()
 
 
 @pytest.mark.parametrize("factor", [0.25, 0.1])
 def test_a_wrong_unit_shows_in_the_cameras_height(factor):
-    (message,) = doubts(replace(O, depth_m=O.depth_m * np.float32(factor)), 1.05)
+    (message,) = doubts(replace(SEEN, depth_m=SEEN.depth_m * np.float32(factor)), 1.05)
     assert f"larger by a factor of {1 / factor:g}" in message
 
 
 def test_a_wrong_height_is_doubted():
-    (message,) = doubts(O, 0.9)
+    (message,) = doubts(SEEN, 0.9)
     assert "No level surface lies at support_z_m = 0.900" in message
 
 

@@ -17,7 +17,7 @@ _TILTED_DEG = 15.0
 _OFF_M = 0.05
 _SAME_M = 0.02
 _FACTORS = (4.0, 5.0, 10.0, 1000.0)
-_FACTOR_TOLERANCE = 0.1
+_FACTOR_TOLERANCE = 0.17
 
 
 class Plane(NamedTuple):
@@ -130,14 +130,13 @@ def _height_off(observation: Observation, plane: Plane, support_z_m: float) -> t
     if camera_m <= 0 or abs(plane.distance_m - camera_m) < _OFF_M:
         return ()
     ratio = plane.distance_m / camera_m
-    for factor in _FACTORS:
-        for seen in (factor, 1 / factor):
-            if abs(ratio / seen - 1) < _FACTOR_TOLERANCE:
-                return (
-                    f"By pose and support_z_m the camera is {camera_m:.2f} m above the support, by the depth "
-                    f"{plane.distance_m:.2f} m. The depth's unit is probably wrong: it would fit with a depth_scale "
-                    f"{'smaller' if seen > 1 else 'larger'} by a factor of {factor:g}.",
-                )
+    factor = min(_FACTORS, key=lambda f: abs(np.log(max(ratio, 1 / ratio) / f)))
+    if abs(np.log(max(ratio, 1 / ratio) / factor)) < _FACTOR_TOLERANCE:
+        return (
+            f"By pose and support_z_m the camera is {camera_m:.2f} m above the support, by the depth "
+            f"{plane.distance_m:.2f} m. The depth's unit is probably wrong: it would fit with a depth_scale "
+            f"{'smaller' if ratio > 1 else 'larger'} by a factor of {factor:g}. If not, check support_z_m.",
+        )
     seen_z_m = float(observation.T_world_camera[2, 3]) - plane.distance_m
     heights = level_heights(observation)
     near = np.mean(np.abs(heights - support_z_m) < _SAME_M) if len(heights) else 0.0

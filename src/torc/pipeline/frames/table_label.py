@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from jaxtyping import Float, Float32
 
@@ -15,6 +16,8 @@ _LEAST_SHARE = 0.12
 _LEAST_ON_PLANE, _MOST_RISING = 0.3, 0.1
 """Of a table's pixels: those on its plane, and those above that. Others may show the floor."""
 _FLAT_M = 0.02
+_BESIDE = 0.15
+"""How wide a band around the objects is looked at, as a share of the picture's height."""
 _ABOVE_SHARE = 0.9
 _FEWEST = 200
 
@@ -38,8 +41,8 @@ def without_table(
         )
     also = np.isin(labels, range(1, table + 1))
     message = (
-        f"Label {table} is taken for the table, and so for background: it is flat, and the other objects stand on it. If "
-        "it is an object, give it a number above 2."
+        f"Label {table} is taken for the table, and so for background: it is flat, and the others stand on it. If it "
+        "is an object, give it a number above 2."
     )
     return replace(stored, labels=np.where(also, 0, labels)), (message,)
 
@@ -51,7 +54,11 @@ def _is_table(
     mask, others = (labels == number) & (depth_m > 0), (labels > number) & (depth_m > 0)
     if mask.sum() < max(_FEWEST, _LEAST_SHARE * labels.size) or others.sum() < _FEWEST // 4:
         return False
-    points, standing = _points(mask, depth_m, K), _points(others, depth_m, K)
+    reach = np.ones((int(_BESIDE * labels.shape[0]),) * 2, np.uint8)
+    beside = mask & (cv2.dilate(others.astype(np.uint8), reach) > 0)  # elsewhere it may be the floor
+    if beside.sum() < _FEWEST:
+        return False
+    points, standing = _points(beside, depth_m, K), _points(others, depth_m, K)
     up, camera_m, on_it = largest_plane(points)
     if on_it.mean() < _LEAST_ON_PLANE:
         return False
