@@ -72,7 +72,7 @@ def _numbers(given: str | Sequence[float]) -> list[float] | None:
 def _pose_of_file(path: Path) -> Pose:
     if path.suffix not in (".yaml", ".yml", ".json"):
         raise InputError(f"'{path}' says nothing about where the camera is. {_HOW}")
-    text = read_bytes(path, _MAX_BYTES, "the camera's pose").decode("utf-8", "replace")
+    text = read_bytes(path, _MAX_BYTES, "the camera's pose").decode("utf-8-sig", "replace")
     if path.suffix == ".json":
         try:
             data = json.loads(text)

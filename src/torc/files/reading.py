@@ -31,11 +31,6 @@ def read_bytes(path: Path, max_bytes: int, what: str) -> bytes:
         return file.read(max_bytes + 1)[:max_bytes]
 
 
-def decoded(data: bytes, errors: str = "strict") -> str:
-    """UTF-8 as text, without the byte-order mark that some editors write. Raises UnicodeDecodeError."""
-    return data.decode("utf-8-sig", errors)
-
-
 def read_text(path: Path) -> str:
     """The text of a UTF-8 file, with a byte-order mark or without. Raises OSError and UnicodeDecodeError."""
     return path.read_text(encoding="utf-8-sig")

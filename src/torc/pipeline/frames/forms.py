@@ -280,8 +280,8 @@ def _settle_depth_unit(
             )
         values["depth_scale_m"] = 1 / factor
     scale = values.get("depth_scale_m")
-    bop = plain_name(theirs.get("K", "")) == "camk" and isinstance(scale, int | float)
-    if bop and _LEAST_BOP_SCALE <= scale <= 10:
+    bop = plain_name(theirs.get("K", "")) == "camk"
+    if bop and isinstance(scale, int | float) and _LEAST_BOP_SCALE <= scale <= 10:
         values["depth_scale_m"] = scale / 1000
         notes.append(f"The depth's scale, {scale:g}, beside cam_K is read as BOP's: millimetres per unit.")
 
