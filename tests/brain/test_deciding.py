@@ -209,3 +209,9 @@ def test_a_target_that_shows_too_little_is_said_to_be_hidden(frame_of):
     text = answer_text(decide_frame(frame_of(target=23))).replace("\n", " ")
     assert "The target is object 23, shows too little to be found and counts as hidden." in text
     assert "The target is hidden." in answer_text(decide_frame(frame_of(target="hidden")))
+
+
+def test_warnings_of_the_frame_are_in_text_and_json(frame_of):
+    answer = decide_frame(replace(frame_of(), warnings=("Check the pose.",)))
+    assert answer.to_dict()["warnings"] == ["Check the pose."]
+    assert "Warning: Check the pose." in answer_text(answer)

@@ -104,7 +104,7 @@ _TRIAL = TypeAdapter(Annotated[TrialRow, AfterValidator(_below)])
 
 def _records(path: Path, kind: TypeAdapter[_Row]) -> Iterator[tuple[tuple[str, ...], _Row]]:
     """Which trial each row is about, and the row."""
-    text = read_bytes(path, _MAX_BYTES, "the table of a benchmark").decode("utf-8", "replace")
+    text = read_bytes(path, _MAX_BYTES, "the table of a benchmark").decode("utf-8-sig", "replace")
     reader = csv.DictReader(io.StringIO(text, newline=""))
     try:
         for record in reader:

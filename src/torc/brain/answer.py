@@ -43,6 +43,7 @@ class Answer:
         eyes: name of the perception that found the objects.
         sought: what told which object is the target.
         pose_estimated: the camera's pose was made up from the picture: grasps are in a world of its own.
+        warnings: messages for the user: how the frame was understood, and what looks wrong in it.
     """
 
     decision: Decision
@@ -52,6 +53,7 @@ class Answer:
     eyes: str = "labels"
     sought: Sought = Sought.LABEL
     pose_estimated: bool = False
+    warnings: tuple[str, ...] = ()
 
     @property
     def label(self) -> int | None:
@@ -108,6 +110,7 @@ class Answer:
             "target_visible": self.look.context.scene.target_id is not None,
             "objects": [self._object(k) for k in self.ids],
             "left_out": list(self.left_out),
+            "warnings": list(self.warnings),
             "seconds": {name: round(s, 4) for name, s in self.look.seconds.items()},
         }
 

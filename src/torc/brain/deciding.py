@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from torc.brain.answer import Answer, Sought
+from torc.brain.sizes import size_doubts
 from torc.errors import InputError
 from torc.perception.label_places import mask_anchor
 from torc.perception.protocol import Depth, Perception, Wanted
@@ -94,6 +95,7 @@ def decide_frame(
         eyes=eyes_of(frame.observation, stages),
         sought=sought,
         pose_estimated=frame.pose_estimated,
+        warnings=(*frame.warnings, *size_doubts(scene)),
     )
 
 

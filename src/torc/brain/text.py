@@ -56,6 +56,8 @@ def answer_text(answer: Answer) -> str:
         lines += _wrapped(_eyes(answer))
     if answer.pose_estimated:
         lines += _wrapped(_ESTIMATED)
+    for warning in answer.warnings:
+        lines += _wrapped(f"Warning: {warning}")
     if scene.objects:
         lines += ["", *(_why_not(answer) if chosen is None else _table(answer))]
     if answer.left_out:

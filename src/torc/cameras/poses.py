@@ -15,8 +15,8 @@ from torc.files.strict_yaml import parse_plain_yaml
 from torc.geometry.transforms import Pose
 from torc.perception.stereo import SgbmDepth
 from torc.pipeline.frames.checks import check_pose
-from torc.pipeline.frames.forms import parse_pose
 from torc.pipeline.frames.level import level_pose
+from torc.pipeline.frames.values import parse_pose
 from torc.records import Observation
 from torc.workspace.description import Workspace
 
@@ -72,7 +72,7 @@ def _numbers(given: str | Sequence[float]) -> list[float] | None:
 def _pose_of_file(path: Path) -> Pose:
     if path.suffix not in (".yaml", ".yml", ".json"):
         raise InputError(f"'{path}' says nothing about where the camera is. {_HOW}")
-    text = read_bytes(path, _MAX_BYTES, "the camera's pose").decode("utf-8", "replace")
+    text = read_bytes(path, _MAX_BYTES, "the camera's pose").decode("utf-8-sig", "replace")
     if path.suffix == ".json":
         try:
             data = json.loads(text)

@@ -47,8 +47,8 @@ def make_spec_planner(spec: PlannerSpec, cache: CacheConfig | None, truth: Truth
 
 
 def spec_of_object(spec: PlannerSpec, planner: TaskPlanner) -> PlannerSpec:
-    """Return what is recorded of a trial that a ready-made planner plays: the spec if it names the planner's class, else
-    the planner's own name. Raises InputError where the record would be wrong: settings or a VLM that the planner never
+    """Return what is recorded of a trial that a ready-made planner plays: the spec if it names the planner's class,
+    else the planner's own name. Raises InputError where the record would be wrong: settings or a VLM that the planner never
     got, and another planner's name.
     """
     cls, name = type(planner), getattr(planner, "name", None)
@@ -61,7 +61,9 @@ def spec_of_object(spec: PlannerSpec, planner: TaskPlanner) -> PlannerSpec:
             f"{cls.__qualname__} itself, or leave out `planner` and name it in the spec."
         )
     known = {**planner_paths(), **PRIVILEGED, "human": _HUMAN}
-    if known.get(spec.name) == path or (spec.name not in known and spec.name.endswith(f":{cls.__qualname__}")):
+    if known.get(spec.name) == path or (
+        spec.name not in known and spec.name.endswith(f":{cls.__qualname__}")
+    ):
         return spec
     if known.get(name, path) != path:
         raise InputError(
@@ -69,7 +71,7 @@ def spec_of_object(spec: PlannerSpec, planner: TaskPlanner) -> PlannerSpec:
         )
     if spec.vlm is not None:
         raise InputError(
-            f"The spec says that {spec.asking}, but {cls.__qualname__} plays. Name it in the spec, or leave out the VLM."
+            f"The spec says that {spec.asking}, but {cls.__qualname__} plays. Name it in the spec, or leave the VLM out."
         )
     return replace(spec, name=name)
 

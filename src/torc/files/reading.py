@@ -29,3 +29,8 @@ def read_bytes(path: Path, max_bytes: int, what: str) -> bytes:
                 f"{path} is too large for {what}: {facts.st_size} bytes; at most {max_bytes} are allowed."
             )
         return file.read(max_bytes + 1)[:max_bytes]
+
+
+def read_text(path: Path) -> str:
+    """The text of a UTF-8 file, with a byte-order mark or without. Raises OSError and UnicodeDecodeError."""
+    return path.read_text(encoding="utf-8-sig")

@@ -49,15 +49,6 @@ def test_both_forms_tell_the_same(tmp_path: Path) -> None:
     assert dict(b.labels) == {0: 1, 2: 2, 3: 3}
 
 
-def test_other_arrays_in_the_file_do_no_harm(tmp_path: Path) -> None:
-    extra = {
-        "normals": np.zeros((240, 320, 3)),
-        "depth_mm": np.zeros((240, 320), np.uint16),
-        "label": np.zeros(3),
-    }
-    same(load_frame(npz(tmp_path)), load_frame(npz(tmp_path, **extra)))
-
-
 def test_integer_depth_has_a_scale(tmp_path: Path) -> None:
     depth = np.round(observe().depth_m * 4000).astype(np.uint16)
     frame = load_frame(npz(tmp_path, depth_m=None, depth=depth, depth_scale=0.00025))

@@ -17,6 +17,7 @@ from jaxtyping import Int16
 from PIL import Image
 
 from torc.errors import InputError, UnknownNameError
+from torc.files.reading import read_text
 from torc.geometry.transforms import make_pose
 from torc.pipeline.frames.files import load_frame
 from torc.records import BACKGROUND, Observation
@@ -176,7 +177,7 @@ def _pixels(path: Path) -> np.ndarray:
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        data: dict[str, Any] = json.loads(read_text(path))
     except (OSError, ValueError) as error:
         raise InputError(f"Cannot read {path}: {error}.") from error
     return data

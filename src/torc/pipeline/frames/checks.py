@@ -9,6 +9,21 @@ MAX_MEDIAN_DEPTH_M = 30.0
 """Beyond this the unit is wrong: millimetres taken for metres."""
 MIN_MEDIAN_DEPTH_M = 0.02
 _FARTHEST_M = 100.0
+_PRINCIPAL_POINT = (0.2, 0.8)
+"""Least and largest cx and cy, as shares of width and height."""
+_CENTRED, _NEAR_CENTRE = 0.1, 0.03
+_SIZES = (
+    (320, 240),
+    (424, 240),
+    (480, 270),
+    (640, 360),
+    (640, 480),
+    (848, 480),
+    (960, 540),
+    (1280, 720),
+    (1920, 1080),
+)
+"""Common pictures; K is often of another one of these."""
 
 
 def clean_depth(where: str, depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
@@ -23,7 +38,13 @@ def clean_depth(where: str, depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.n
         raise InputError(f"{where}: depth is empty: not one pixel has a reading above 0.")
     median = float(np.median(depth[depth > 0]))
     if not MIN_MEDIAN_DEPTH_M < median < MAX_MEDIAN_DEPTH_M:
-        raise InputError(f"{where}: median depth is {median:.4g} m; the unit or scale of the depth is wrong.")
+        fit = next(
+            (f" Divided by {f} it would be {median / f:.2f} m." for f in (1000, 10) if 0.1 < median / f < 5),
+            "",
+        )
+        raise InputError(
+            f"{where}: median depth is {median:.4g} m; the unit or scale of the depth is wrong.{fit}"
+        )
     return depth
 
 
@@ -38,6 +59,28 @@ def check_intrinsics(where: str, K: np.ndarray, shape: tuple[int, ...]) -> None:
         raise InputError(
             f"{where}, key K: {K.tolist()} does not fit images of {w}x{h} pixels. Were they scaled?"
         )
+    x, y = K[0, 2] / w, K[1, 2] / h
+    centre = f"{where}, key K: the principal point ({K[0, 2]:.1f}, {K[1, 2]:.1f})"
+    exchanged = max(abs(K[1, 2] / w - 0.5), abs(K[0, 2] / h - 0.5))
+    if max(abs(x - 0.5), abs(y - 0.5)) > max(_CENTRED, 2 * exchanged):
+        raise InputError(
+            f"{centre} would fit the pictures of {w}x{h} pixels if cx and cy were exchanged. Is fx, cx, fy, cy in "
+            "this order, and K not of a turned picture?"
+        )
+    low, high = _PRINCIPAL_POINT
+    if not (low <= x <= high and low <= y <= high):
+        raise InputError(
+            f"{centre} lies far from the middle of pictures of {w}x{h} pixels, so K belongs to pictures of another "
+            f"size, about {2 * K[0, 2]:.0f}x{2 * K[1, 2]:.0f}. Scale fx, fy, cx and cy as the pictures were scaled."
+        )
+    sizes = [size for size in _SIZES if size != (w, h)]
+    off = min(abs(x - 0.5), abs(y - 0.5)) > _CENTRED
+    for width, height in sizes if off else ():
+        if max(abs(K[0, 2] / width - 0.5), abs(K[1, 2] / height - 0.5)) < _NEAR_CENTRE:
+            raise InputError(
+                f"{centre} is the middle of pictures of {width}x{height} pixels, and these have {w}x{h}. Scale fx, fy, "
+                "cx and cy as the pictures were scaled."
+            )
 
 
 def check_pose(where: str, T: np.ndarray) -> None:

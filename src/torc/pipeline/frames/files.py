@@ -10,6 +10,7 @@ from jaxtyping import Float, Int16
 from torc.errors import InputError
 from torc.geometry.transforms import unproject
 from torc.perception.segmentation import PerceptionConfig
+from torc.pipeline.frames.against_picture import direction_of, doubts
 from torc.pipeline.frames.checks import check_intrinsics, check_pose, clean_depth
 from torc.pipeline.frames.forms import HIDDEN, Frame, StoredFrame, read_frame
 from torc.pipeline.frames.level import level_pose
@@ -19,6 +20,7 @@ from torc.pipeline.frames.support_plane import (
     object_points,
     standing_points,
 )
+from torc.pipeline.frames.table_label import without_table
 from torc.pipeline.frames.writing import write_frame, write_observation
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, VoxelGrid
 
@@ -34,7 +36,7 @@ def load_frame(path: str | Path) -> Frame:
     """
     stored = read_frame(Path(path))
     given = stored.settings
-    observation, ids = _observed(stored)
+    observation, ids, notes = _observed(stored)
     if observation.label_image is not None:
         _check_range(stored.where, observation)
     support_z_m, grid = _support_height(stored.where, observation, given.support_z_m), given.grid
@@ -49,6 +51,7 @@ def load_frame(path: str | Path) -> Frame:
         labels=MappingProxyType({i: label for label, i in ids.items()}),
         names=MappingProxyType({ids[k]: name for k, name in given.names.items() if k in ids}),
         support_estimated=given.support_z_m is None,
+        warnings=(*notes, *doubts(observation, given.support_z_m)),
     )
 
 
@@ -90,13 +93,21 @@ def save_observation(path: str | Path, observation: Observation, target_descript
         raise InputError(f"Cannot write the frame to '{path}': {error}.") from error
 
 
-def _observed(stored: StoredFrame, level: bool = True) -> tuple[Observation, dict[int, int]]:
-    """The observation that a file holds, checked, its pose estimated if the file has none; object id per label."""
-    where, given = stored.where, stored.settings
+def _observed(stored: StoredFrame, level: bool = True) -> tuple[Observation, dict[int, int], tuple[str, ...]]:
+    """The observation that a file holds, checked, its pose estimated if the file has none; object id per label; how the
+    file was understood.
+    """
+    where, given, notes = stored.where, stored.settings, stored.notes
     depth_m = clean_depth(where, stored.depth_m)
     check_intrinsics(where, given.K, depth_m.shape)
     pose = np.eye(4) if given.T_world_camera is None else given.T_world_camera
     check_pose(where, pose)
+    if stored.open_pose is not None:
+        bare = Observation(stored.rgb, depth_m, given.K, pose, np.zeros(0), 0.0)
+        pose, note = direction_of(where, stored.open_pose_key, stored.open_pose, bare)
+        given, notes = given.model_copy(update={"T_world_camera": pose}), (*notes, note)
+        stored = replace(stored, settings=given)
+    stored, table = without_table(stored, depth_m)
     ids, label_image = _object_ids(stored)
     observation = Observation(
         stored.rgb,
@@ -110,7 +121,7 @@ def _observed(stored: StoredFrame, level: bool = True) -> tuple[Observation, dic
         pose_estimated=given.pose_estimated or given.T_world_camera is None,
     )
     missing = given.T_world_camera is None and level
-    return (_levelled(stored, observation) if missing else observation), ids
+    return (_levelled(stored, observation) if missing else observation), ids, (*notes, *table)
 
 
 def _levelled(stored: StoredFrame, observation: Observation) -> Observation:

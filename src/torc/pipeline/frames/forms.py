@@ -1,10 +1,9 @@
 """The two forms of a stored frame: a directory with rgb.png, depth.png, frame.json and more; a .npz file."""
 
-import difflib
 import json
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
@@ -13,7 +12,7 @@ import numpy as np
 from jaxtyping import Float32, Int64, UInt8
 from PIL import Image
 from pydantic import (
-    AliasChoices,
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -26,8 +25,13 @@ from pydantic import (
 )
 
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.files.strict_yaml import Number, explain_faults
-from torc.geometry.transforms import make_pose, rotation_from_wxyz
+from torc.geometry.transforms import Pose, invert
+from torc.pipeline.frames.checks import check_pose
+from torc.pipeline.frames.names import UNUSED, our_names, plain_name
+from torc.pipeline.frames.pixels import as_labels, as_plane, as_rgb, in_eight_bits
+from torc.pipeline.frames.values import parse_intrinsics, parse_pose, size_beside
 from torc.records import ROBOT, Observation, StereoPair, VoxelGrid
 
 HIDDEN = "hidden"
@@ -50,6 +54,14 @@ SETTINGS = (
 FILE_KEYS: tuple[str, ...] = (*SETTINGS, "depth_scale", "grid_origin", "grid_voxel_size_m", "grid_shape")
 _MORE = ("intrinsics", "camera_pose", "depth_scale_m", "names", "grid", "version")
 DIRECTORY_KEYS: tuple[str, ...] = (*SETTINGS, *_MORE)
+_PICTURES = (*IMAGES, "bgr", "depth_mm")
+_CENTRE_AND_FOCUS = ("fx", "fy", "cx", "cy", "ppx", "ppy")
+_ALSO_READ = ("depth_scale_m", "T_camera_world", "extrinsics", "depth_factor", *_CENTRE_AND_FOCUS)
+_POSES = ("T_world_camera", "T_camera_world", "extrinsics")
+_PLAUSIBLE_M = (0.1, 10.0)
+"""Between these lies the median of a depth in metres."""
+_LARGEST_UNIT_M = 0.1
+_LEAST_BOP_SCALE = 0.02
 _INTEGERS = ("uint16", "int16", "uint32", "int32", "uint64", "int64")
 _NEEDED = {
     "rgb": (("uint8",), "uint8 (h, w, 3), red first"),
@@ -68,37 +80,6 @@ _NEEDED = {
 """Types of the pixels, and what to say of others."""
 
 
-def _finite(value: Any, *shape: int) -> np.ndarray:
-    """Finite numbers of that shape. Raises ValueError."""
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        array = np.zeros(0)
-    if array.shape != shape or not np.isfinite(array).all():
-        raise ValueError(f"need {'x'.join(map(str, shape))} finite numbers, not {str(value)[:120]}")
-    return array
-
-
-def _intrinsics(given: Any) -> np.ndarray:
-    """A matrix, or fx, fy, cx, cy in pixels."""
-    if not isinstance(given, dict):
-        return _finite(given, 3, 3)
-    fx, fy, cx, cy = _finite([given.get(k) for k in ("fx", "fy", "cx", "cy")], 4)
-    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
-
-
-def parse_pose(given: Any) -> np.ndarray:
-    """A camera pose: a matrix (4, 4), or position and unit quaternion. Raises ValueError for what is none."""
-    if not isinstance(given, dict):
-        return _finite(given, 4, 4)
-    if not {"position", "wxyz"} <= set(given):
-        raise ValueError("need position (3) and wxyz (4), or a 4x4 matrix")
-    wxyz = _finite(given["wxyz"], 4)
-    if abs(np.linalg.norm(wxyz) - 1) > 1e-2:
-        raise ValueError(f"{wxyz.tolist()} is no unit quaternion (w first)")
-    return make_pose(rotation_from_wxyz(wxyz), _finite(given["position"], 3))
-
-
 class GridSettings(BaseModel):
     """A voxel grid out of a file."""
 
@@ -114,18 +95,24 @@ class GridSettings(BaseModel):
         return self
 
 
+def _depth_unit(metres: float) -> float:
+    """Metres per unit of depth. Raises ValueError for what cannot be that."""
+    if 1e-6 <= metres <= _LARGEST_UNIT_M:
+        return metres
+    turned = f" {metres:g} looks like units per metre: give {1 / metres:g}" if metres >= 100 else ""
+    raise ValueError(
+        f"is metres per unit, 0.001 for millimetres; it must be 1e-06 to {_LARGEST_UNIT_M}.{turned}"
+    )
+
+
 class Settings(BaseModel):
     """All that a frame holds beside its images."""
 
     model_config = ConfigDict(extra="forbid")
-    K: Annotated[Any, BeforeValidator(_intrinsics)] = Field(validation_alias=AliasChoices("K", "intrinsics"))
-    T_world_camera: Annotated[Any, BeforeValidator(parse_pose)] = Field(
-        None, validation_alias=AliasChoices("T_world_camera", "camera_pose")
-    )
+    K: Annotated[Any, BeforeValidator(parse_intrinsics)]
+    T_world_camera: Annotated[Any, BeforeValidator(parse_pose)] = None
     pose_estimated: StrictBool = False
-    depth_scale_m: Number = Field(
-        0.001, ge=1e-6, le=0.1, validation_alias=AliasChoices("depth_scale_m", "depth_scale")
-    )
+    depth_scale_m: Annotated[Number, AfterValidator(_depth_unit)] = 0.001
     target: StrictInt | str | None = None
     target_description: str = Field("", max_length=_MAX_TEXT)
     support_z_m: Annotated[Number, Field(allow_inf_nan=False)] | None = None
@@ -147,6 +134,7 @@ class Frame:
         support_z_m: height of the surface that the objects stand on.
         grid: region of the occlusion volume.
         labels, names: label in the file per object id, and name, where the file has one.
+        warnings: messages for the user: how the file was understood, and what looks wrong in it.
     """
 
     observation: Observation
@@ -157,6 +145,7 @@ class Frame:
     labels: Mapping[int, int] = field(default_factory=lambda: MappingProxyType({}))
     names: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     support_estimated: bool = False
+    warnings: tuple[str, ...] = ()
 
     @property
     def pose_estimated(self) -> bool:
@@ -167,7 +156,8 @@ class Frame:
 @dataclass(frozen=True)
 class StoredFrame:
     """A frame as it was stored in the file `where`: depth with NaN, infinity or 0 where there is no reading, and labels
-    in the file's own numbers; None without masks. `pair` is what a stereo camera saw, if it is stored too.
+    in the file's own numbers; None without masks. `pair` is what a stereo camera saw, if it is stored too. `open_pose`
+    is a pose whose name leaves open which way it goes. `notes` say how the file was understood.
     """
 
     where: str
@@ -176,6 +166,13 @@ class StoredFrame:
     labels: Int64[np.ndarray, "h w"] | None
     settings: Settings
     pair: StereoPair | None = None
+    open_pose: Pose | None = None
+    open_pose_key: str = "extrinsics"
+    notes: tuple[str, ...] = ()
+
+
+_Images = dict[str, tuple[str, np.ndarray]]
+"""Pictures by our names, each with its place for messages."""
 
 
 def read_frame(path: Path) -> StoredFrame:
@@ -189,30 +186,153 @@ def read_frame(path: Path) -> StoredFrame:
         if not file.is_file():  # reading a pipe would wait for ever
             raise InputError(f"{file} is no regular file. Store the frame in one, and give that.")
     if path.is_dir():
-        where, known = str(path / "frame.json"), DIRECTORY_KEYS
+        where = str(path / "frame.json")
         data = _json(path / "frame.json")
+        names = our_names(where, data, (*DIRECTORY_KEYS, *_ALSO_READ))
         images = {file.stem: (str(file), _pixels(file)) for file in files if file.suffix == ".png"}
     elif path.suffix == ".npz":
-        where, known = str(path), FILE_KEYS
-        arrays = _arrays(path)
-        images = {k: (f"{path}, key {k}", arrays.pop(k)) for k in IMAGES if k in arrays}
+        where, arrays = str(path), _arrays(path)
+        names = our_names(where, arrays, (*_PICTURES, *FILE_KEYS, *_ALSO_READ))
+        images = {ours: (f"{path}, key {k}", arrays.pop(k)) for k, ours in names.items() if ours in _PICTURES}
         data = {k: a.item() if a.size == 1 else a.tolist() for k, a in arrays.items()}
-        if grid := {k: data.pop(f"grid_{k}") for k in GridSettings.model_fields if f"grid_{k}" in data}:
-            data["grid"] = grid
     else:
         raise InputError(f"'{path}' is neither a .npz file nor a directory with {', '.join(FILES)}.")
-    absent = [k for k in known if k not in data]
-    for key in sorted(set(data) - {*known, "grid"}):
-        if near := difflib.get_close_matches(key, absent, n=1, cutoff=0.85):
-            raise InputError(f"{where}: unknown key '{key}'. Did you mean '{near[0]}'?")
-        if known is FILE_KEYS:
-            del data[key]
+    notes = [
+        f"'{k}' is not read. Call it labels if these are the masks to use." for k in data if k == "truth"
+    ]
+    return _stored(where, images, {k: v for k, v in data.items() if k not in UNUSED}, names, notes)
+
+
+def _stored(
+    where: str, images: _Images, data: Mapping[str, Any], names: Mapping[str, str], notes: list[str]
+) -> StoredFrame:
+    """The frame of pictures and values under names of others."""
+    theirs = {ours: k for k, ours in names.items()}
+    values = {names[k]: v for k, v in data.items()}
+    if grid := {k: values.pop(f"grid_{k}") for k in GridSettings.model_fields if f"grid_{k}" in values}:
+        values["grid"] = grid
+    if apart := {k: values.pop(k) for k in _CENTRE_AND_FOCUS if k in values}:
+        if "K" in values:
+            raise InputError(f"{where}: {theirs['K']} and {', '.join(apart)} both give intrinsics. Keep one.")
+        values["K"] = apart
+    if len(poses := [theirs[k] for k in _POSES if k in values]) > 1:
+        raise InputError(
+            f"{where}: keys {' and '.join(poses)} both give the camera's pose. Keep one of them."
+        )
+    open_pose = None
+    if "extrinsics" in values:
+        open_pose = _pose(where, theirs["extrinsics"], values.pop("extrinsics"))
+    if "T_camera_world" in values:
+        values["T_world_camera"] = invert(
+            _pose(where, theirs["T_camera_world"], values.pop("T_camera_world"))
+        )
+    _settle_depth_unit(where, values, theirs, notes)
+    images = _our_pictures(where, images, values)
     try:
-        settings = Settings.model_validate(data)
+        size = size_beside(values.get("K"))
+        settings = Settings.model_validate(values)
     except ValidationError as error:
-        faults = [f"key {line.strip()}" for line in explain_faults(error).splitlines()]
+        lines = [line.strip() for line in explain_faults(error).splitlines()]
+        faults = [f"key {_named(line, theirs)}" for line in lines]
         raise InputError(f"{where}, {'; '.join(faults)}.") from None
-    return _checked(where, images, settings)
+    except ValueError as error:
+        raise InputError(f"{where}, key {theirs.get('K', 'K')}: {error}.") from None
+    stored = _checked(where, images, settings)
+    height, width = stored.depth_m.shape
+    if size not in (None, (width, height)):
+        raise InputError(
+            f"{where}, key {theirs.get('K', 'K')}: these intrinsics are of {size[0]}x{size[1]} pixels, the pictures "
+            f"have {width}x{height}. Scale fx, fy, cx and cy with the picture, or take those of its size."
+        )
+    return replace(
+        stored, open_pose=open_pose, open_pose_key=theirs.get("extrinsics", "extrinsics"), notes=tuple(notes)
+    )
+
+
+def _named(fault: str, theirs: Mapping[str, str]) -> str:
+    """A fault under the key that the file has."""
+    field, rest = fault.split(":", 1) if ":" in fault else (fault, "")
+    return f"{theirs.get(field, field)}:{rest}"
+
+
+def _pose(where: str, key: str, given: Any) -> Pose:
+    try:
+        pose = parse_pose(given)
+    except ValueError as error:
+        raise InputError(f"{where}, key {key}: {error}.") from None
+    check_pose(f"{where}, key {key}", pose)
+    return pose
+
+
+def _settle_depth_unit(
+    where: str, values: dict[str, Any], theirs: Mapping[str, str], notes: list[str]
+) -> None:
+    """Turn units per metre, and BOP's millimetres per unit, into metres per unit."""
+    if "depth_factor" in values:
+        factor = values.pop("depth_factor")
+        if "depth_scale_m" in values or "depth_scale" in values:
+            raise InputError(
+                f"{where}: {theirs['depth_factor']} and the depth's scale say the same. Keep one."
+            )
+        if isinstance(factor, bool) or not isinstance(factor, int | float) or not 10 <= factor <= 1e6:
+            raise InputError(
+                f"{where}, key {theirs['depth_factor']}: {factor!r} is no number of units per metre."
+            )
+        values["depth_scale_m"] = 1 / factor
+    scale = values.get("depth_scale_m")
+    bop = plain_name(theirs.get("K", "")) == "camk"
+    if bop and isinstance(scale, int | float) and _LEAST_BOP_SCALE <= scale <= 10:
+        values["depth_scale_m"] = scale / 1000
+        notes.append(f"The depth's scale, {scale:g}, beside cam_K is read as BOP's: millimetres per unit.")
+
+
+def _our_pictures(where: str, images: _Images, values: dict[str, Any]) -> _Images:
+    """The pictures in the forms that torc works with. `values` gets the unit of depth that a name says."""
+    images = dict(images)
+    _one_of(where, images, "rgb", "bgr")
+    _one_of(where, images, "depth_m", "depth", "depth_mm")
+    if "bgr" in images:
+        place, picture = images.pop("bgr")
+        images["rgb"] = place, as_rgb(picture)[..., ::-1]
+    if "rgb" in images:
+        place, picture = images["rgb"]
+        images["rgb"] = place, as_rgb(picture)
+    if "depth_mm" in images:
+        if "depth_scale_m" in values:
+            raise InputError(f"{where}: depth_mm has its unit in its name. Leave the depth's scale out.")
+        values["depth_scale_m"] = 0.001
+        place, depth = images.pop("depth_mm")
+        floats = np.issubdtype(depth.dtype, np.floating)
+        images["depth_m" if floats else "depth"] = place, depth * np.float32(0.001) if floats else depth
+    for name in {"depth", "depth_m"} & set(images):
+        images[name] = images[name][0], as_plane(images[name][1])
+    if "depth" in images and np.issubdtype(images["depth"][1].dtype, np.floating):
+        place, depth = images.pop("depth")
+        images["depth_m"] = place, depth * _scale_of_floats(place, depth, values.get("depth_scale_m"))
+    if "labels" in images:
+        place, labels = images["labels"]
+        images["labels"] = place, as_labels(labels)
+    return images
+
+
+def _one_of(where: str, images: _Images, *names: str) -> None:
+    if len(several := [k for k in names if k in images]) > 1:
+        raise InputError(f"{where}: {' and '.join(several)} say the same. Keep one of them.")
+
+
+def _scale_of_floats(place: str, depth: np.ndarray, scale: Any) -> np.float32:
+    """What makes metres of floats: 1, unless only the given scale leads to a distance that a camera sees."""
+    read = depth[np.isfinite(depth) & (depth > 0)]
+    if not isinstance(scale, int | float) or scale == 1 or read.size == 0:
+        return np.float32(1)
+    low, high = _PLAUSIBLE_M
+    fit = [s for s in (1.0, float(scale)) if low < s * float(np.median(read)) < high]
+    if len(fit) != 1:
+        raise InputError(
+            f"{place}: these are floats, and a scale is given, too. Store metres as depth_m and leave the scale out, "
+            "or integers with the scale."
+        )
+    return np.float32(fit[0])
 
 
 def _checked(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings: Settings) -> StoredFrame:
@@ -257,7 +377,7 @@ def _pair(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings: Se
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"Cannot read {path}: {error}.") from error
     if not isinstance(data, dict):
@@ -268,10 +388,15 @@ def _json(path: Path) -> dict[str, Any]:
 def _pixels(path: Path) -> np.ndarray:
     """Of a picture: rgb.png in color, the others as they are."""
     try:
-        with Image.open(path) as image:
+        with Image.open(path) as opened:
+            image: Image.Image = opened
             if image.width * image.height > MAX_PIXELS:
                 raise ValueError(f"{image.width}x{image.height} pixels are too many")
-            return np.array(image.convert("RGB") if path.name == "rgb.png" else image)
+            if path.name != "rgb.png":
+                return np.array(image)
+            if image.mode.startswith(("I", "F")):  # PIL would clip these to white
+                image = Image.fromarray(in_eight_bits(np.array(image)))
+            return np.array(image.convert("RGB"))
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise InputError(f"Cannot read the image {path}: {error}.") from error
 

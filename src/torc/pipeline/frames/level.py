@@ -48,6 +48,17 @@ def level_pose(observation: Observation) -> Pose:
     return make_pose(R_camera_world.T, [0.0, 0.0, height])
 
 
+def largest_plane(
+    points: Float[np.ndarray, "n 3"],
+) -> tuple[Float[np.ndarray, "3"], float, Bool[np.ndarray, "n"]]:
+    """Unit normal towards the camera, the camera's distance, and which points lie on the plane that most lie on; points
+    in the camera's frame.
+    """
+    _, inside = _best_plane(points, np.ones(len(points)))
+    plane = _fitted(points[inside], np.ones(int(inside.sum())))
+    return plane[:3], float(plane[3]), inside
+
+
 def _ahead(up: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
     """Unit vector along the support, in the camera's frame: where the camera looks, however it is turned about its
     axis; where it looks straight down, where the upper edge of its picture points.

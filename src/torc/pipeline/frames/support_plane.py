@@ -1,5 +1,6 @@
 """Where the objects stand, from one frame: height of the support surface and a voxel grid around the objects."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import cv2
@@ -67,6 +68,21 @@ def estimate_support_z_m(observation: Observation) -> float:
             peak -= 1
     center = start + (peak + 0.5) * _BIN_M
     return float(np.median(heights[np.abs(heights - center) < 2.5 * _BIN_M]))
+
+
+def level_heights(observation: Observation) -> Float[np.ndarray, "n"]:
+    """World z of the pixels that show a horizontal surface, of the background if there are labels."""
+    return _horizontal_surface(observation).points[:, 2]
+
+
+def level_share(observation: Observation) -> float:
+    """Share of the readings that show one horizontal surface below the camera, the largest."""
+    heights = np.sort(_horizontal_surface(replace(observation, label_image=None)).points[:, 2])
+    heights = heights[heights < observation.T_world_camera[2, 3]]
+    if len(heights) == 0:
+        return 0.0
+    within = np.searchsorted(heights, heights + 5 * _BIN_M) - np.arange(len(heights))
+    return float(within.max() / max(np.count_nonzero(observation.depth_m), 1))
 
 
 def standing_points(observation: Observation, support_z_m: float) -> Float[np.ndarray, "n 3"]:

@@ -1,0 +1,148 @@
+"""What was given with a picture, held against the picture: the camera's pose, the support, the unit of depth."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.errors import InputError
+from torc.geometry.transforms import Pose, invert, rotation_from_wxyz, wxyz_from_rotation
+from torc.pipeline.frames.level import level_pose
+from torc.pipeline.frames.support_plane import level_heights, level_share
+from torc.records import Observation
+
+_LEVEL_DEG = 10.0
+_TILTED_DEG = 15.0
+"""A support that is tilted by more than this according to a pose makes the pose doubtful."""
+_OFF_M = 0.05
+_SAME_M = 0.02
+_FACTORS = (4.0, 5.0, 10.0, 1000.0)
+_FACTOR_TOLERANCE = 0.17
+
+
+class Plane(NamedTuple):
+    """The largest support in a picture: its unit normal in the camera's frame, and how far the camera is above it."""
+
+    up: Float[np.ndarray, "3"]
+    distance_m: float
+
+
+def support_in_picture(observation: Observation) -> Plane | None:
+    """The support by the picture alone; None if none is found."""
+    try:
+        T = level_pose(observation)
+    except InputError:
+        return None
+    return Plane(T[2, :3], float(T[2, 3]))
+
+
+def tilt_deg(pose: Pose, plane: Plane) -> float:
+    """How far from level a pose makes the support."""
+    return float(np.degrees(np.arccos(np.clip(pose[2, :3] @ plane.up, -1, 1))))
+
+
+def direction_of(where: str, key: str, pose: Pose, observation: Observation) -> tuple[Pose, str]:
+    """T_world_camera of a pose whose name leaves its direction open, and what to say of it.
+
+    Raises InputError unless exactly one direction makes the support level.
+    """
+    plane = support_in_picture(observation)
+    ways = {"camera to world": pose, "world to camera": invert(pose)}
+    level = [way for way, T in ways.items() if plane is not None and tilt_deg(T, plane) < _LEVEL_DEG]
+    if len(level) != 1:
+        found = "in both directions" if level else "in neither direction"
+        why = f"the support is level {found}" if plane is not None else "no support is seen in the picture"
+        raise InputError(
+            f"{where}, key {key}: it may take points from the camera to the world or back, and the picture does not "
+            f"say which: {why}. Call it T_world_camera (p_world = T @ p_camera) or T_camera_world."
+        )
+    return ways[level[0]], (
+        f"{key} is read as {level[0]}, since only so the support in the picture is level. Call it "
+        f"{'T_world_camera' if level[0] == 'camera to world' else 'T_camera_world'} to be sure."
+    )
+
+
+def doubts(observation: Observation, support_z_m: float | None) -> tuple[str, ...]:
+    """What the picture says against the given pose, support height or unit of depth. Without a pose there is none."""
+    if observation.pose_estimated:
+        return ()
+    plane = support_in_picture(observation)
+    if plane is None:
+        return ()
+    tilt = tilt_deg(observation.T_world_camera, plane)
+    if tilt > _TILTED_DEG:
+        return _tilted(observation, plane, tilt)
+    if tilt > _LEVEL_DEG or support_z_m is None:
+        return ()
+    return _height_off(observation, plane, support_z_m)
+
+
+def _tilted(observation: Observation, plane: Plane, tilt: float) -> tuple[str, ...]:
+    if _is_level_somewhere(observation):
+        return ()
+    reason = next((f" {text}" for text, T in _mistakes(observation.T_world_camera) if _fits(T, plane)), "")
+    return (
+        f"By the camera's pose the largest plane in the picture, which looks like the support, is tilted by {tilt:.0f} "
+        f"degrees. Check T_world_camera.{reason}",
+    )
+
+
+def _fits(T: Pose, plane: Plane) -> bool:
+    return tilt_deg(T, plane) < _LEVEL_DEG / 2
+
+
+def _mistakes(T: Pose) -> list[tuple[str, Pose]]:
+    """The usual mistakes, and the pose that would be right."""
+    q = wxyz_from_rotation(T[:3, :3])
+    reordered = T.copy()
+    reordered[:3, :3] = rotation_from_wxyz(np.roll(q, 1))
+    return [
+        ("Its inverse fits: it takes points from the world to the camera; invert it.", invert(T)),
+        (
+            "With OpenCV's camera axes it fits: it is in OpenGL's; flip the signs of its second and third column.",
+            T @ np.diag([1.0, -1.0, -1.0, 1.0]),
+        ),
+        ("With the quaternion's order changed it fits: give wxyz, w first; this is xyzw.", reordered),
+        ("With its angles taken for degrees it fits: convert them once only.", _turned(T, 180 / np.pi)),
+        ("With its angles turned from degrees into radians it fits.", _turned(T, np.pi / 180)),
+    ]
+
+
+def _turned(T: Pose, scale: float) -> Pose:
+    """The pose with its rotation's vector scaled."""
+    q = wxyz_from_rotation(T[:3, :3])
+    half = float(np.arccos(np.clip(q[0], -1, 1)))
+    axis = q[1:] / max(float(np.linalg.norm(q[1:])), 1e-12)
+    turned = T.copy()
+    turned[:3, :3] = rotation_from_wxyz([np.cos(half * scale), *(np.sin(half * scale) * axis)])
+    return turned
+
+
+def _is_level_somewhere(observation: Observation) -> bool:
+    """Whether a level surface takes up a good part of the picture by the given pose: then that may be the support, and
+    what was taken for it a wall or the side of a box.
+    """
+    return level_share(observation) > 0.1
+
+
+def _height_off(observation: Observation, plane: Plane, support_z_m: float) -> tuple[str, ...]:
+    camera_m = float(observation.T_world_camera[2, 3]) - support_z_m
+    if camera_m <= 0 or abs(plane.distance_m - camera_m) < _OFF_M:
+        return ()
+    ratio = plane.distance_m / camera_m
+    factor = min(_FACTORS, key=lambda f: abs(np.log(max(ratio, 1 / ratio) / f)))
+    if abs(np.log(max(ratio, 1 / ratio) / factor)) < _FACTOR_TOLERANCE:
+        return (
+            f"By pose and support_z_m the camera is {camera_m:.2f} m above the support, by the depth "
+            f"{plane.distance_m:.2f} m. The depth's unit is probably wrong: it would fit with a depth_scale "
+            f"{'smaller' if ratio > 1 else 'larger'} by a factor of {factor:g}. If not, check support_z_m.",
+        )
+    seen_z_m = float(observation.T_world_camera[2, 3]) - plane.distance_m
+    heights = level_heights(observation)
+    near = np.mean(np.abs(heights - support_z_m) < _SAME_M) if len(heights) else 0.0
+    if near > 0.02:
+        return ()
+    return (
+        f"No level surface lies at support_z_m = {support_z_m:.3f} m; the largest one in the picture is at "
+        f"{seen_z_m:.3f} m. Check support_z_m, the camera's pose and the depth's unit.",
+    )

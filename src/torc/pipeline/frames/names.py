@@ -1,0 +1,210 @@
+"""The keys of a frame, and the names that others give to the same entries.
+
+Names count without regard to capitals, '_', '-', '.' and spaces.
+"""
+
+import difflib
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+
+from torc.errors import InputError
+
+OTHER_NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "rgb": (
+            *("image", "img", "color", "colour", "picture", "rgb_image", "color_image", "colour_image"),
+            *("rgb_img", "color_img", "image_rgb", "image_color", "rgb_raw", "color_raw"),
+        ),
+        "bgr": ("bgr_image", "image_bgr", "bgr_img"),
+        "depth": (
+            *("depth_image", "depth_map", "depth_img", "image_depth", "depth_raw", "dpt", "aligned_depth"),
+        ),
+        "depth_m": ("depth_meters", "depth_metres", "depth_in_m", "depth_in_meters"),
+        "depth_mm": ("depth_in_mm", "depth_millimeters", "depth_millimetres"),
+        "labels": (
+            *(
+                "label",
+                "label_image",
+                "label_map",
+                "labelmap",
+                "mask",
+                "masks",
+                "instance_mask",
+                "instance_masks",
+            ),
+            *("seg", "segs", "segmap", "seg_map", "seg_mask", "segmask", "segmentation", "segmentation_map"),
+            *("segmentation_mask", "segmentation_masks", "segmentations", "semantic_segmentation"),
+            *(
+                "instance",
+                "instances",
+                "instance_map",
+                "instance_ids",
+                "instance_segmentation",
+                "instance_labels",
+            ),
+            *("object_ids", "object_masks", "obj_masks", "mask_image", "label_img", "instance_seg"),
+        ),
+        "K": (
+            *(
+                "intrinsics",
+                "intrinsic",
+                "cam_K",
+                "camera_K",
+                "camera_matrix",
+                "cam_matrix",
+                "cam_intr",
+                "intr",
+            ),
+            *("cam_intrinsics", "cam_intrinsic", "camera_intrinsics", "camera_intrinsic", "intrinsic_matrix"),
+            *(
+                "intrinsics_matrix",
+                "K_matrix",
+                "mtx",
+                "color_intrinsics",
+                "rgb_intrinsics",
+                "intrinsics_color",
+            ),
+        ),
+        "T_world_camera": (
+            *(
+                "camera_pose",
+                "cam_pose",
+                "T_world_cam",
+                "T_base_camera",
+                "T_base_cam",
+                "T_wc",
+                "T_wcam",
+                "c2w",
+            ),
+            *("cam2world", "camera2world", "cam_to_world", "camera_to_world", "world_from_camera", "T_w_c"),
+            *(
+                "cam2base",
+                "cam_to_base",
+                "camera_to_base",
+                "T_robot_camera",
+                "pose_of_camera",
+                "T_c2w",
+                "X_WC",
+            ),
+            *("camera_pose_in_world", "world_T_camera", "world_T_cam", "base_T_camera", "base_T_cam"),
+        ),
+        "T_camera_world": (
+            *(
+                "T_cam_world",
+                "T_camera_base",
+                "T_cam_base",
+                "T_cw",
+                "w2c",
+                "world2cam",
+                "world2camera",
+                "T_w2c",
+            ),
+            *(
+                "world_to_cam",
+                "world_to_camera",
+                "camera_from_world",
+                "base_to_cam",
+                "base_to_camera",
+                "T_c_w",
+            ),
+            *("camera_T_world", "cam_T_world", "camera_T_base", "cam_T_base", "view_matrix"),
+        ),
+        "extrinsics": (
+            *("extrinsic", "extrinsic_matrix", "extrinsics_matrix", "camera_extrinsics", "camera_extrinsic"),
+            *(
+                "cam_extrinsics",
+                "cam_extrinsic",
+                "cam_extr",
+                "extr",
+                "pose",
+                "RT",
+                "transform",
+                "T_cam",
+                "T_camera",
+            ),
+            *("camera_transform", "cam_transform"),
+        ),
+        "depth_scale_m": ("depth_scale", "depth_unit_m", "depth_units", "depth_units_m"),
+        "depth_factor": ("factor_depth", "depth_scale_factor", "units_per_metre", "units_per_meter"),
+        "target": ("target_id", "target_label", "target_object", "target_instance"),
+        "target_description": ("description", "target_text", "target_prompt", "prompt", "instruction"),
+        "support_z_m": ("support_z", "table_z", "table_z_m", "table_height_m", "support_height_m"),
+        "background": ("background_label", "background_id", "bg_label"),
+        "robot": ("robot_label", "robot_id"),
+        "left": ("left_image", "image_left", "left_ir", "ir_left", "infra1"),
+        "right": ("right_image", "image_right", "right_ir", "ir_right", "infra2"),
+        "ppx": (),
+        "ppy": (),
+    }
+)
+"""By our name. Some of ours are only read, never written: `bgr`, `depth_mm`, `depth_factor`, `T_camera_world`, and
+`extrinsics`, a pose whose direction the name leaves open.
+"""
+UNUSED: tuple[str, ...] = ("truth", "timestamp", "stamp", "stamp_s")
+"""What a frame may hold beside: masks to compare with, and when it was taken."""
+_OPEN: Mapping[str, str] = MappingProxyType(
+    {
+        "table_height": "support_z_m (metres, in the world)",
+        "baseline": "baseline_m (metres)",
+        "quaternion": "camera_pose with position and wxyz (w first)",
+        "xyz": "depth_m (metres along the optical axis)",
+        "point_cloud": "depth_m (metres along the optical axis)",
+        "R": "T_world_camera, a 4x4 matrix that takes camera points to the world",
+        "t": "T_world_camera, a 4x4 matrix that takes camera points to the world",
+        "disparity": "depth_m (metres along the optical axis)",
+        "dist": "nothing for lens distortion: undistort the pictures and leave it out",
+        "distortion": "nothing for lens distortion: undistort the pictures and leave it out",
+        "dist_coeffs": "nothing for lens distortion: undistort the pictures and leave it out",
+        "coeffs": "nothing for lens distortion: undistort the pictures and leave it out",
+    }
+)
+"""Names that may mean several things, and what to give instead."""
+
+
+def plain_name(key: str) -> str:
+    """The key without what people write differently."""
+    return "".join(c for c in key.lower() if c not in "_-. ")
+
+
+_BY_PLAIN = {plain_name(n): ours for ours, others in OTHER_NAMES.items() for n in (ours, *others)}
+_OPEN_BY_PLAIN = {plain_name(n): remedy for n, remedy in _OPEN.items()}
+
+
+def our_names(where: str, keys: Iterable[str], known: Iterable[str]) -> dict[str, str]:
+    """Our name of each key; those in UNUSED are left out. `known` are our names that the frame's form may hold.
+
+    Raises InputError for a key that is unknown, and for two keys that say the same.
+    """
+    known = [*dict.fromkeys(known)]
+    named: dict[str, str] = {}
+    for key in keys:
+        if key in UNUSED:
+            continue
+        ours = _ours(key, known)
+        if ours is None:
+            raise InputError(f"{where}: unknown key '{key}'. {_remedy(key, known)}")
+        named[key] = ours
+    for ours in set(named.values()):
+        if len(same := sorted(k for k, name in named.items() if name == ours)) > 1:
+            raise InputError(f"{where}: keys {' and '.join(same)} both mean {ours}. Keep one of them.")
+    return named
+
+
+def _ours(key: str, known: list[str]) -> str | None:
+    """Our name of a key; None for one that is unknown."""
+    by_plain = {plain_name(name): name for name in known}
+    plain = plain_name(key)
+    ours = _BY_PLAIN.get(plain, by_plain.get(plain))
+    # Capitals tell `t` from `T`.
+    return None if key in _OPEN or ours not in known else ours
+
+
+def _remedy(key: str, known: list[str]) -> str:
+    if (remedy := _OPEN.get(key) or _OPEN_BY_PLAIN.get(plain_name(key))) is not None:
+        return f"Its meaning is open. Give {remedy}."
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
+    plain = difflib.get_close_matches(plain_name(key), _BY_PLAIN, n=1, cutoff=0.75)
+    guess = near[0] if near else _BY_PLAIN[plain[0]] if plain else None
+    if guess in known:
+        return f"Did you mean '{guess}'? If not, remove it."
+    return f"Remove it, or use one of these: {', '.join(known)}."
