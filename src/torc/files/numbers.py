@@ -15,8 +15,8 @@ from torc.errors import InputError
 
 def take_numbers(record: Any) -> None:
     """Make the numbers of a frozen dataclass plain, for its __post_init__: fields of int take Python's and NumPy's
-    whole numbers, fields of float any real number, fields of bool either bool. Raises InputError for everything else, True
-    and False in place of numbers included. Values of mappings become plain, too.
+    whole numbers, fields of float any real number, fields of bool either bool. Raises InputError for everything else,
+    True and False in place of numbers included. Values of mappings become plain, too.
     """
     for name, (kind, optional) in _kinds(type(record)).items():  # type: ignore[arg-type]
         value = getattr(record, name)
