@@ -118,7 +118,9 @@ class VlmEvalCommand:
         from torc.records.files import write_json
 
         if not asked.replies:
-            tell("The server answered no question, so there is nothing to score. The same command again asks them.")
+            tell(
+                "The server answered no question, so there is nothing to score. The same command again asks them."
+            )
             return 1
         facts = {
             "format": FORMAT,

@@ -61,7 +61,9 @@ def spec_of_object(spec: PlannerSpec, planner: TaskPlanner) -> PlannerSpec:
             f"{cls.__qualname__} itself, or leave out `planner` and name it in the spec."
         )
     known = {**planner_paths(), **PRIVILEGED, "human": _HUMAN}
-    if known.get(spec.name) == path or (spec.name not in known and spec.name.endswith(f":{cls.__qualname__}")):
+    if known.get(spec.name) == path or (
+        spec.name not in known and spec.name.endswith(f":{cls.__qualname__}")
+    ):
         return spec
     if known.get(name, path) != path:
         raise InputError(

@@ -14,7 +14,16 @@ from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.look import Look, Pipeline, StageClock
 from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.touch import touched_points
-from torc.records import MAX_OBJECTS, TARGET_ID, Decision, GraspStatus, PickOutcome, PickPlan, PickResult, PlanFailure
+from torc.records import (
+    MAX_OBJECTS,
+    TARGET_ID,
+    Decision,
+    GraspStatus,
+    PickOutcome,
+    PickPlan,
+    PickResult,
+    PlanFailure,
+)
 from torc.robots.description import RobotDescription
 from torc.robots.protocols import Robot
 
@@ -174,7 +183,9 @@ def checked_choice(look: Look, decision: Decision) -> int | PickOutcome:
     nothing, an object that is not in sight, or one without a valid grasp while others have one.
     """
     report, chosen = look.context.report, decision.object_id
-    named = -1 if chosen is None or not 0 <= chosen < MAX_OBJECTS else chosen  # what no id can be is not logged as one
+    named = (
+        -1 if chosen is None or not 0 <= chosen < MAX_OBJECTS else chosen
+    )  # what no id can be is not logged as one
     if not report.graspable_ids:
         return PickOutcome(PickResult.NO_VALID_GRASP, named, detail="No object in sight has a valid grasp.")
     if chosen is None:

@@ -24,7 +24,9 @@ def take_numbers(record: Any) -> None:
             continue
         plain = _plain(kind, value)
         if plain is None:
-            raise InputError(f"{name} is {value!r}; it must be {_WORDS[kind]}{' or None' if optional else ''}.")
+            raise InputError(
+                f"{name} is {value!r}; it must be {_WORDS[kind]}{' or None' if optional else ''}."
+            )
         object.__setattr__(record, name, plain)
 
 
