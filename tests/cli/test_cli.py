@@ -123,3 +123,19 @@ def test_a_reader_that_went_away_is_no_fault(words):
     ended = subprocess.run(torc, stdout=writer, stderr=subprocess.PIPE, env=buffered, check=False)
     os.close(writer)
     assert (ended.returncode, ended.stderr) == (141, b"")
+
+
+@pytest.mark.parametrize("name", ["cgl", "nonsense"])
+def test_a_gl_library_that_mujoco_does_not_know_is_told(name):
+    environment = {**os.environ, "MUJOCO_GL": name}
+    for arguments, code in ((["doctor"], 1), (["run", "structured-01"], 2)):
+        ended = subprocess.run(
+            [sys.executable, "-m", "torc.cli.main", *arguments],
+            env=environment,
+            capture_output=True,
+            text=True,
+        )
+        text = ended.stdout + ended.stderr
+        assert ended.returncode == code
+        assert "Unset" in text
+        assert "Traceback" not in text

@@ -16,7 +16,11 @@ PAIRS = [
     (lambda n, x, b: TrialSpec.of("p", seed=n(3), max_picks=n(2), friction=x(0.5), noise=b(True))),
     (lambda n, x, b: Conditions(min_score=x(0.5), settings={"occlusion.smooth_px": n(3)})),
     (lambda n, x, b: PlannerSpec("belief", settings={"planner.a": x(0.5)}, outside_view=b(False))),
-    (lambda n, x, b: VlmConfig("openai", "m", temperature=x(0.5), max_output_tokens=n(9), seeded=b(True))),
+    (
+        lambda n, x, b: VlmConfig(
+            "openai", "m", temperature=x(0.5), max_output_tokens=n(9), retries=n(2), seeded=b(True)
+        )
+    ),
     (lambda n, x, b: ExportSpec("sft", test_share=x(0.5), every=b(True))),
 ]
 

@@ -81,14 +81,13 @@ def _checks() -> Iterator[Check]:
         except (ImportError, OSError) as error:
             package = _LIBRARIES.get(module, module)
             yield Check("library", False, f"{module}: {error}", f"pip install {package}", required=True)
+        except Exception as error:  # MuJoCo refuses a MUJOCO_GL that it does not know
+            remedy = f"Unset {_set_for_gl() or 'what stands in its way'}."
+            yield Check("library", False, f"{module}: {error}", remedy, required=True)
+            return
     from torc.pipeline.warm_up import MESSAGE, kernel_cache
-    from torc.sim.gl import gl_backend
 
-    backend = gl_backend()
-    drawn = backend in ("egl", "osmesa", "glfw")
-    how = f"OpenGL through {backend}" if drawn else "no OpenGL: slower, plainer pictures, by casting rays"
-    remedy = "apt-get install libegl1 libopengl0 libgl1-mesa-dri   (or libosmesa6 alone)"
-    yield Check("rendering", drawn, how, remedy)
+    yield _rendering()
     yield Check("cores", True, f"{os.cpu_count()}")
     path, compiled = kernel_cache()
     detail = "compiled and cached" if compiled else "not compiled yet"
@@ -105,6 +104,32 @@ def _checks() -> Iterator[Check]:
         )
     free_gb = shutil.disk_usage(".").free / 1e9
     yield Check("disk", free_gb > 1, f"{free_gb:.0f} GB free here", "Free some space.")
+
+
+def _rendering() -> Check:
+    """Whether a context for pictures can be made as `torc run` makes it."""
+    from torc.errors import TorcError
+    from torc.sim.gl import gl_backend, make_context
+
+    missing = "apt-get install libegl1 libopengl0 libgl1-mesa-dri   (or libosmesa6 alone)"
+    remedy = f"Unset {given}; or: {missing}" if (given := _set_for_gl()) else missing
+    try:
+        backend = gl_backend()
+        if backend == "rays":
+            return Check("rendering", False, "no OpenGL: slower, plainer pictures, by casting rays", remedy)
+        context = make_context(backend, 64, 64)
+        context.make_current()
+        context.free()
+    except Exception as error:  # whatever a GL library does
+        text = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
+        return Check("rendering", False, text, remedy, required=True)
+    return Check("rendering", True, f"OpenGL through {backend}")
+
+
+def _set_for_gl() -> str:
+    """What the environment sets for OpenGL, for messages."""
+    names = ("MUJOCO_GL", "PYOPENGL_PLATFORM")
+    return " and ".join(f"{name}={os.environ[name]}" for name in names if name in os.environ)
 
 
 def _foreign_pyzed() -> bool:

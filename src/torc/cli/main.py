@@ -118,6 +118,8 @@ def _told(error: TorcError | OSError | RuntimeError) -> tuple[int, str]:
     # numba says this of the first kernel that is imported.
     if "cannot cache function" in str(error):
         return 2, _NO_CACHE
+    if "MUJOCO_GL" in str(error):  # MuJoCo's, when it is imported
+        return 2, f"{error}. Unset it, or set it to egl, osmesa or off."
     raise error
 
 

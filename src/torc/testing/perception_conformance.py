@@ -1,6 +1,7 @@
 """What every perception must do: `check_perception(MyPerception)`. How well it finds objects is not judged."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,6 +41,8 @@ def _look(
 ) -> tuple[SegmentedScene | None, list[str]]:
     """The scene, None if it is of no use, and the rules that were broken."""
     observation = synthetic_observation(shapes)
+    if not getattr(perception, "needs_labels", False):  # hidden from it in trials, too
+        observation = replace(observation, label_image=None)
     scenes, found = called_twice(
         lambda: perception.perceive(observation, Wanted("the blue tuna can"), before),
         observation,

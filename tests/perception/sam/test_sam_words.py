@@ -199,7 +199,9 @@ def test_two_hundred_objects_are_sixty_three_at_most():
 
 def test_it_keeps_the_rules_of_perceptions():
     class Truthful(Knowing):
-        """With the truth of the conformance suite's snapshots, which carry it."""
+        """With the truth of the conformance suite's snapshots, which it asks for."""
+
+        needs_labels = True
 
         def __init__(self):
             super().__init__(np.zeros((1, 1), np.int16), {0: 0.9})

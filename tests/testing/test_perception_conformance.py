@@ -1,0 +1,42 @@
+"""The suite hides what trials hide, and no suite needs pytest."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import torc.testing
+from torc.perception.from_masks import FromMasks, Masks
+from torc.testing.conformance import NonConformanceError
+from torc.testing.perception_conformance import check_perception
+
+SUITES = sorted(p.stem for p in Path(torc.testing.__file__).parent.glob("*.py") if p.stem != "__init__")
+
+
+class Cheat(FromMasks):
+    """Returns the true labels."""
+
+    def find(self, observation, wanted):
+        count = int(observation.label_image.max()) + 1
+        return Masks(observation.label_image, np.full(count, 0.5, np.float32))
+
+
+class Entitled(Cheat):
+    """Says that it needs them, as it has to for a trial."""
+
+    needs_labels = True
+
+
+def test_true_labels_are_hidden_from_a_perception_that_does_not_ask_for_them():
+    with pytest.raises(NonConformanceError):
+        check_perception(Cheat)
+    check_perception(Entitled)
+
+
+def test_the_suites_need_no_pytest():
+    lines = "import sys; sys.modules['pytest'] = None\n" + "".join(
+        f"import torc.testing.{s}\n" for s in SUITES
+    )
+    subprocess.run([sys.executable, "-c", lines], check=True)
