@@ -12,7 +12,8 @@ from torc.cameras.poses import read_pose
 from torc.errors import InputError
 from torc.geometry.transforms import intrinsics, invert, look_at, make_pose
 from torc.lab.calibration.board import Board, FoundCorners
-from torc.lab.calibration.hand_eye import BoardView, check_views, error_at, solve_hand_eye
+from torc.lab.calibration.board_views import BoardView
+from torc.lab.calibration.hand_eye import check_views, error_at, solve_hand_eye
 from torc.lab.calibration.printing import write_board
 from torc.lab.calibration.session import calibration_text, collect_views
 from torc.lab.protocols import LabError
@@ -124,7 +125,7 @@ def test_pictures_that_tell_too_little_are_refused():
         solve_hand_eye(views(rng, 5), BOARD, K, "fixed")
     for little in (views(rng, 10, turn=0.05), views(rng, 10, axes=1)):
         with pytest.raises(LabError, match="turned too little"):
-            check_views(little)
+            check_views([v.T_base_flange for v in little])
 
 
 def test_the_printed_board_is_found_in_a_picture_and_in_a_mirror_it_is_said(rng):

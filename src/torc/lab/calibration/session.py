@@ -12,7 +12,8 @@ from jaxtyping import Float
 
 from torc.errors import InputError
 from torc.lab.calibration.board import Board
-from torc.lab.calibration.hand_eye import LEAST_VIEWS, BoardView, HandEye
+from torc.lab.calibration.board_views import BoardView
+from torc.lab.calibration.hand_eye import LEAST_VIEWS, HandEye
 from torc.lab.calibration.marker import TableMarker, find_marker
 from torc.lab.person import Ask
 from torc.records import Observation
