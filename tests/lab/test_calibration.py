@@ -217,3 +217,14 @@ def test_the_page_has_the_size_that_it_says(suffix, tmp_path):
         assert across == pytest.approx(np.ptp(BOARD.corners[:, 0]), abs=0.0005)
     with pytest.raises(InputError, match="pdf or"):
         write_board(BOARD, tmp_path / "board.txt")
+
+
+def test_a_worn_arm_is_said_and_the_printer_is_not_blamed(monkeypatch):
+    monkeypatch.setattr("tests.lab.test_calibration.jiggled.__defaults__", (np.deg2rad(0.2), 0.002))
+    errors, noises = [], []
+    for seed in range(4):
+        found = solve_hand_eye(views(np.random.default_rng(seed)), BOARD, K, "fixed")
+        errors.append(error_ahead_m(found.T_camera, T_BASE_CAMERA))
+        noises.append((np.rad2deg(found.noise.turn_rad), 1e3 * found.noise.shift_m))
+    assert np.median(errors) < 0.0015, errors
+    np.testing.assert_allclose(np.median(noises, axis=0), [0.2, 2.0], rtol=0.25)

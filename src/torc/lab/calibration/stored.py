@@ -1,4 +1,4 @@
-"""Calibrations from what others have stored: pictures with a list of the flange's poses, and samples of easy_handeye."""
+"""Calibrations from what others stored: pictures with a list of the flange's poses, and samples of easy_handeye."""
 
 import csv
 import io
@@ -39,7 +39,9 @@ def views_of_pictures(poses: Path, pictures: Path, board: Board) -> tuple[list[B
         gray = _picture(pictures, name, poses)
         sizes.add((gray.shape[1], gray.shape[0]))
         if len(sizes) > 1:
-            raise InputError(f"{pictures / name} is of another size than the pictures before it: one camera, one size.")
+            raise InputError(
+                f"{pictures / name} is of another size than the pictures before it: one camera, one size."
+            )
         found = board.find(gray)
         if found is not None:
             views.append(BoardView(flange, found))
@@ -59,7 +61,9 @@ def samples_of_easy_handeye(path: Path, mounting: Mounting) -> list[PoseView]:
     views = []
     for k, sample in enumerate(samples):
         where = f"{path}, sample {k + 1}"
-        if not isinstance(sample, dict) or not all(isinstance(sample.get(n), dict) for n in ("robot", "tracking")):
+        if not isinstance(sample, dict) or not all(
+            isinstance(sample.get(n), dict) for n in ("robot", "tracking")
+        ):
             raise InputError(f"{where}: robot or tracking is missing. {_SAMPLES_HOW}")
         robot, seen = (_pose(where, transform_of(where, sample[name])) for name in ("robot", "tracking"))
         if seen[2, 3] <= 0:
@@ -67,7 +71,9 @@ def samples_of_easy_handeye(path: Path, mounting: Mounting) -> list[PoseView]:
                 f"{where}: the marker lies behind the camera (z = {seen[2, 3]:.3f} m). tracking_base_frame must be the "
                 "camera's optical frame (z forward, x right, y down)."
             )
-        views.append(PoseView(invert(robot) if mounting == "fixed" else robot, seen, np.diag(_SAMPLE_VARIANCE)))
+        views.append(
+            PoseView(invert(robot) if mounting == "fixed" else robot, seen, np.diag(_SAMPLE_VARIANCE))
+        )
     return views
 
 
