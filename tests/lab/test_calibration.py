@@ -12,7 +12,8 @@ from torc.cameras.poses import read_pose
 from torc.errors import InputError
 from torc.geometry.transforms import intrinsics, invert, look_at, make_pose
 from torc.lab.calibration.board import Board, FoundCorners
-from torc.lab.calibration.hand_eye import BoardView, check_views, error_at, solve_hand_eye
+from torc.lab.calibration.board_views import BoardView
+from torc.lab.calibration.hand_eye import check_views, error_at, solve_hand_eye
 from torc.lab.calibration.printing import write_board
 from torc.lab.calibration.session import calibration_text, collect_views
 from torc.lab.protocols import LabError
@@ -124,7 +125,7 @@ def test_pictures_that_tell_too_little_are_refused():
         solve_hand_eye(views(rng, 5), BOARD, K, "fixed")
     for little in (views(rng, 10, turn=0.05), views(rng, 10, axes=1)):
         with pytest.raises(LabError, match="turned too little"):
-            check_views(little)
+            check_views([v.T_base_flange for v in little])
 
 
 def test_the_printed_board_is_found_in_a_picture_and_in_a_mirror_it_is_said(rng):
@@ -216,3 +217,14 @@ def test_the_page_has_the_size_that_it_says(suffix, tmp_path):
         assert across == pytest.approx(np.ptp(BOARD.corners[:, 0]), abs=0.0005)
     with pytest.raises(InputError, match="pdf or"):
         write_board(BOARD, tmp_path / "board.txt")
+
+
+def test_a_worn_arm_is_said_and_the_printer_is_not_blamed(monkeypatch):
+    monkeypatch.setattr("tests.lab.test_calibration.jiggled.__defaults__", (np.deg2rad(0.2), 0.002))
+    errors, noises = [], []
+    for seed in range(4):
+        found = solve_hand_eye(views(np.random.default_rng(seed)), BOARD, K, "fixed")
+        errors.append(error_ahead_m(found.T_camera, T_BASE_CAMERA))
+        noises.append((np.rad2deg(found.noise.turn_rad), 1e3 * found.noise.shift_m))
+    assert np.median(errors) < 0.0015, errors
+    np.testing.assert_allclose(np.median(noises, axis=0), [0.2, 2.0], rtol=0.25)

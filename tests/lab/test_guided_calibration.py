@@ -83,7 +83,7 @@ def test_twenty_proposed_poses_give_a_millimetre_and_a_half_at_the_table(lab, he
         album, camera, _ = calibrated(lab, held, seed)
         assert len(album.views) == 20
         assert len(camera.arm.followed) >= 19
-        check_views(album.views)
+        check_views([v.T_base_flange for v in album.views])
         found = solve_hand_eye(album.views, BOARD, album.K, "fixed")
         errors.append(error_at_the_table_m(lab, found.T_camera, camera.T_world_camera))
     assert np.median(errors) < 0.0015, errors

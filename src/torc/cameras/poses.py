@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from torc.cameras.easy_handeye import is_easy_handeye, pose_of_easy_handeye
 from torc.errors import InputError
 from torc.files.reading import read_bytes
 from torc.files.strict_yaml import parse_plain_yaml
@@ -21,11 +22,13 @@ from torc.records import Observation
 from torc.workspace.description import Workspace
 
 WORKSPACE, LEVEL = "workspace", "level"
+ON_HAND = "T_tool0_camera"
+"""What a calibration of a camera on the hand holds."""
 _MAX_BYTES = 100_000
 _HOW = (
     "Give --camera.pose level (estimated from the support in each picture), workspace (the camera's pose in the "
     "workspace file), 16 numbers (T_world_camera, row by row, commas between them), or a YAML or JSON file with "
-    "T_world_camera (4x4), or position and wxyz."
+    "T_world_camera (4x4), or position and wxyz; or a calibration file of easy_handeye."
 )
 
 
@@ -70,7 +73,7 @@ def _numbers(given: str | Sequence[float]) -> list[float] | None:
 
 
 def _pose_of_file(path: Path) -> Pose:
-    if path.suffix not in (".yaml", ".yml", ".json"):
+    if path.suffix not in (".yaml", ".yml", ".json", ".calib"):
         raise InputError(f"'{path}' says nothing about where the camera is. {_HOW}")
     text = read_bytes(path, _MAX_BYTES, "the camera's pose").decode("utf-8-sig", "replace")
     if path.suffix == ".json":
@@ -82,6 +85,16 @@ def _pose_of_file(path: Path) -> Pose:
         data = parse_plain_yaml(text, str(path), "camera pose", _MAX_BYTES, _HOW)
     if not isinstance(data, dict):
         raise InputError(f"{path} holds no camera pose. {_HOW}")
+    if is_easy_handeye(data):
+        pose = pose_of_easy_handeye(str(path), data)
+        check_pose(str(path), pose)
+        return pose
+    if ON_HAND in data and "T_world_camera" not in data:
+        raise InputError(
+            f"{path} holds {ON_HAND}, the pose of a camera on the hand in the flange's frame. It moves with the arm, "
+            "so that it is not a pose in the world: camera.pose needs a fixed camera. Calibrate one with "
+            "`torc lab calibrate --mount fixed`, or use --camera.pose level."
+        )
     given = next((data[k] for k in ("T_world_camera", "camera_pose") if k in data), data)
     return _checked(str(path), given)
 

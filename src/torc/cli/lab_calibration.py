@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import tyro
 
@@ -13,6 +13,8 @@ from torc.errors import InputError
 
 if TYPE_CHECKING:
     from torc.lab.calibration.board import Board
+    from torc.lab.calibration.hand_eye import HandEye
+    from torc.lab.calibration.marker import TableMarker
     from torc.lab.calibration.session import Album
     from torc.lab.lab_file import Lab
 
@@ -57,12 +59,13 @@ class BoardCommand:
 
 @dataclass(frozen=True)
 class CalibrateCommand:
-    """Find out where the camera is: the board in the robot's hand, the camera fixed.
+    """Find out where the camera is: fixed, with the board in the robot's hand; or on the hand (--mount hand).
 
     Bring the arm to one pose at which the board faces the camera. torc proposes the others, asks before each motion,
     and takes a picture at each pose. With --jog you bring the arm to every pose by its pendant, and torc moves nothing.
-    Then it says how well the camera is known, in millimetres at poses that were left out, and writes a file for the lab
-    file's camera.pose.
+    Then it says how well the camera is known, in millimetres at poses that were left out, and how noisy the arm seems,
+    and writes a file for the lab file's camera.pose. --poses-file and --samples read what was recorded elsewhere:
+    nothing is connected then.
     """
 
     lab: tyro.conf.Positional[Path]
@@ -73,34 +76,96 @@ class CalibrateCommand:
     """So many pictures."""
     jog: bool = False
     """Bring the arm from pose to pose by its pendant; torc moves nothing."""
+    mount: Literal["fixed", "hand"] = "fixed"
+    """fixed: the arm holds the board. hand: the arm carries the camera, the board lies on the table; needs --jog."""
+    poses_file: Path | None = None
+    """A list of pictures with the flange's poses (.csv, .json, .yaml); with --pictures and --intrinsics."""
+    pictures: Path | None = None
+    """The directory of those pictures."""
+    intrinsics: tuple[float, float, float, float] | None = None
+    """fx, fy, cx, cy of those pictures, pixels; without distortion."""
+    samples: Path | None = None
+    """Samples that easy_handeye2 saved (.samples)."""
     options: tyro.conf.OmitArgPrefixes[BoardOptions] = field(default_factory=BoardOptions)
 
     def run(self) -> int:
         """Calibrate."""
-        from torc.lab.calibration.hand_eye import LEAST_VIEWS, solve_hand_eye
-        from torc.lab.calibration.marker import placed_marker
-        from torc.lab.calibration.session import calibration_text
-        from torc.lab.lab_file import load_lab
-
-        if self.poses < LEAST_VIEWS:
-            raise InputError(f"--poses {self.poses} are too few: at least {LEAST_VIEWS}, better 20.")
-        lab, board = load_lab(self.lab), self.options.board()
+        self._check()
         self.out.parent.mkdir(parents=True, exist_ok=True)
         with self.out.open("a"):  # twenty pictures later is too late to learn that it cannot be written
             pass
+        if self.samples is not None:
+            return self._by_samples(self.samples)
+        if self.poses_file is not None and self.pictures is not None and self.intrinsics is not None:
+            return self._by_pictures(self.poses_file, self.pictures, self.intrinsics)
+        return self._by_arm()
+
+    def _check(self) -> None:
+        """Raises InputError for options that do not fit together."""
+        from torc.lab.calibration.hand_eye import LEAST_VIEWS
+
+        stored = (self.poses_file, self.pictures, self.intrinsics)
+        if any(v is not None for v in stored) and any(v is None for v in stored):
+            raise InputError(
+                "--poses-file, --pictures and --intrinsics FX FY CX CY belong together: give all three."
+            )
+        if self.samples is not None and self.poses_file is not None:
+            raise InputError("--samples and --poses-file are two ways: give one of them.")
+        if self.poses < LEAST_VIEWS:
+            raise InputError(f"--poses {self.poses} are too few: at least {LEAST_VIEWS}, better 20.")
+        if self.mount == "hand" and not self.jog and self.samples is None and self.poses_file is None:
+            raise InputError(
+                "torc proposes no poses for a camera on the hand. Bring the arm to every pose yourself: --jog."
+            )
+
+    def _by_arm(self) -> int:
+        from torc.lab.calibration.hand_eye import solve_hand_eye
+        from torc.lab.calibration.marker import placed_marker
+        from torc.lab.lab_file import load_lab
+
+        lab, board = load_lab(self.lab), self.options.board()
         album = self._album(lab, board)
-        found = solve_hand_eye(album.views, board, album.K, "fixed")
-        marker = placed_marker(album.markers, album.K, found.T_camera)
-        self.out.write_text(calibration_text(found, len(album.views), marker), encoding="utf-8")
-        print(
-            f"At poses that were left out, corners are {1e3 * found.error_m:.1f} mm off (median; worst "
-            f"{1e3 * found.errors_m.max():.1f} mm). {self.out} is written: name it in the lab file as camera.pose."
-        )
-        if marker is None:
+        found = solve_hand_eye(album.views, board, album.K, self.mount)
+        fixed = self.mount == "fixed"
+        marker = placed_marker(album.markers, album.K, found.T_camera) if fixed else None
+        self._write(found, len(album.views), marker)
+        if fixed and marker is None:
             print(
                 "No marker was seen on the table: `torc lab check` will not notice a camera that was moved."
             )
         return 0
+
+    def _by_pictures(self, poses: Path, pictures: Path, numbers: tuple[float, float, float, float]) -> int:
+        import numpy as np
+
+        from torc.lab.calibration.hand_eye import solve_hand_eye
+        from torc.lab.calibration.stored import views_of_pictures
+        from torc.pipeline.frames.checks import check_intrinsics
+
+        board = self.options.board()
+        views, (width, height) = views_of_pictures(poses, pictures, board)
+        fx, fy, cx, cy = numbers
+        K = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+        check_intrinsics("--intrinsics", K, (height, width))
+        self._write(solve_hand_eye(views, board, K, self.mount), len(views), None)
+        return 0
+
+    def _by_samples(self, path: Path) -> int:
+        from torc.lab.calibration.hand_eye import solve_samples
+        from torc.lab.calibration.stored import samples_of_easy_handeye
+
+        samples = samples_of_easy_handeye(path, self.mount)
+        self._write(solve_samples(samples, self.mount), len(samples), None)
+        print(
+            "The pose is relative to robot_base_frame of those samples: it must be the workspace's world frame."
+        )
+        return 0
+
+    def _write(self, found: HandEye, count: int, marker: TableMarker | None) -> None:
+        from torc.lab.calibration.session import calibration_text, report
+
+        self.out.write_text(calibration_text(found, count, marker), encoding="utf-8")
+        print(report(found, str(self.out)))
 
     def _album(self, lab: Lab, board: Board) -> Album:
         from torc.cameras.kinds import open_camera
@@ -118,6 +183,8 @@ class CalibrateCommand:
             if self.jog:
                 arm = lab.robot.arm
                 where = lambda: driver.status().qpos  # noqa: E731
-                return collect_views(camera, where, arm, board, self.poses, ask_in_terminal, print)
+                return collect_views(
+                    camera, where, arm, board, self.poses, ask_in_terminal, print, self.mount
+                )
             supervised = SupervisedArm(driver, lab.robot, limits(lab))
             return collect_guided(lab, camera, supervised, board, self.poses, ask_in_terminal, print)

@@ -7,7 +7,8 @@ import numpy as np
 from torc.cameras.poses import LEVEL, read_pose
 from torc.geometry.transforms import Pose
 from torc.lab.calibration.board import Board
-from torc.lab.calibration.hand_eye import LEAST_VIEWS, board_in_camera
+from torc.lab.calibration.board_views import board_in_camera
+from torc.lab.calibration.hand_eye import LEAST_VIEWS
 from torc.lab.calibration.proposals import Sight, calibration_space, proposed, tour
 from torc.lab.calibration.session import Album, Photographer, take_view
 from torc.lab.devices import limits, planned_for

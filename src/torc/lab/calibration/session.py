@@ -10,20 +10,29 @@ import numpy as np
 import yaml
 from jaxtyping import Float
 
+from torc.cameras.poses import ON_HAND
 from torc.errors import InputError
+from torc.geometry.transforms import Pose
 from torc.lab.calibration.board import Board
-from torc.lab.calibration.hand_eye import LEAST_VIEWS, BoardView, HandEye
+from torc.lab.calibration.board_views import BoardView
+from torc.lab.calibration.hand_eye import LEAST_VIEWS, HandEye
 from torc.lab.calibration.marker import TableMarker, find_marker
+from torc.lab.calibration.noisy_arm import Mounting
 from torc.lab.person import Ask
 from torc.records import Observation
 from torc.robots.description import ArmDescription
 from torc.robots.kinematics import tool0_poses
 
 _STILL_RAD = 0.002
+_WORN_RAD, _WORN_M = float(np.deg2rad(0.15)), 0.0015
 _ADVICE = (
     "turn the hand by 20 to 35 degrees about several axes, and show the board near and far, in the middle and near "
     "the picture's edges"
 )
+_PLACE: dict[Mounting, str] = {
+    "fixed": "Hold the board in the gripper or flange, in sight of the camera.",
+    "hand": "Lay the board on the table, where it cannot slip, in sight of the camera on the hand.",
+}
 
 
 class Photographer(Protocol):
@@ -90,13 +99,14 @@ def collect_views(
     count: int,
     ask: Ask,
     say: Callable[[str], None],
+    mounting: Mounting = "fixed",
 ) -> Album:
     """Pictures of the board, one per pose to which a person brings the arm.
 
     Raises LabError for a board in a mirror, and InputError if the person ends it before there are enough.
     """
     album = Album()
-    say(f"Hold the board in the gripper or flange, in sight of the camera. Between pictures {_ADVICE}.")
+    say(f"{_PLACE[mounting]} Between pictures {_ADVICE}.")
     while len(album.views) < count:
         if not ask(f"Picture {len(album.views) + 1} of {count}: is the arm at another pose, at rest?"):
             break
@@ -106,14 +116,48 @@ def collect_views(
 
 
 def calibration_text(found: HandEye, count: int, marker: TableMarker | None = None) -> str:
-    """The file that a lab file's camera.pose names."""
+    """The file of a calibration; of a fixed camera, a lab file's camera.pose names it."""
+    name, board = (
+        ("T_world_camera", "T_tool0_board") if found.mounting == "fixed" else (ON_HAND, "T_world_board")
+    )
     content: dict[str, Any] = {
-        "T_world_camera": [[round(float(v), 7) for v in row] for row in found.T_camera],
+        name: _rows(found.T_camera),
+        board: _rows(found.T_board),
         "date": date.today().isoformat(),
         "pictures": count,
         "error_mm": round(1e3 * found.error_m, 2),
-        "rms_px": round(found.rms_px, 2),
+        "arm_noise_mm": round(1e3 * found.noise.shift_m, 2),
+        "arm_noise_deg": round(float(np.rad2deg(found.noise.turn_rad)), 3),
     }
+    if found.rms_px is not None:
+        content["rms_px"] = round(found.rms_px, 2)
     if marker is not None:
         content["marker_corners"] = [[round(float(v), 6) for v in corner] for corner in marker.corners]
     return yaml.safe_dump(content, sort_keys=False, default_flow_style=None)
+
+
+def report(found: HandEye, file: str) -> str:
+    """What a person is shown after a calibration."""
+    noise = found.noise
+    lines = [
+        f"At poses that were left out, corners are {1e3 * found.error_m:.1f} mm off (median; worst "
+        f"{1e3 * found.errors_m.max():.1f} mm).",
+        f"The arm seems to be off by {1e3 * noise.shift_m:.1f} mm and {np.rad2deg(noise.turn_rad):.2f} degrees at each "
+        "pose; views were weighed by that.",
+    ]
+    if noise.shift_m > _WORN_M or noise.turn_rad > _WORN_RAD:
+        lines.append(
+            "That is much: the arm is worn, its model is not exact, or the board or camera is loose."
+        )
+    if found.mounting == "fixed":
+        lines.append(f"{file} is written: name it in the lab file as camera.pose.")
+    else:
+        lines.append(
+            f"{file} is written: {ON_HAND}, the camera in the flange's frame. It is no camera.pose: that is for a "
+            "fixed camera."
+        )
+    return "\n".join(lines)
+
+
+def _rows(T: Pose) -> list[list[float]]:
+    return [[round(float(v), 7) for v in row] for row in T]
