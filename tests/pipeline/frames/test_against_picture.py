@@ -70,3 +70,8 @@ def test_intrinsics_of_another_picture_are_refused(cx, cy, text):
 @pytest.mark.parametrize(("cx", "cy"), [(298.4, 247.5), (319.5, 239.5), (340.0, 210.0)])
 def test_intrinsics_of_real_cameras_pass(cx, cy):
     check_intrinsics("it", np.array([[600.0, 0, cx], [0, 600.0, cy], [0, 0, 1]]), (480, 640))
+
+
+def test_a_refusal_names_the_factor_of_the_unit(tmp_path):
+    with pytest.raises(InputError, match="smaller by a factor of 4"):
+        load_frame(npz(tmp_path, depth_m=4 * SEEN.depth_m, support_z_m=1.05))

@@ -236,6 +236,7 @@ def _support_height(where: str, observation: Observation, known_z_m: float | Non
     height = points[:, 2] - support_z_m
     seen = float(np.mean((height > -0.03) & (height < 1.5)))
     if pose[2, 3] <= support_z_m or (observation.label_image is not None and seen < 0.2):
+        hint += "".join(f" {doubt}" for doubt in doubts(observation, support_z_m))
         raise InputError(
             f"{where}: the camera does not see the workspace: it is at z = {pose[2, 3]:.3f} m, the support "
             f"surface at {support_z_m:.3f} m, and {seen:.0%} of the objects' points lie 0..1.5 m above that (median "
