@@ -3,7 +3,7 @@
 import math
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import fields
 from functools import lru_cache
 from typing import Any
@@ -52,11 +52,11 @@ def _plain(kind: type, value: Any) -> Any:
 
 
 @lru_cache
-def _kinds(cls: type) -> dict[str, tuple[type, bool]]:
+def _kinds(cls: Hashable) -> dict[str, tuple[type, bool]]:
     """Kind of number and whether None is allowed, by field; of fields that hold numbers alone."""
     hints = typing.get_type_hints(cls)
-    found = {}
-    for field in fields(cls):
+    found: dict[str, tuple[type, bool]] = {}
+    for field in fields(cls):  # type: ignore[arg-type]
         hint, optional = hints[field.name], False
         if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
             kinds = set(typing.get_args(hint))

@@ -228,3 +228,29 @@ def test_the_digest_is_of_what_is_asked_and_worth(data):
     assert data_digest([rows[0] | {"values": (9.0, *rows[0]["values"][1:])}, *rows[1:]], "image") != digest
     assert data_digest([rows[0] | {"image": b"other"}, *rows[1:]], "image") != digest
     assert data_digest(rows, "grasps") != digest
+
+
+@pytest.mark.parametrize("failure", [Fail(429), Fail(401), Fail(503)])
+def test_a_server_that_never_answers_ends_with_1(failure, data, capsys):
+    with FakeVlmServer("openai", [failure], KEY) as server:
+        line = ["vlm-eval", "--vlm", f"openai:m@{server.url}", "--data", str(data), "--yes"]
+        line += ["--out", str(data.parent / "none"), "--workers", "1", "--vlm-retries", "0"]
+        assert parse(line).run() == 1
+    assert "answered no question" in capsys.readouterr().err
+
+
+def test_without_data_it_says_how_to_make_some(data):
+    line = [
+        "vlm-eval",
+        "--vlm",
+        "openai:m@http://127.0.0.1:1",
+        "--data",
+        "no_such_data",
+        "--out",
+        "x",
+        "--yes",
+    ]
+    with pytest.raises(
+        InputError, match="torc next-object make --problems torc40 --decisions 60 --out no_such_data"
+    ):
+        parse(line).run()
