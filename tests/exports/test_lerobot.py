@@ -54,6 +54,7 @@ def test_every_frame_is_there_with_the_command_that_followed_it(filmed, tmp_path
     root, motions = filmed
     facts = export_trials(root, tmp_path / "out", ExportSpec("lerobot", test_share=0.0))
     assert facts["examples"] == {"train": 2, "test": 0}
+    assert facts["trials"] == {"oracle": 1, "random": 1}  # those without a trajectory do not count
     info = json.loads((tmp_path / "out" / "meta" / "info.json").read_text())
     assert (info["total_episodes"], info["total_frames"], info["fps"]) == (2, 32, FPS)
     lines = pq.read_table(tmp_path / "out" / "meta" / "episodes").to_pylist()

@@ -168,8 +168,16 @@ class Table:
         return Table(self.root, self.beside or tuple(row for row in self.rows if row.real))
 
     @property
+    def has_place(self) -> bool:
+        """Whether its trials share a directory below the root of the disk, which a viewer can be given."""
+        whole = self.root.resolve()
+        return whole != whole.parent
+
+    @property
     def view_command(self) -> str:
-        """What shows the trials in a browser."""
+        """What shows the trials in a browser; "" where they have no directory in common but the root of the disk."""
+        if not self.has_place:
+            return ""
         return f"torc view {shlex.quote(str(self.root))}"
 
     @property

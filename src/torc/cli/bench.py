@@ -229,6 +229,12 @@ class BenchCommand:
             return
         tell(", ".join(f"{what}: {n}" for what, n in facts.items()))
         if missing:
-            tell("The same command goes on with the missing ones, errored ones among them.")
+            among = ", errored ones among them" if errored else ""
+            if self.limit is not None and self.limit < missing:
+                tell(
+                    f"The same command plays {self.limit} more{among}; without --limit, it plays all {missing}."
+                )
+            else:
+                tell(f"The same command plays the missing ones{among}.")
         if missing < len(spec.trials):
             tell(f"torc report {shlex.quote(str(store.root))}")

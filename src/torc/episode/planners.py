@@ -47,9 +47,10 @@ def make_spec_planner(spec: PlannerSpec, cache: CacheConfig | None, truth: Truth
 
 
 def spec_of_object(spec: PlannerSpec, planner: TaskPlanner) -> PlannerSpec:
-    """Return what is recorded of a trial that a ready-made planner plays: the spec if it names the planner's class,
-    else the planner's own name. Raises InputError where the record would be wrong: settings or a VLM that the planner
-    never got, and another planner's name.
+    """Return what is recorded of a trial that a ready-made planner plays.
+
+    That is the spec if it names the planner's class, else the planner's own name. Raises InputError where the record
+    would be wrong: settings or a VLM that the planner never got, and another planner's name.
     """
     cls, name = type(planner), getattr(planner, "name", None)
     path = f"{cls.__module__}:{cls.__qualname__}"
@@ -71,7 +72,8 @@ def spec_of_object(spec: PlannerSpec, planner: TaskPlanner) -> PlannerSpec:
         )
     if spec.vlm is not None:
         raise InputError(
-            f"The spec says that {spec.asking}, but {cls.__qualname__} plays. Name it in the spec, or drop the VLM."
+            f"The spec says that {spec.asking}, but {cls.__qualname__} plays. "
+            "Name it in the spec, or leave out the VLM."
         )
     return replace(spec, name=name)
 

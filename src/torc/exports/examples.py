@@ -80,13 +80,16 @@ def thoughts(looked: LookedLine, chosen: int) -> str:
 
 @dataclass(frozen=True)
 class Row:
-    """One example: `name` is that of its picture, a PNG; `facts` are the other columns, the same for every row."""
+    """One example: `name` is that of its picture, a PNG; `facts` are the other columns, the same for every row;
+    `sources` are the trials that it was made of.
+    """
 
     split: str
     problem: str
     name: str
     picture: bytes
     facts: dict[str, Any]
+    sources: tuple[Source, ...]
 
 
 def finetuning_rows(sources: Iterable[Source], every: bool, test_share: float) -> Iterator[Row]:
@@ -116,6 +119,7 @@ def finetuning_rows(sources: Iterable[Source], every: bool, test_share: float) -
                     "drops": len(executed.dropped) if executed is not None else 0,
                     "retrieved": source.retrieved,
                 },
+                sources=(source,),
             )
 
 
@@ -159,7 +163,8 @@ def preference_rows(sources: Iterable[Source], test_share: float) -> Iterator[Ro
                 }
                 name = f"{source.problem}-{source.key}-{number:02d}-{good}-{bad}"
                 split = split_of(source.problem, test_share)
-                yield Row(split, source.problem, name, source.trial.picture(number), facts)
+                picture = source.trial.picture(number)
+                yield Row(split, source.problem, name, picture, facts, (source, other))
 
 
 def write_rows(directory: Path, rows: Iterator[Row]) -> dict[str, int]:

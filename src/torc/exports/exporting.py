@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import torc
 from torc.errors import InputError, UnknownNameError
-from torc.exports.examples import finetuning_rows, preference_rows, write_rows
+from torc.exports.examples import Row, finetuning_rows, preference_rows, write_rows
 from torc.exports.selection import EXPERTS, Source, select_trials
 from torc.files.numbers import take_numbers
 from torc.records.directories import check_place, claim
@@ -51,20 +51,32 @@ def export_trials(root: Path, out: Path, spec: ExportSpec, overwrite: bool = Fal
     with _new_directory(out, overwrite) as directory:
         # A rejected choice mostly stands in a trial that failed, so pairs look at all of them.
         sources = _chosen(list(select_trials(root, spec.every or spec.format == "pairs")), spec)
-        if spec.format == "sft":
-            counts = write_rows(directory, finetuning_rows(sources, spec.every, spec.test_share))
-        elif spec.format == "pairs":
-            counts = write_rows(directory, preference_rows(sources, spec.test_share))
-        else:
-            from torc.exports.lerobot import write_lerobot  # its library is an extra's
+        if spec.format == "lerobot":
+            from torc.exports.lerobot import has_motion, write_lerobot  # its library is an extra's
 
-            counts = write_lerobot(directory, sources, spec.test_share)
+            used = {source.key: source for source in sources if has_motion(source)}
+            counts = write_lerobot(directory, used.values(), spec.test_share)
+        else:
+            used = {}
+            rows = (
+                finetuning_rows(sources, spec.every, spec.test_share)
+                if spec.format == "sft"
+                else preference_rows(sources, spec.test_share)
+            )
+            counts = write_rows(directory, _noting(rows, used))
         if not sum(counts.values()):
             raise InputError(f"Nothing in '{root}' can be exported. {_NOTHING[spec.format]}")
-        trials = dict(sorted(Counter(source.planner for source in sources).items()))
+        trials = dict(sorted(Counter(source.planner for source in used.values()).items()))
         facts = {"torc": torc.__version__, **asdict(spec), "examples": counts, "trials": trials}
         write_json(directory / FACTS, facts)
     return facts
+
+
+def _noting(rows: Iterator[Row], used: dict[str, Source]) -> Iterator[Row]:
+    """The rows, while the trials that they were made of are added to `used`."""
+    for row in rows:
+        used.update({source.key: source for source in row.sources})
+        yield row
 
 
 @contextmanager

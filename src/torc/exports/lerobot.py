@@ -85,10 +85,16 @@ def _features(motion: RecordedMotion) -> dict[str, np.ndarray]:
     }
 
 
+def has_motion(source: Source) -> bool:
+    """Whether the trial was recorded with its trajectory, so that it gives an episode."""
+    path = source.trial.directory / TRAJECTORY
+    return path.is_file() and not path.is_symlink()
+
+
 def _episode(source: Source, test_share: float) -> _Episode | None:
     directory = source.trial.directory
     path, video = directory / TRAJECTORY, directory / CAMERA
-    if not path.is_file() or path.is_symlink():
+    if not has_motion(source):
         return None
     motion = load_motion(path)
     if not video.is_file() or video.is_symlink():

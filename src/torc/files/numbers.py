@@ -3,7 +3,7 @@
 import math
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import fields
 from functools import lru_cache
 from typing import Any
@@ -14,11 +14,13 @@ from torc.errors import InputError
 
 
 def take_numbers(record: Any) -> None:
-    """Make the numbers of a frozen dataclass plain, for its __post_init__: fields of int take Python's and NumPy's
-    whole numbers, fields of float any real number, fields of bool either bool. Raises InputError for everything else,
-    True and False in place of numbers included. Values of mappings become plain, too.
+    """Make the numbers of a frozen dataclass plain, for its __post_init__.
+
+    Fields of int take Python's and NumPy's whole numbers, fields of float any real number, fields of bool either bool.
+    Raises InputError for everything else, True and False in place of numbers included.
     """
-    for name, (kind, optional) in _kinds(type(record)).items():  # type: ignore[arg-type]
+    cls: Hashable = type(record)
+    for name, (kind, optional) in _kinds(cls).items():
         value = getattr(record, name)
         if value is None and optional:
             continue
@@ -52,10 +54,10 @@ def _plain(kind: type, value: Any) -> Any:
 
 
 @lru_cache
-def _kinds(cls: type) -> dict[str, tuple[type, bool]]:
+def _kinds(cls: Any) -> dict[str, tuple[type, bool]]:
     """Kind of number and whether None is allowed, by field; of fields that hold numbers alone."""
     hints = typing.get_type_hints(cls)
-    found = {}
+    found: dict[str, tuple[type, bool]] = {}
     for field in fields(cls):
         hint, optional = hints[field.name], False
         if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:

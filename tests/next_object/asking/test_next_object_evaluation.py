@@ -144,12 +144,21 @@ def test_a_higher_limit_asks_only_what_is_new(data):
 
 @pytest.mark.parametrize(
     ("failure", "asked"),
-    [(Fail(401), 1), (Fail(404), 1), (Fail(500), MOST_IN_A_ROW), (Fail(400), MOST_IN_A_ROW)],
+    [
+        (Fail(401), 1),
+        (Fail(404), 1),
+        (Fail(500), MOST_IN_A_ROW),
+        (Fail(429), MOST_IN_A_ROW),
+        (Fail(400), MOST_IN_A_ROW),
+    ],
 )
-def test_a_hopeless_server_is_given_up(data, failure, asked):
-    with FakeVlmServer("openai", [failure], KEY) as server, pytest.raises(InputError, match="no question"):
-        evaluate(server, data)
+def test_a_hopeless_server_is_given_up(data, failure, asked, capsys):
+    with FakeVlmServer("openai", [failure], KEY) as server:
+        line = ["vlm-eval", "--vlm", f"openai:m@{server.url}", "--data", str(data), "--yes"]
+        line += ["--out", str(data.parent / "none"), "--workers", "1", "--vlm-retries", "0"]
+        assert parse(line).run() == 1
     assert len(server.asked) == asked
+    assert "answered no question" in capsys.readouterr().err
 
 
 def test_many_at_a_time_give_the_same_scores(data):
@@ -228,3 +237,20 @@ def test_the_digest_is_of_what_is_asked_and_worth(data):
     assert data_digest([rows[0] | {"values": (9.0, *rows[0]["values"][1:])}, *rows[1:]], "image") != digest
     assert data_digest([rows[0] | {"image": b"other"}, *rows[1:]], "image") != digest
     assert data_digest(rows, "grasps") != digest
+
+
+def test_without_data_it_says_how_to_make_some(data):
+    line = [
+        "vlm-eval",
+        "--vlm",
+        "openai:m@http://127.0.0.1:1",
+        "--data",
+        "no_such_data",
+        "--out",
+        "x",
+        "--yes",
+    ]
+    with pytest.raises(
+        InputError, match="torc next-object make --problems torc40 --decisions 60 --out no_such_data"
+    ):
+        parse(line).run()

@@ -35,8 +35,11 @@ class TextTable:
 
 
 def address_of(table: Table, row: TrialRow, pick: int = 0) -> str | None:
-    """Where the viewer shows a pick of a trial; None for trials without a log."""
-    return trial_link(table.root, row.directory, pick) if (row.directory / LOG).is_file() else None
+    """Where the viewer shows a pick of a trial; None for trials without a log, and where no viewer shows
+    all trials.
+    """
+    shown = table.has_place and (row.directory / LOG).is_file()
+    return trial_link(table.root, row.directory, pick) if shown else None
 
 
 def trial_cell(table: Table, row: TrialRow) -> Link | str:

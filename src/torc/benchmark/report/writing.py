@@ -27,6 +27,7 @@ from torc.errors import InputError
 
 REPORT_FORMAT = "torc-report/1"
 _FIGURES = "figures"
+_RUNS = " runs at its usual port; at another one, open this report from the viewer's page instead."
 _MOST_LEFT_OUT = 20
 _INTERVALS = (
     "Intervals: trials of one problem are alike, so that problems are the sample. Shares have Wilson's interval for "
@@ -65,7 +66,7 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
     planners = [s.planner for s in ranking.standings]
     trials = f"{sum(r.completed for r in table.rows)} trials, {len(table.problems)} problems, {len(planners)} planners"
     conditions = f", with {table.conditions}" if table.conditions else ""
-    title = f"{table.root.resolve().name}: {trials}{conditions}"
+    title = f"{table.root.resolve().name or 'Report'}: {trials}{conditions}"
     page = title, ranking.verdict, _sections(table, ranking, pictures, gallery, view_command)
     try:
         (out / _FIGURES).mkdir(parents=True, exist_ok=True)
@@ -103,7 +104,7 @@ def _sections(
         f"{len(shown)} of {failed} failed trials, causes in turn. A picture leads to that pick in the viewer."
     )
     how = " Each is a link to the trial, pick by pick. Links to trials work while "
-    links = (how, Link(view_command, kind="code"), " runs.") if view_command else ()
+    links = (how, Link(view_command, kind="code"), _RUNS) if view_command else ()
     return [
         Section("", [tables.ranking_table(ranking.standings, ranking.table, ranking.comparable)]),
         *([Section(references.title, [references])] if references.rows else []),

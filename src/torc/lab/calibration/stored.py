@@ -19,7 +19,7 @@ from torc.lab.calibration.board import Board
 from torc.lab.calibration.board_views import BoardView
 from torc.lab.calibration.noisy_arm import Mounting, PoseView
 from torc.pipeline.frames.checks import check_pose
-from torc.pipeline.frames.forms import parse_pose
+from torc.pipeline.frames.values import parse_pose
 
 _MAX_BYTES, _MAX_PICTURE_BYTES, _MAX_ENTRIES = 2_000_000, 100_000_000, 1000
 _SAMPLE_VARIANCE = np.repeat([1e-3**2, 5e-4**2], 3)

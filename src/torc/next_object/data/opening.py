@@ -1,6 +1,7 @@
 """Rows to ask about: from a folder of Parquet files, or from the Hugging Face hub."""
 
 import os
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,11 @@ def _in_folder(path: Path, split: str) -> list[dict[str, Any]]:
 
 def _on_hub(name: str, split: str) -> list[dict[str, Any]]:
     if name.count("/") != 1 or name.startswith((".", "/", "~")):
-        raise InputError(f"There is no folder '{name}'.")
+        raise InputError(
+            f"There is no data set '{name}'. Make a small one, with 60 decisions: torc next-object make "
+            f"--problems torc40 --decisions 60 --out {shlex.quote(name)} (a checkout of torc needs no search for "
+            "their values: add --values results/next-object/values.jsonl --looks 0)."
+        )
     try:
         import datasets
     except ImportError:
