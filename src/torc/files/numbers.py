@@ -19,7 +19,7 @@ def take_numbers(record: Any) -> None:
     Fields of int take Python's and NumPy's whole numbers, fields of float any real number, fields of bool either bool.
     Raises InputError for everything else, True and False in place of numbers included.
     """
-    cls: Hashable = type(record)
+    cls = typing.cast(Hashable, type(record))
     for name, (kind, optional) in _kinds(cls).items():
         value = getattr(record, name)
         if value is None and optional:
