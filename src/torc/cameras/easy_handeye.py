@@ -1,7 +1,7 @@
 """A finished calibration of easy_handeye (ROS 1, .yaml) or easy_handeye2 (ROS 2, .calib) as a camera's pose.
 
-Its transform is the pose of `tracking_base_frame` in `robot_base_frame` (eye on base), or in `robot_effector_frame` (eye
-in hand), with quaternions x, y, z, w.
+Its transform is the pose of `tracking_base_frame` in `robot_base_frame` (eye on base), or in `robot_effector_frame`
+(eye in hand), with quaternions x, y, z, w.
 """
 
 from collections.abc import Mapping
