@@ -220,7 +220,7 @@ def test_the_page_has_the_size_that_it_says(suffix, tmp_path):
 
 
 def test_a_worn_arm_is_said_and_the_printer_is_not_blamed(monkeypatch):
-    monkeypatch.setattr("tests.lab.test_calibration.jiggled.__defaults__", (np.deg2rad(0.2), 0.002))
+    monkeypatch.setattr(jiggled, "__defaults__", (np.deg2rad(0.2), 0.002))
     errors, noises = [], []
     for seed in range(4):
         found = solve_hand_eye(views(np.random.default_rng(seed)), BOARD, K, "fixed")
