@@ -3,9 +3,8 @@
 import math
 import types
 import typing
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,8 +18,7 @@ def take_numbers(record: Any) -> None:
     Fields of int take Python's and NumPy's whole numbers, fields of float any real number, fields of bool either bool.
     Raises InputError for everything else, True and False in place of numbers included.
     """
-    cls = typing.cast(Hashable, type(record))
-    for name, (kind, optional) in _kinds(cls).items():
+    for name, (kind, optional) in _kinds(type(record)).items():
         value = getattr(record, name)
         if value is None and optional:
             continue
@@ -53,7 +51,6 @@ def _plain(kind: type, value: Any) -> Any:
     return None
 
 
-@lru_cache
 def _kinds(cls: Any) -> dict[str, tuple[type, bool]]:
     """Kind of number and whether None is allowed, by field; of fields that hold numbers alone."""
     hints = typing.get_type_hints(cls)
