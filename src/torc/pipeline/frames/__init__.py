@@ -11,6 +11,6 @@ from torc.pipeline.frames.files import (
     save_frame,
     save_observation,
 )
-from torc.pipeline.frames.forms import Frame
+from torc.pipeline.frames.stored import Frame
 
 __all__ = ["Frame", "frame_of", "load_frame", "load_observation", "save_frame", "save_observation"]

@@ -12,9 +12,10 @@ from torc.geometry.transforms import unproject
 from torc.perception.segmentation import PerceptionConfig
 from torc.pipeline.frames.against_picture import direction_of, doubts
 from torc.pipeline.frames.checks import check_intrinsics, check_pose, clean_depth
-from torc.pipeline.frames.forms import HIDDEN, Frame, StoredFrame, read_frame
+from torc.pipeline.frames.forms import read_frame
 from torc.pipeline.frames.level import level_pose
 from torc.pipeline.frames.registration import registration_doubt
+from torc.pipeline.frames.stored import HIDDEN, Frame, StoredFrame
 from torc.pipeline.frames.support_plane import (
     estimate_support_z_m,
     grid_around,

@@ -1,46 +1,28 @@
 """The two forms of a stored frame: a directory with rgb.png, depth.png, frame.json and more; a .npz file."""
 
-import json
-import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float32, Int64, UInt8
-from PIL import Image
 from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    FiniteFloat,
-    StrictBool,
-    StrictInt,
     ValidationError,
-    model_validator,
 )
 
 from torc.errors import InputError
-from torc.files.reading import read_text
-from torc.files.strict_yaml import Number, explain_faults
+from torc.files.strict_yaml import explain_faults
 from torc.geometry.transforms import Pose, invert
 from torc.pipeline.frames.checks import check_pose
 from torc.pipeline.frames.names import UNUSED, our_names, plain_name
-from torc.pipeline.frames.pixels import as_labels, as_plane, as_rgb, in_eight_bits
-from torc.pipeline.frames.values import parse_intrinsics, parse_pose, size_beside
-from torc.records import ROBOT, Observation, StereoPair, VoxelGrid
+from torc.pipeline.frames.pixels import as_labels, as_plane, as_rgb
+from torc.pipeline.frames.raw_files import read_arrays, read_json, read_pixels
+from torc.pipeline.frames.stored import GridSettings, Settings, StoredFrame
+from torc.pipeline.frames.values import parse_pose, size_beside
+from torc.records import StereoPair
 
-HIDDEN = "hidden"
-"""What `target` says while the target is not in sight."""
 MAX_SIDE_PX, MIN_SIDE_PX = 8192, 16
 MAX_PIXELS = 20_000_000
-MAX_ARRAY_BYTES = 512 * 2**20
-_MAX_TEXT = 500
-_MAX_VOXELS = 20e6
 FILES = ("frame.json", "rgb.png", "depth.png")
 """Of a directory."""
 MAYBE = ("labels.png", "left.png", "right.png")
@@ -80,97 +62,6 @@ _NEEDED = {
 """Types of the pixels, and what to say of others."""
 
 
-class GridSettings(BaseModel):
-    """A voxel grid out of a file."""
-
-    model_config = ConfigDict(extra="forbid")
-    origin: tuple[FiniteFloat, FiniteFloat, FiniteFloat]
-    voxel_size_m: Number = Field(ge=0.001, le=0.1)
-    shape: tuple[int, int, int]
-
-    @model_validator(mode="after")
-    def _not_too_large(self) -> "GridSettings":
-        if not all(1 <= n <= 1000 for n in self.shape) or np.prod(self.shape) > _MAX_VOXELS:
-            raise ValueError(f"shape is {self.shape}; need 1..1000 a side, 20 million in all")
-        return self
-
-
-def _depth_unit(metres: float) -> float:
-    """Metres per unit of depth. Raises ValueError for what cannot be that."""
-    if 1e-6 <= metres <= _LARGEST_UNIT_M:
-        return metres
-    turned = f" {metres:g} looks like units per metre: give {1 / metres:g}" if metres >= 100 else ""
-    raise ValueError(
-        f"is metres per unit, 0.001 for millimetres; it must be 1e-06 to {_LARGEST_UNIT_M}.{turned}"
-    )
-
-
-class Settings(BaseModel):
-    """All that a frame holds beside its images."""
-
-    model_config = ConfigDict(extra="forbid")
-    K: Annotated[Any, BeforeValidator(parse_intrinsics)]
-    T_world_camera: Annotated[Any, BeforeValidator(parse_pose)] = None
-    pose_estimated: StrictBool = False
-    depth_scale_m: Annotated[Number, AfterValidator(_depth_unit)] = 0.001
-    target: StrictInt | str | None = None
-    target_description: str = Field("", max_length=_MAX_TEXT)
-    support_z_m: Annotated[Number, Field(allow_inf_nan=False)] | None = None
-    background: StrictInt | None = None
-    robot: StrictInt = ROBOT
-    baseline_m: Annotated[Number, Field(gt=0.0, le=10.0)] | None = None
-    grid: GridSettings | None = None
-    names: dict[int, Annotated[str, BeforeValidator(lambda name: str(name)[:_MAX_TEXT])]] = {}
-    version: Literal[1] = 1
-
-
-@dataclass(frozen=True)
-class Frame:
-    """One frame, ready for the pipeline: its label image holds object ids 0..63, the target being 0. Without masks it
-    has none, and a perception has to find the objects.
-
-    Attributes:
-        target_id: TARGET_ID, or None while the target is hidden, or not known.
-        support_z_m: height of the surface that the objects stand on.
-        grid: region of the occlusion volume.
-        labels, names: label in the file per object id, and name, where the file has one.
-        warnings: messages for the user: how the file was understood, and what looks wrong in it.
-    """
-
-    observation: Observation
-    target_id: int | None
-    target_description: str
-    support_z_m: float
-    grid: VoxelGrid
-    labels: Mapping[int, int] = field(default_factory=lambda: MappingProxyType({}))
-    names: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
-    support_estimated: bool = False
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def pose_estimated(self) -> bool:
-        """Whether the camera's pose was made up from the picture: then no robot knows the world of this frame."""
-        return self.observation.pose_estimated
-
-
-@dataclass(frozen=True)
-class StoredFrame:
-    """A frame as it was stored in the file `where`: depth with NaN, infinity or 0 where there is no reading, and labels
-    in the file's own numbers; None without masks. `pair` is what a stereo camera saw, if it is stored too. `open_pose`
-    is a pose whose name leaves open which way it goes. `notes` say how the file was understood.
-    """
-
-    where: str
-    rgb: UInt8[np.ndarray, "h w 3"]
-    depth_m: Float32[np.ndarray, "h w"]
-    labels: Int64[np.ndarray, "h w"] | None
-    settings: Settings
-    pair: StereoPair | None = None
-    open_pose: Pose | None = None
-    open_pose_key: str = "extrinsics"
-    notes: tuple[str, ...] = ()
-
-
 _Images = dict[str, tuple[str, np.ndarray]]
 """Pictures by our names, each with its place for messages."""
 
@@ -187,11 +78,11 @@ def read_frame(path: Path) -> StoredFrame:
             raise InputError(f"{file} is no regular file. Store the frame in one, and give that.")
     if path.is_dir():
         where = str(path / "frame.json")
-        data = _json(path / "frame.json")
+        data = read_json(path / "frame.json")
         names = our_names(where, data, (*DIRECTORY_KEYS, *_ALSO_READ))
-        images = {file.stem: (str(file), _pixels(file)) for file in files if file.suffix == ".png"}
+        images = {file.stem: (str(file), read_pixels(file)) for file in files if file.suffix == ".png"}
     elif path.suffix == ".npz":
-        where, arrays = str(path), _arrays(path)
+        where, arrays = str(path), read_arrays(path)
         names = our_names(where, arrays, (*_PICTURES, *FILE_KEYS, *_ALSO_READ))
         images = {ours: (f"{path}, key {k}", arrays.pop(k)) for k, ours in names.items() if ours in _PICTURES}
         data = {k: a.item() if a.size == 1 else a.tolist() for k, a in arrays.items()}
@@ -373,41 +264,3 @@ def _pair(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings: Se
     if missing:
         return None
     return StereoPair(images["left"][1], images["right"][1], float(settings.baseline_m or 0.0))
-
-
-def _json(path: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(read_text(path))
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"Cannot read {path}: {error}.") from error
-    if not isinstance(data, dict):
-        raise InputError(f"{path} must hold a JSON object, not a {type(data).__name__}.")
-    return data
-
-
-def _pixels(path: Path) -> np.ndarray:
-    """Of a picture: rgb.png in color, the others as they are."""
-    try:
-        with Image.open(path) as opened:
-            image: Image.Image = opened
-            if image.width * image.height > MAX_PIXELS:
-                raise ValueError(f"{image.width}x{image.height} pixels are too many")
-            if path.name != "rgb.png":
-                return np.array(image)
-            if image.mode.startswith(("I", "F")):  # PIL would clip these to white
-                image = Image.fromarray(in_eight_bits(np.array(image)))
-            return np.array(image.convert("RGB"))
-    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise InputError(f"Cannot read the image {path}: {error}.") from error
-
-
-def _arrays(path: Path) -> dict[str, np.ndarray]:
-    try:
-        with zipfile.ZipFile(path) as archive:
-            if max((member.file_size for member in archive.infolist()), default=0) > MAX_ARRAY_BYTES:
-                raise InputError(f"{path} holds an array larger than {MAX_ARRAY_BYTES // 2**20} MB unpacked.")
-        with np.load(path, allow_pickle=False) as data:
-            return dict(data)
-    except (OSError, zipfile.BadZipFile, EOFError, MemoryError, ValueError) as error:
-        hint = "Python objects are not read; store plain arrays" if "pickle" in str(error) else str(error)
-        raise InputError(f"Cannot read {path}: {hint}. Write it with numpy.savez_compressed.") from error

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float, Float32
 
 from torc.errors import InputError
-from torc.pipeline.frames.forms import StoredFrame
 from torc.pipeline.frames.level import largest_plane
+from torc.pipeline.frames.stored import StoredFrame
 
 _CANDIDATES = (1, 2)
 _LEAST_SHARE = 0.12

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float32, UInt16
 from PIL import Image
 
-from torc.pipeline.frames.forms import HIDDEN, Frame
+from torc.pipeline.frames.stored import HIDDEN, Frame
 from torc.records import BACKGROUND, ROBOT, Observation
 from torc.records.serialization import to_plain
 
