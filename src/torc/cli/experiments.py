@@ -33,7 +33,7 @@ class _Experiment(BaseModel, extra="forbid"):
 
 def read_experiment(path: Path) -> dict[str, Any]:
     """What a file says, as fields of the command. Raises InputError naming file and field."""
-    text = path.read_text(encoding="utf-8", errors="replace")
+    text = path.read_text(encoding="utf-8-sig", errors="replace")
     content = parse_plain_yaml(text, str(path), "experiment", _MAX_BYTES, _REMEDY)
     try:
         found = _Experiment.model_validate(content)

@@ -136,7 +136,7 @@ class _LabFile(_Strict):
 def load_lab(path: Path) -> Lab:
     """The laboratory of a file; other files that it names may be beside it. Raises InputError."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Cannot read the lab file {path}: {error}. {_REMEDY}") from None
     content = parse_plain_yaml(text, str(path), "lab", _MAX_BYTES, _REMEDY)

@@ -114,7 +114,7 @@ def load_object_directory(directory: Path | str, trusted: bool = False) -> Objec
 def read_entry(directory: Path) -> ObjectFile:
     """The validated object.yaml of a directory: facts without geometry. Raises InputError."""
     path = directory / OBJECT_FILE
-    text = read_bytes(path, MAX_YAML_BYTES, "an object's description").decode("utf-8", "backslashreplace")
+    text = read_bytes(path, MAX_YAML_BYTES, "an object's description").decode("utf-8-sig", "backslashreplace")
     content = parse_plain_yaml(text, str(path), "object", MAX_YAML_BYTES, "Import the object again.")
     entry = validated(content, str(path))
     if entry.name != directory.name:

@@ -175,7 +175,7 @@ def all_grasp_facts() -> Mapping[str, GraspFact]:
 
 def read_facts(path: Path) -> Mapping[str, GraspFact]:
     """Facts from a file."""
-    content = json.loads(path.read_text(encoding="utf-8"))
+    content = json.loads(path.read_text(encoding="utf-8-sig"))
     return {name: GraspFact(**fact) for name, fact in content["models"].items()}
 
 

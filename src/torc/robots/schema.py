@@ -89,7 +89,7 @@ class RobotFile(_Strict):
 def read_robot_file(path: Path) -> RobotFile:
     """The parsed file. Raises InputError naming file and field."""
     try:
-        content = yaml.safe_load(path.read_text())
+        content = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise InputError(f"Cannot read the robot file {path}: {error}") from error
     try:

@@ -174,7 +174,7 @@ def _shipped(name: str) -> Workspace:
 
 def _read(path: Path) -> Workspace:
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Cannot read the workspace file {path}: {error}.") from None
     content = parse_plain_yaml(

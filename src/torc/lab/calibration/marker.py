@@ -84,7 +84,7 @@ def marker_shift_m(
 
 def marker_of_file(path: Path) -> TableMarker | None:
     """The marker that a calibration noted; None if it saw none. Raises InputError for one that cannot be read."""
-    text = read_bytes(path, _MAX_BYTES, "the calibration").decode("utf-8", "replace")
+    text = read_bytes(path, _MAX_BYTES, "the calibration").decode("utf-8-sig", "replace")
     content = parse_plain_yaml(text, str(path), "calibration", _MAX_BYTES, "Calibrate again.")
     told: Any = content.get("marker_corners") if isinstance(content, dict) else None
     if told is None:
