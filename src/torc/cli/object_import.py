@@ -127,7 +127,9 @@ class ImportCommand:
                 inside, others = find_meshes(path)
                 if not inside:
                     raise InputError(f"There is no OBJ, GLB, STL or PLY file in {path}.")
-                meshes += [(file, Path(f"{stem}.obj"), replace(options, root=path)) for file, stem in inside]
+                meshes += [
+                    (file, Path(f"{stem}{file.suffix}"), replace(options, root=path)) for file, stem in inside
+                ]
                 left_out += others
             elif os.path.exists(path):
                 meshes.append((path, path, options))

@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-import numpy as np
-
 from torc.errors import InputError
 
 
@@ -32,7 +30,7 @@ def take_numbers(record: Any) -> None:
 
 def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
     """A mapping with plain values in place of NumPy's scalars."""
-    return {k: v.item() if isinstance(v, np.generic) else v for k, v in values.items()}
+    return {k: _of_python(v) for k, v in values.items()}
 
 
 _WORDS = {int: "a whole number", float: "a number", bool: "True or False"}
@@ -40,15 +38,23 @@ _WORDS = {int: "a whole number", float: "a number", bool: "True or False"}
 
 def _plain(kind: type, value: Any) -> Any:
     """The value as a plain one of that kind; None if it is not of that kind."""
-    if isinstance(value, bool | np.bool_):
-        return bool(value) if kind is bool else None
+    plain = _of_python(value)
+    if isinstance(plain, bool):
+        return plain if kind is bool else None
     if kind is int:
-        return int(value) if isinstance(value, int | np.integer) else None
-    if kind is float and isinstance(value, int | float | np.integer | np.floating):
+        return plain if isinstance(plain, int) else None
+    if kind is float and isinstance(plain, int | float):
         # Whole numbers stay whole, since labels and cache keys show them so.
-        plain = value.item() if isinstance(value, np.generic) else value
         return None if math.isnan(plain) else plain
     return None
+
+
+def _of_python(value: Any) -> Any:
+    """A scalar of NumPy as Python's own; everything else as it is. NumPy is not imported for that: `torc --help` reads
+    these records, too.
+    """
+    scalar = type(value).__module__ == "numpy" and getattr(value, "shape", None) == ()
+    return value.item() if scalar else value
 
 
 def _kinds(cls: Any) -> dict[str, tuple[type, bool]]:

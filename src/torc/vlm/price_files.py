@@ -39,7 +39,11 @@ def parse_prices(text: str, model: str) -> Prices | None:
         return _from_numbers(text)
     try:
         content = parse_plain_yaml(
-            Path(text).read_text(encoding="utf-8-sig", errors="replace"), text, "vlm-prices", _MAX_BYTES, _REMEDY
+            Path(text).read_text(encoding="utf-8-sig", errors="replace"),
+            text,
+            "vlm-prices",
+            _MAX_BYTES,
+            _REMEDY,
         )
         found = _PriceFile.model_validate(content)
     except OSError as error:

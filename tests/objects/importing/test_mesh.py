@@ -161,7 +161,7 @@ def test_files_that_are_no_meshes_are_refused(tmp_path: Path, monkeypatch: pytes
     with pytest.raises(InputError, match="too large: 201 MB"):
         read_mesh(tmp_path / "sparse.stl")
     (tmp_path / "茶.stl").write_bytes(b"nothing")
-    with pytest.raises(InputError, match="No name can be made"):
+    with pytest.raises(InputError, match=r"茶\.stl"):
         read_mesh(tmp_path / "茶.stl")
     with pytest.raises(InputError, match=r"tea\.stl"):
         read_mesh((tmp_path / "茶.stl").rename(tmp_path / "tea.stl"))

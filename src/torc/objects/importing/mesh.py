@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -96,20 +97,31 @@ class MeshOptions:
                 )
 
     def name_for(self, path: Path) -> str:
-        """The object's name: the one given, or made from the file's end. Raises InputError if none can be made."""
+        """The object's name: the one given, or made from the file's end; where its letters are of another script than
+        Latin, from a checksum of it, the same every time.
+        """
         if self.name is not None:
             return self.name
         name = re.sub(r"[^A-Za-z0-9_.\-]+", "_", path.stem).strip("_.-").lower()
-        name = name[-64:].lstrip("_.-")  # files of a deep tree differ at the end
-        if not name:
-            raise InputError(f"No name can be made from '{path.name}'. Give one with --name.")
-        return name
+        if not name or _unreadable(path):
+            name = f"object_{name}_{zlib.crc32(path.stem.encode(errors='surrogateescape')):08x}".replace(
+                "__", "_"
+            )
+        return name[-64:].lstrip("_.-")  # files of a deep tree differ at the end
 
     def description_for(self, path: Path) -> str:
         """The description given, or the name in words."""
         if self.description is not None:
             return self.description
+        if _unreadable(path) and path.stem.isprintable():
+            return f"the {path.stem}"[:MAX_DESCRIPTION]
         return "the " + re.sub(r"[_.\-\s]+", " ", self.name_for(path)).strip()
+
+
+def _unreadable(path: Path) -> bool:
+    """Whether a file's name has letters, but none that an object's name can have."""
+    letters = [c for c in path.stem if c.isalpha()]
+    return bool(letters) and not any(c.isascii() for c in letters)
 
 
 @dataclass(frozen=True, eq=False)
