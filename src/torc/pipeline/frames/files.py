@@ -14,7 +14,6 @@ from torc.pipeline.frames.against_picture import direction_of, doubts
 from torc.pipeline.frames.checks import check_intrinsics, check_pose, clean_depth
 from torc.pipeline.frames.forms import read_frame
 from torc.pipeline.frames.level import level_pose
-from torc.pipeline.frames.registration import registration_doubt
 from torc.pipeline.frames.stored import HIDDEN, Frame, StoredFrame
 from torc.pipeline.frames.support_plane import (
     estimate_support_z_m,
@@ -53,11 +52,7 @@ def load_frame(path: str | Path) -> Frame:
         labels=MappingProxyType({i: label for label, i in ids.items()}),
         names=MappingProxyType({ids[k]: name for k, name in given.names.items() if k in ids}),
         support_estimated=given.support_z_m is None,
-        warnings=(
-            *notes,
-            *doubts(observation, given.support_z_m),
-            *filter(None, [registration_doubt(observation.rgb, observation.depth_m)]),
-        ),
+        warnings=(*notes, *doubts(observation, given.support_z_m)),
     )
 
 
