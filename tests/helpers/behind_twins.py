@@ -5,6 +5,7 @@ import time
 import numpy as np
 
 from torc.lab.robotiq.registers import Object
+from torc.lab.twin.behind import ArmBehind
 
 
 class ObedientArm:
@@ -46,3 +47,25 @@ class TimedFingers:
         if self.object_at is not None and self._to > self.object_at and at >= self.object_at:
             return self.object_at, Object.STOPPED_CLOSING
         return round(at), Object.AT_POSITION if arrived else Object.MOVING
+
+
+class Miswired:
+    """An arm whose joints do something else than they are commanded: `turns @ q` instead of q, from where it is now."""
+
+    def __init__(self, arm: ArmBehind, turns: np.ndarray) -> None:
+        """turns: e.g. diag(1, -1, 1, ...) for a second joint that turns the wrong way."""
+        self._arm, self._turns, self._start = arm, turns, arm.qpos.copy()
+
+    @property
+    def qpos(self) -> np.ndarray:
+        """Where it really is."""
+        return self._arm.qpos
+
+    def goal(self, qpos: np.ndarray) -> None:
+        """Where it is told to be."""
+        self._arm.goal(self._start + self._turns @ (qpos - self._start))
+
+    @property
+    def contact_n(self) -> float:
+        """The arm's own."""
+        return self._arm.contact_n

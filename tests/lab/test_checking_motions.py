@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from test_supervisor import WIDE
 
-from tests.helpers.behind_twins import ObedientArm
+from tests.helpers.behind_twins import Miswired, ObedientArm
 from torc.lab import checking_motions
 from torc.lab.checking_motions import TURN_RAD, check_motions, turn_fault
 from torc.lab.checks import limits_of
 from torc.lab.ros.arm import RosArm, RosArmConfig
-from torc.lab.twin.behind import Miswired
 from torc.lab.twin.ros import RosTwin
 
 NAMES = tuple("abcdefg")

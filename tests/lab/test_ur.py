@@ -65,6 +65,15 @@ def test_a_motion_is_streamed_point_by_point_as_it_was_checked(arm, twin, watche
     assert watched.follow(motion_on(arm.status().qpos, -0.05)).reached
 
 
+def test_one_torc_at_a_time_moves_it(arm, twin):
+    second = UrArm(UrConfig(twin.host))
+    arm.start(motion_on(twin.arm.qpos.copy(), 0.1))
+    with pytest.raises(LabError, match="Another torc"):
+        second.start(motion_on(twin.arm.qpos.copy(), 0.1))
+    assert second.status().qpos.shape == (6,)
+    second.close()
+
+
 @pytest.mark.parametrize(
     ("fault", "words"),
     [

@@ -144,20 +144,20 @@ def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
 
 def _decompressed(topic: str, message: Mapping[str, Any]) -> RosImage:
     """A CompressedImage of image_transport: JPEG or PNG, or a depth picture as PNG behind a header."""
-    told, raw = str(message["format"]), _bytes(topic, _entry(topic, message, "data"))
+    form, raw = str(message["format"]), _bytes(topic, _entry(topic, message, "data"))
     header = _entry(topic, message, "header")
     about: dict[str, Any] = {
         "topic": topic,
         "stamp_s": _seconds(topic, _entry(topic, header, "stamp")),
         "frame_id": str(_entry(topic, header, "frame_id")).lstrip("/"),
     }
-    if "compressedDepth" not in told:
+    if "compressedDepth" not in form:
         # OpenCV decodes to blue first, whatever the encoding was.
         return RosImage(encoding="bgr8", pixels=_decoded(topic, raw, cv2.IMREAD_COLOR), **about)
-    encoding = told.partition(";")[0].strip()
-    if "rvl" in told or encoding not in ("16UC1", "32FC1"):
+    encoding = form.partition(";")[0].strip()
+    if "rvl" in form or encoding not in ("16UC1", "32FC1"):
         raise InputError(
-            f"{topic} is compressed as {told[:60]!r}; torc reads 16UC1 and 32FC1 as png. Set compressedDepth/format to "
+            f"{topic} is compressed as {form[:60]!r}; torc reads 16UC1 and 32FC1 as png. Set compressedDepth/format to "
             "png, or give the topic of the plain picture."
         )
     if len(raw) <= _DEPTH_HEADER.size:

@@ -78,9 +78,12 @@ def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
         yield Finding("arm", False, f"its driver breaks a rule: {rule}")
     if broken:
         return
-    off = isinstance(arm, PowersServos) and arm.status().stopped
-    if off and ask is not None and ask(f"{arm.name}: power the servos and let motions in?"):
-        assert isinstance(arm, PowersServos)
+    if (
+        ask is not None
+        and isinstance(arm, PowersServos)
+        and arm.status().stopped
+        and ask(f"{arm.name}: power the servos and let motions in?")
+    ):
         arm.enable()
         time.sleep(_POWERED_S)
     yield _rates(arm)

@@ -135,7 +135,7 @@ def turn_fault(moved_rad: Float[np.ndarray, "dof"], joint: int, by_rad: float, n
 
 
 def _touch(lab: Lab, arm: SupervisedArm, ask: Ask) -> Iterator[Finding]:
-    """The touch test: it alone tells whether camera, base and robot description fit together."""
+    """The touch test. It tries camera pose, base and robot description together."""
     marker = marker_of_lab(lab)
     if marker is None:
         return

@@ -34,7 +34,7 @@ class ControllerLock:
                 f"Another torc (process {holder or 'unknown'}) moves the arm at {address}. A second client would throw "
                 "it out in mid-motion: end that one first."
             ) from None
-        with suppress(OSError):  # another user's file may be read-only; its lock works all the same
+        with suppress(OSError):  # another user's file may be read-only, but can still be locked
             os.ftruncate(self._file, 0)
             os.pwrite(self._file, str(os.getpid()).encode(), 0)
 

@@ -133,7 +133,7 @@ def board_by(T_base_flange: Pose, poses: tuple[Pose, Pose], mounting: Mounting) 
 def _left_out(
     views: Sequence[PoseView], mounting: Mounting, fit: PoseFit
 ) -> list[tuple[int, tuple[Pose, Pose]]]:
-    """For each view, both transforms by views of which it is none."""
+    """For each view, both transforms as solved without it."""
     found = []
     for fold in range(min(_FOLDS, len(views))):
         poses = refit([v for k, v in enumerate(views) if k % _FOLDS != fold], mounting, fit)

@@ -19,7 +19,7 @@ _SEED = 0
 
 
 def touch_motion(lab: Lab, marker: TableMarker, qpos: np.ndarray) -> Trajectory | None:
-    """A motion of the open gripper to above the middle of the marker, pointing down; None if there is none.
+    """A motion of the open gripper to above the middle of the marker, pointing down; None if no motion is found.
 
     Args:
         lab: the laboratory; its table must be clear.

@@ -87,7 +87,7 @@ class GripperStatus:
         return self.activated and self.state == READY
 
     def check(self, name: str) -> None:
-        """Raises LabError if there is a fault. That it must be activated first is none before it is."""
+        """Raises LabError if there is a fault. Before activation, "must be activated first" does not count as one."""
         code = self.fault & 0x0F
         if not self.fault or code == _SILENCE or (code in _BEFORE_ACTIVATION and not self.ready):
             return

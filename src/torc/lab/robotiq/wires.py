@@ -90,7 +90,7 @@ class ModbusWire:
         return answer
 
     def _exchange(self, function: str, *arguments: Any, **options: Any) -> Any:
-        """The answer to one request, which may be a refusal. Raises LabError if there is none."""
+        """The answer to one request, which may be a refusal. Raises LabError if none comes."""
         from pymodbus.exceptions import ModbusException
 
         with self._lock:

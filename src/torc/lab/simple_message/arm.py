@@ -177,7 +177,7 @@ class MotomanArm:
             if self._motion is None:
                 host, port = self._config.host, self._config.motion_port
                 self._lock = self._lock or ControllerLock(f"{host}:{port}")
-                # The state told the byte order; commands have the same.
+                # Commands have the byte order of the state connection.
                 self._motion = Channel(host, port, self._config.timeout_s, self._state.order)
                 try:
                     self._command(Command.STOP_MOTION)

@@ -33,25 +33,3 @@ class Fingers(Protocol):
 
     def now(self) -> tuple[int, Object]:
         """Where they are, and whether something stopped them."""
-
-
-class Miswired:
-    """An arm whose joints do something else than they are commanded: `turns @ q` instead of q, from where it is now."""
-
-    def __init__(self, arm: ArmBehind, turns: np.ndarray) -> None:
-        """turns: e.g. diag(1, -1, 1, ...) for a second joint that turns the wrong way."""
-        self._arm, self._turns, self._start = arm, turns, arm.qpos.copy()
-
-    @property
-    def qpos(self) -> np.ndarray:
-        """Where it really is."""
-        return self._arm.qpos
-
-    def goal(self, qpos: np.ndarray) -> None:
-        """Where it is told to be."""
-        self._arm.goal(self._start + self._turns @ (qpos - self._start))
-
-    @property
-    def contact_n(self) -> float:
-        """The arm's own."""
-        return self._arm.contact_n

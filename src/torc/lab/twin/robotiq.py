@@ -27,7 +27,6 @@ class RobotiqTwin:
     Attributes:
         fault: what it reports, e.g. 0x0E; 0 for none.
         written: all values that were written to its registers.
-        asked_s: when it was asked for its status, by `time.monotonic`.
         activation_s: how long activation takes.
     """
 
@@ -35,7 +34,6 @@ class RobotiqTwin:
         self.fingers, self.activation_s = fingers, activation_s
         self.fault = 0
         self.written: list[list[int]] = []
-        self.asked_s: list[float] = []
         self._heard_s = time.monotonic()
         self._command = [0, 0, 0]
         self._activated_at: float | None = None
@@ -65,7 +63,6 @@ class RobotiqTwin:
             going = bool(action & 8)
             now_s = time.monotonic()
             silent, self._heard_s = now_s - self._heard_s > _SILENCE_S, now_s
-            self.asked_s.append(now_s)
             early = _MUST_ACTIVATE if going and state != READY else 0
             fault = self.fault or (_SILENCE if silent else early)
             flags = action & 1 | going << 3 | state << 4 | (found if going else 0) << 6

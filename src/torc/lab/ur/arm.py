@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError, MissingDependencyError, extra_remedy
+from torc.lab.exclusive import ControllerLock
 from torc.lab.protocols import ArmStatus, LabError
 from torc.lab.ros.messages import ur_safety_fault
 from torc.records import Trajectory
@@ -90,6 +91,7 @@ class UrArm:
         self._news = threading.Condition()
         self._state: tuple[Any, ...] | None = None
         self._lost = ""
+        self._lock: ControllerLock | None = None
         self._numbers, self._latest, self._begun = itertools.count(1), 0, 0
         self._ended: str | None = ""
         self._untouched_n = np.zeros(3)
@@ -125,6 +127,7 @@ class UrArm:
     def start(self, trajectory: Trajectory) -> None:
         """Hands set points over, and waits until the first is sent. Raises LabError if the robot refuses."""
         points = set_points(trajectory, self.config.rate_hz)
+        self._lock = self._lock or ControllerLock(f"ur-{self.config.host}")
         with self._news:
             self._check()
             assert self._state is not None
@@ -164,6 +167,8 @@ class UrArm:
         self._reader.join()
         if self._process.stdout is not None:
             self._process.stdout.close()
+        if self._lock is not None:
+            self._lock.release()
 
     def _send(self, message: dict[str, Any]) -> None:
         with self._news:
