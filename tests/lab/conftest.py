@@ -13,6 +13,12 @@ from torc.lab.twin.rehearsal import rehearsal, write_lab
 from torc.problems.problem import load_problem
 
 
+@pytest.fixture(autouse=True)
+def publishers_connect_at_once(monkeypatch):
+    """The twin hears every topic from the start; a real ROS 1 takes half a second."""
+    monkeypatch.setattr("torc.lab.ros.arm._CONNECTS_S", 0.01)
+
+
 @pytest.fixture
 def patient(monkeypatch):
     """The supervisor waits longer: twins share the interpreter with torc here, and a busy machine's pauses are not

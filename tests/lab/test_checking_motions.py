@@ -67,6 +67,7 @@ def found(robot, turns, monkeypatch):
     return findings, asked
 
 
+@pytest.mark.long
 def test_a_right_arm_passes_and_its_person_knows_what_to_see(robot, monkeypatch):
     findings, asked = found(robot, np.eye(7), monkeypatch)
     assert [f.good for f in findings] == [True] * 7
@@ -75,6 +76,7 @@ def test_a_right_arm_passes_and_its_person_knows_what_to_see(robot, monkeypatch)
     assert any(word in asked[0] for word in ("left", "right", "forward", "back", "up", "down"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("turns", "words"),
     [

@@ -146,6 +146,7 @@ def test_a_check_opens_nothing_that_could_move(rehearsed, name):
         assert np.abs(there.world.qpos - where).max() < 1e-3
 
 
+@pytest.mark.long
 def test_an_arm_that_somebody_else_moves_on_is_not_said_to_rest(robot):
     """Another client's goal preempts ours: the arm goes on, and not by us."""
     pytest.importorskip("websockets")

@@ -29,6 +29,7 @@ def test_ten_thousand_statuses_of_a_gripper_are_never_taken_for_another_command(
             clock[0] += seconds
 
     monkeypatch.setattr(gripper_module, "time", Clock)
+    monkeypatch.setattr(RobotiqGripper, "_keep_awake", lambda gripper: None)  # it lives in real time
     monkeypatch.setattr("tests.helpers.behind_twins.time", Clock)
     monkeypatch.setattr("torc.lab.twin.robotiq.time", Clock)
     fingers = TimedFingers()

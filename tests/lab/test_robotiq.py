@@ -97,7 +97,7 @@ def rig(request):
         gripper = RobotiqGripper(connection)
         gripper.activate()
         yield gripper, fingers, twin
-        connection.close()
+        gripper.disconnect()
 
 
 def test_it_opens_closes_and_feels(rig):

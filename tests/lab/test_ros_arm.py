@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from test_supervisor import motion, supervised
+from test_supervisor import QUICK, motion, supervised
 
 from tests.helpers.behind_twins import ObedientArm
 from torc.errors import InputError
@@ -192,8 +192,10 @@ def test_garbled_results_and_states_on_the_wire_stop_the_arm_and_nothing_else_is
         twin._say = rubbish
         began, goals = time.monotonic(), [h for h in twin.heard if "goal" in str(h)]
         here = twin.arm.qpos
+        watched = supervised(arm, robot)
+        watched.config = QUICK
         with suppress(LabError):
-            supervised(arm, robot).follow(motion(here, by=0.02))
+            watched.follow(motion(here, by=0.02))
         assert time.monotonic() - began < 6
         begun = [h for h in twin.heard if "goal" in str(h)][len(goals) :]
         sent = [h for h in begun if "cancel" not in str(h.get("op")) + str(h.get("topic", ""))]

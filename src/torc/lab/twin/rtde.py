@@ -130,9 +130,11 @@ class UrWires:
                         told_what = connection, outputs
                         threading.Thread(target=self._publish, args=told_what, daemon=True).start()
                     case "U":
-                        names = recipes[body[0]]
-                        values = struct.unpack(">" + "".join(_CODES[type_of(n)] for n in names), body[1:])
-                        self._take(dict(zip(names, values, strict=True)))
+                        known = recipes.get(body[0])
+                        if known is None:  # of a connection from before, which ur_rtde made again
+                            return
+                        values = struct.unpack(">" + "".join(_CODES[type_of(n)] for n in known), body[1:])
+                        self._take(dict(zip(known, values, strict=True)))
 
     def _publish(self, connection: socket.socket, names: list[str]) -> None:
         """Tells the outputs as long as the connection lasts."""
