@@ -111,6 +111,7 @@ def played(tmp_path_factory):
     return root
 
 
+@pytest.mark.long
 def test_a_cheating_plugin_is_listed_as_a_reference(played):
     table = read_table(played)
     standings = rank(table)

@@ -192,6 +192,7 @@ def away(own, tmp_path, monkeypatch):
     ray_worker._pool(replace(LIMITS, workers=1)).close()
 
 
+@pytest.mark.long
 def test_the_users_own_files_are_there_and_what_comes_back_names_those_here(away, tmp_path):
     ending, order = away(as_planned)
     assert ending.outcome == (None, True, "own-objects")

@@ -48,6 +48,7 @@ def _interrupted(process):
     return process.returncode, rest
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
 def test_view_serves_until_ctrl_c_and_asks_for_a_token_where_others_reach_it(tmp_path, host):
     play_fake_trial(TrialSpec.of("boxes", "random"), tmp_path / "boxes", make_planner("random"))
@@ -62,6 +63,7 @@ def test_view_serves_until_ctrl_c_and_asks_for_a_token_where_others_reach_it(tmp
     assert where.partition("token=")[2] not in rest or host == "127.0.0.1"
 
 
+@pytest.mark.long
 def test_a_camera_is_shown_live_until_ctrl_c(tmp_path):
     save_observation(
         tmp_path / "frames" / "frame_1", synthetic_observation((box(1, 0.62, 0.0, (0.06, 0.06, 0.1)),))
@@ -81,6 +83,7 @@ def test_a_camera_is_shown_live_until_ctrl_c(tmp_path):
     assert "Traceback" not in rest
 
 
+@pytest.mark.long
 def test_human_says_what_is_left_after_ctrl_c(tmp_path):
     with _served("human", "structured-01", "structured-02", "--out", tmp_path) as (process, _):
         code, rest = _interrupted(process)

@@ -70,6 +70,7 @@ def test_tries_are_those_of_the_best_valid_grasp(look):
     assert best_hold(context, 63) == 0
 
 
+@pytest.mark.long
 def test_no_planner_needs_fewer_picks_than_the_shortest_order(look):
     least = shortest(look, 60)
     assert least is not None

@@ -28,6 +28,7 @@ def _silent(text: str) -> None:
     pass
 
 
+@pytest.mark.long
 def test_same_trial_same_log_also_in_another_process_and_with_a_video(tmp_path):
     import av
 
@@ -65,6 +66,7 @@ def test_another_seed_or_sensor_noise_makes_another_log(tmp_path):
     assert len(digests) == 3
 
 
+@pytest.mark.long
 def test_depth_can_come_from_the_two_pictures_of_a_stereo_camera(tmp_path):
     conditions = Conditions(depth="sgbm", settings={"depth.block_px": 7, "simulation.rig.baseline_m": 0.05})
     spec = replace(SPEC, conditions=replace(conditions, max_picks=1))

@@ -29,6 +29,7 @@ def read(text, offered=range(64)):
     return read_first_pick(Reply(text, find_json(text), Finish.COMPLETE, "", Tokens(), 0.0), offered)
 
 
+@pytest.mark.long
 def test_the_parser_reads_the_choice_and_the_plan_ends_with_the_target(trials, tmp_path):
     facts = export_trials(trials, tmp_path / "out", ExportSpec("sft", planners=ALL))
     rows = rows_of(tmp_path / "out")

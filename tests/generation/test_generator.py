@@ -30,6 +30,7 @@ def generated(inspector):
     return generate_problem(SMALL, 3, inspector)
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_problem_bit_for_bit(generated, inspector):
     again = generate_problem(SMALL, 3, inspector)
     assert isinstance(generated, GeneratedProblem)

@@ -75,6 +75,7 @@ def test_a_push_moves_one_object_and_laid_out_again_all_stand_as_before(live):
     assert live.truth(after_s=0.0).dropped == ()
 
 
+@pytest.mark.long
 def test_an_arm_that_presses_on_the_table_feels_it(live, robot, workspace):
     assert live.contact_n == 0.0  # from now on it is felt
     down = make_pose(np.diag([1.0, -1, -1]), [0.55, -0.4, workspace.support_z_m - 0.02])

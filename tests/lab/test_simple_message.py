@@ -12,6 +12,7 @@ import pytest
 from test_supervisor import WIDE, motion, supervised
 
 from tests.helpers.behind_twins import ObedientArm
+from tests.helpers.marks import long
 from torc.lab.checks import limits_of
 from torc.lab.protocols import ArmDriver, LabError, RobotStoppedError
 from torc.lab.simple_message.arm import MotomanArm, MotomanConfig
@@ -110,7 +111,7 @@ def read_all(data):
     feedback_of(frame, order)
 
 
-@pytest.fixture(params=["big", "little"])
+@pytest.fixture(params=["big", *long("little")])
 def twin(request, robot):
     with MotomanTwin(ObedientArm(robot.arm.rest_qpos), robot.arm.max_speed, order=request.param) as there:
         yield there

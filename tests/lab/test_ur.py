@@ -108,6 +108,7 @@ def test_faults_in_mid_motion_stop_the_arm_and_nothing_is_sent_after(arm, twin, 
             watched.resume()
 
 
+@pytest.mark.long
 def test_a_person_resumes_after_a_protective_stop_and_the_program_is_uploaded_again(arm, twin, watched):
     home = twin.arm.qpos.copy()
     timer = threading.Timer(0.4, twin.halt, kwargs={"in_error": 1})

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.helpers.marks import long
 from torc.collision.checks import robot_arrays
 from torc.motion.config import CartesianConfig, MotionConfig
 from torc.motion.executable import without_lines
@@ -41,7 +42,7 @@ def one_by_one(request: PickRequest, planner: SamplingMotionPlanner) -> np.ndarr
     return out
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *long(1, 2)])
 def test_it_says_what_the_planner_finds(planner, request_for, robot, workspace, seed):
     request = request_for(seed)[0]
     found = asked(request, robot, workspace, planner.config)
@@ -49,6 +50,7 @@ def test_it_says_what_the_planner_finds(planner, request_for, robot, workspace, 
     assert not found[request.report.status != GraspStatus.VALID].any()
 
 
+@pytest.mark.long
 def test_with_longer_lines_fewer_can_be_carried_out(request_for, robot, workspace):
     far = MotionConfig(cartesian=CartesianConfig(back_offs_m=(0.2, 0.16), lifts_m=(0.3, 0.25)))
     short = found = valid = 0

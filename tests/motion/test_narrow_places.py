@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.helpers.marks import long
 from tests.helpers.motion_checker import PlanChecker
 from torc.collision.world import CollisionConfig
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
@@ -30,11 +31,13 @@ def plans(robot, shelf, requests_in_shelf):
     }
 
 
+@pytest.mark.long
 def test_lines_find_ways_where_the_search_alone_does_not(plans):
     found = {name: sum(isinstance(p, PickPlan) for p in planned) for name, planned in plans.items()}
     assert found["lines"] >= found["no lines"] + 2
 
 
+@pytest.mark.long
 def test_what_is_planned_with_lines_passes_the_independent_checker(robot, shelf, plans, requests_in_shelf):
     checker, checked = PlanChecker(robot, shelf), 0
     for request, without, plan in zip(requests_in_shelf, plans["no lines"], plans["lines"]):
@@ -44,7 +47,7 @@ def test_what_is_planned_with_lines_passes_the_independent_checker(robot, shelf,
     assert checked >= 2
 
 
-@pytest.mark.parametrize("x", [0.66, 0.68, 0.70])
+@pytest.mark.parametrize("x", [0.66, *long(0.68, 0.70)])
 def test_what_is_close_to_wall_and_roof_leaves_them_first(robot, shelf, request_by_the_wall, x):
     request = request_by_the_wall(x)
     plan = SamplingMotionPlanner(robot, shelf).plan_pick(request, np.random.default_rng(0))
@@ -52,8 +55,8 @@ def test_what_is_close_to_wall_and_roof_leaves_them_first(robot, shelf, request_
     assert PlanChecker(robot, shelf).faults(plan, request) == []
 
 
-@pytest.mark.parametrize("into_wall_m", [0.02, 0.04, 0.06])
-@pytest.mark.parametrize("x", [0.66, 0.70])
+@pytest.mark.parametrize("into_wall_m", [*long(0.02, 0.04), 0.06])
+@pytest.mark.parametrize("x", [0.66, *long(0.70)])
 def test_an_object_smeared_into_a_wall_ends_at_the_wall(robot, shelf, request_by_the_wall, x, into_wall_m):
     true = request_by_the_wall(x)
     request = smeared(true, (0.0, -into_wall_m, 0.0))
@@ -72,6 +75,7 @@ def smeared(request: PickRequest, by_m: tuple[float, float, float]) -> PickReque
     return replace(request, scene=replace(scene, objects=objects))
 
 
+@pytest.mark.long
 def test_free_motions_keep_room_to_shelf_and_table_where_their_ends_do(robot, shelf, requests_in_shelf):
     """Without room most come closer to something fixed than the gripper is at either end, by more than they may graze
     it.

@@ -74,6 +74,7 @@ def _with_a_tail(request):
     return replace(request, scene=replace(request.scene, objects=objects))
 
 
+@pytest.mark.long
 def test_nearly_every_graspable_object_can_be_planned_for(planner, request_for):
     requests = [request for seed in range(6) for request in request_for(seed)]
     plans = [planner.plan_pick(request, np.random.default_rng(0)) for request in requests]

@@ -79,6 +79,7 @@ def test_the_transfer_is_asked_with_the_object_in_the_hand(request_of_a_pick, pl
     np.testing.assert_array_equal(free["start"], request_of_a_pick.qpos_start)
 
 
+@pytest.mark.long
 def test_torcs_own_planner_behind_a_server_plans_sound_picks(planner_of, robot, workspace, sampling):
     checker, planner = PlanChecker(robot, workspace), planner_of(sampling)
     for request in requests():
@@ -159,6 +160,7 @@ def _line(fields, samples=50, seconds=5.0, via=None):
     return {"times": np.linspace(0, seconds, samples), "positions": qpos}
 
 
+@pytest.mark.long
 def test_a_motion_through_an_obstacle_is_no_plan(planner_of, request_of_a_pick, robot):
     arm, world, width = robot.arm, request_of_a_pick.world, robot.gripper.max_width_m
     some = np.random.default_rng(0).uniform(arm.lower, arm.upper, (200, arm.dof))

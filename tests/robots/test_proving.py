@@ -4,6 +4,8 @@ import pytest
 
 from torc.errors import InputError
 from torc.robots.loading import load_robot
+from torc.robots.parsing import compile_mjcf, try_robot
+from torc.robots.proving import sags_rad
 
 M2 = '<position name="m2" joint="a2" kp="3000" dampratio="1"/>'
 GRIP = (
@@ -88,3 +90,12 @@ def test_other_formats_are_told_apart(write_other_robot, text, words):
     path.with_name("other.xml").write_text(text)
     with pytest.raises(InputError, match=words):
         load_robot(path)
+
+
+def test_servos_that_are_too_weak_give_way(write_other_robot):
+    path = write_other_robot(M2, M2.replace("3000", "30"), mjcf=True)
+    robot, faults = try_robot(path)
+    assert not any(faults.values())
+    sags = sags_rad(robot, compile_mjcf(robot.mjcf_path))
+    assert sags.shape == (6,)
+    assert sags[1] > 0.05

@@ -32,6 +32,7 @@ def lines(directory):
     return [(directory / name).read_text().splitlines() for name in ("trials.csv", "picks.csv")]
 
 
+@pytest.mark.long
 def test_parts_that_are_put_together_are_the_whole(tmp_path):
     whole, some, more = (
         part(tmp_path / name, seeds) for name, seeds in (("a", {0, 1, 2}), ("b", {0}), ("c", {1, 2}))
@@ -58,6 +59,7 @@ def test_trials_that_are_there_already_are_refused(tmp_path):
     assert lines(some) == before
 
 
+@pytest.mark.long
 def test_a_page_gets_the_rows_of_its_columns_and_pairs():
     table = read_table(PUBLISHED)
     page = "Text.\n\n| planner | scenes | trials | drops |\n|---|---|---|---|\n| old | all | 1 | 9 |\n\n"

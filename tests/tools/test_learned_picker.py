@@ -64,6 +64,7 @@ def test_what_cannot_be_trained_on_is_refused(tmp_path, rng):
         Collect("validation", tmp_path, planner="oracle").run()
 
 
+@pytest.mark.long
 def test_each_choice_is_followed_to_its_end():
     system = build_system(Conditions())
     with open_sandbox(

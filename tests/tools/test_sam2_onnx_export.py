@@ -24,6 +24,7 @@ def written(tmp_path_factory):
     return weights, out
 
 
+@pytest.mark.long
 def test_the_files_can_be_read_and_speak_as_the_weights_do(written, rng):
     from torc.perception.sam import sam2
     from torc.perception.sam.network import SAM2, Runtime, load_network

@@ -107,23 +107,17 @@ def _checks() -> Iterator[Check]:
 
 
 def _rendering() -> Check:
-    """Whether a context for pictures can be made as `torc run` makes it."""
-    from torc.errors import TorcError
-    from torc.sim.gl import gl_backend, make_context
+    """Whether a picture can be drawn as `torc run` draws it: a library that can be loaded may still not draw."""
+    from torc.sim.drawing_trial import try_drawing
 
+    backend, fault = try_drawing()
     missing = "apt-get install libegl1 libopengl0 libgl1-mesa-dri   (or libosmesa6 alone)"
     remedy = f"Unset {given}; or: {missing}" if (given := _set_for_gl()) else missing
-    try:
-        backend = gl_backend()
-        if backend == "rays":
-            return Check("rendering", False, "no OpenGL: slower, plainer pictures, by casting rays", remedy)
-        context = make_context(backend, 64, 64)
-        context.make_current()
-        context.free()
-    except Exception as error:  # whatever a GL library does
-        text = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
-        return Check("rendering", False, text, remedy, required=True)
-    return Check("rendering", True, f"OpenGL through {backend}")
+    if fault:
+        return Check("rendering", False, f"no picture can be drawn: {fault}", remedy, required=True)
+    if backend == "rays":
+        return Check("rendering", False, "no OpenGL: slower, plainer pictures, by casting rays", remedy)
+    return Check("rendering", True, f"OpenGL through {backend}; a picture was drawn")
 
 
 def _set_for_gl() -> str:

@@ -24,6 +24,7 @@ from torc.cli.printing import tell
 from torc.cli.problems import PROBLEMS
 from torc.cli.report import ReportCommand
 from torc.cli.retrieve import RetrieveCommand
+from torc.cli.robots import ROBOTS
 from torc.cli.run import RunCommand
 from torc.cli.serve import ServeCommand
 from torc.cli.settings import SettingsCommand
@@ -50,6 +51,7 @@ TORC = Group(
         "camera": ("real cameras: list, show, record what they see", CAMERA),
         "problems": ("problems to play: list, make, check, solve them", PROBLEMS),
         "objects": ("what can lie on the table; import adds your meshes", OBJECTS),
+        "robots": ("robots: list them, try one of your own", ROBOTS),
         "serve": ("torc's own parts as a server, in place of neural networks", ServeCommand),
         "settings": ("what can be set in each stage", SettingsCommand),
         "doctor": ("what is missing on this machine, and how to get it", DoctorCommand),

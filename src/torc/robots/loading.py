@@ -15,13 +15,20 @@ def load_robot(name_or_path: str | Path = DEFAULT_ROBOT) -> RobotDescription:
     """A shipped robot by name, or any robot by the path of its YAML (which names its MJCF). Raises UnknownNameError for
     neither, and InputError where the files contradict the format, or each other.
     """
+    if (path := robot_file(name_or_path)) == Path(name_or_path):
+        return parse_robot(path)
+    return deepcopy(_shipped(path))  # its arrays can be written to
+
+
+def robot_file(name_or_path: str | Path) -> Path:
+    """The YAML of a shipped robot, or the path that was given. Raises UnknownNameError for neither."""
     path = Path(name_or_path)
     if path.suffix in {".yaml", ".yml"} and path.is_file():
-        return parse_robot(path)
+        return path
     if str(name_or_path) not in robot_names():
         own = f", or a YAML file of your own; compare {EXAMPLE}"
         raise UnknownNameError("robot (nor a YAML file)", str(name_or_path), list(robot_names()), own)
-    return deepcopy(_shipped(path.name))  # its arrays can be written to
+    return DATA / path.name / f"{path.name}.yaml"
 
 
 def own_source(name_or_path: str) -> str:
@@ -31,6 +38,6 @@ def own_source(name_or_path: str) -> str:
 
 
 @cache
-def _shipped(name: str) -> RobotDescription:
+def _shipped(path: Path) -> RobotDescription:
     """A shipped robot, parsed once per process."""
-    return parse_robot(DATA / name / f"{name}.yaml")
+    return parse_robot(path)

@@ -19,7 +19,6 @@ from torc.fingerprints import fingerprint
 from torc.geometry.transforms import invert
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.gripper_parsing import parse_gripper
-from torc.robots.kinematics import sphere_centers
 from torc.robots.model import Model
 from torc.robots.proving import refuse_urdf, robot_faults
 from torc.robots.schema import ArmEntry, RobotFile, read_robot_file
@@ -52,9 +51,20 @@ _WHERE = ("paths", "npaths", "nbuffer")
 
 def parse_robot(path: Path) -> RobotDescription:
     """Read a robot file. Raises InputError naming the file and what is wrong with it."""
+    robot, faults = try_robot(path)
+    if listed := "".join(f"\n- {fault}." for of_part in faults.values() for fault in of_part):
+        raise InputError(f"The robot of {path} cannot pick:{listed}")
+    return robot
+
+
+def try_robot(path: Path) -> tuple[RobotDescription, dict[str, list[str]]]:
+    """Read a robot file and try the robot: what would keep it from picking, for each part; empty lists for a good one.
+
+    Raises InputError where the files cannot be read, or contradict the format or each other.
+    """
     entry = read_robot_file(path)
     mjcf_path = (path.parent / entry.mjcf).resolve()
-    compiled = _compile(mjcf_path)
+    compiled = compile_mjcf(mjcf_path)
     source = _source(entry, compiled)  # before it is posed for what is read from it
     model, m = Model(path, compiled), compiled
     for name in entry.arm.actuators:
@@ -84,14 +94,11 @@ def parse_robot(path: Path) -> RobotDescription:
         root_body_names=tuple(m.body(b).name for b in range(1, m.nbody) if m.body_parentid[b] == 0),
         source=source,
     )
-    if faults := robot_faults(robot, m):
-        listed = "".join(f"\n- {fault}." for fault in faults)
-        raise InputError(f"The robot of {path} cannot pick:{listed}")
-    _check_rest(robot, path)
-    return robot
+    return robot, robot_faults(robot, m)
 
 
-def _compile(mjcf_path: Path) -> Any:
+def compile_mjcf(mjcf_path: Path) -> Any:
+    """The compiled model. Raises InputError for a file that is missing, a URDF, or what MuJoCo does not accept."""
     if not mjcf_path.is_file():
         raise InputError(f"There is no MJCF file {mjcf_path}; the robot file's `mjcf` is relative to itself.")
     refuse_urdf(mjcf_path)
@@ -209,30 +216,3 @@ def _take(digest: Any, name: str, value: Any) -> None:
         for inner in sorted(vars(type(value))):
             if not inner.startswith("_") and inner not in _WHERE and not inner.endswith("_pathadr"):
                 _take(digest, f"{name}.{inner}", getattr(value, inner))
-
-
-def _check_rest(robot: RobotDescription, path: Path) -> None:
-    """Raises InputError if parts that are checked against each other touch at rest, the gripper open."""
-    width_m = np.array([robot.gripper.max_width_m])
-    centers = sphere_centers(robot, robot.arm.rest_qpos[None], width_m)[0]
-    spheres = np.column_stack([centers, robot.spheres.radii])
-    names = (*robot.arm.joint_names, "gripper", "finger -x", "finger +x")
-    of_link = [spheres[robot.spheres.link == i] for i in range(len(names))]
-    for i in robot.static_links:
-        if _touch(of_link[i], robot.static_spheres):
-            raise InputError(
-                f"{path}: at rest_qpos_rad what '{names[i]}' moves touches the robot's fixed parts. If it "
-                "always does, name its body in self_collision.never_with_static."
-            )
-    for i, j in robot.self_pairs.tolist():
-        if _touch(of_link[i], of_link[j]):
-            raise InputError(
-                f"{path}: at rest_qpos_rad what '{names[i]}' and '{names[j]}' move touch each "
-                "other. If they always do, give self_collision.pairs without the two."
-            )
-
-
-def _touch(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether any sphere (x, y, z, radius) of one overlaps one of the other."""
-    distance = np.linalg.norm(a[:, None, :3] - b[None, :, :3], axis=2)
-    return bool((distance < a[:, None, 3] + b[None, :, 3]).any())

@@ -11,9 +11,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from jaxtyping import Float
 
 from torc.errors import InputError
 from torc.robots.description import RobotDescription
+from torc.robots.kinematics import sphere_centers
 
 _TIMESTEP_S, _STEPS_S, _SETTLES_S = 0.002, 0.5, 3.0
 _LEAST_RAD, _STEP_RAD = 0.02, 0.01
@@ -48,14 +50,26 @@ def refuse_urdf(mjcf_path: Path) -> None:
     raise InputError(f"{mjcf_path} is a URDF, not an MJCF. {_CONVERT}")
 
 
-def robot_faults(robot: RobotDescription, model: Any) -> list[str]:
-    """Everything that would keep a robot from picking; empty for a good one. The model is left as it is."""
-    return [
-        *_world_faults(model),
-        *_arm_faults(robot, model),
-        *_gripper_faults(robot, model),
-        *_tip_faults(robot),
-    ]
+def robot_faults(robot: RobotDescription, model: Any) -> dict[str, list[str]]:
+    """Everything that would keep a robot from picking, for each part. The model is left as it is."""
+    world = _world_faults(model)
+    return {
+        "surroundings": world,
+        "arm": _arm_faults(robot, model),
+        "gripper": _gripper_faults(robot, model),
+        "fingertips": _tip_faults(robot),
+        # A floor of its own would be in everything's way.
+        "rest": [] if world else _rest_faults(robot),
+    }
+
+
+def sags_rad(robot: RobotDescription, model: Any) -> Float[np.ndarray, "n"]:
+    """How far each joint of the arm gives way under the arm's weight, from rest, in half a second."""
+    data = _posed(robot, model)
+    data.ctrl[[model.actuator(name).id for name in robot.arm_actuator_names]] = robot.arm.rest_qpos
+    _run(model, data, _STEPS_S, gravity=True)
+    qpos = data.qpos[model.jnt_qposadr[[model.joint(name).id for name in robot.arm.joint_names]]]
+    return np.abs(qpos - robot.arm.rest_qpos)
 
 
 def _world_faults(m: Any) -> list[str]:
@@ -169,6 +183,34 @@ def _tip_faults(robot: RobotDescription) -> list[str]:
     ]
 
 
+def _rest_faults(robot: RobotDescription) -> list[str]:
+    """The first parts that are checked against each other and touch at rest, the gripper open."""
+    width_m = np.array([robot.gripper.max_width_m])
+    centers = sphere_centers(robot, robot.arm.rest_qpos[None], width_m)[0]
+    spheres = np.column_stack([centers, robot.spheres.radii])
+    names = (*robot.arm.joint_names, "gripper", "finger -x", "finger +x")
+    of_link = [spheres[robot.spheres.link == i] for i in range(len(names))]
+    for i in robot.static_links:
+        if _touch(of_link[i], robot.static_spheres):
+            return [
+                f"at rest_qpos_rad what '{names[i]}' moves touches the robot's fixed parts. If it always does, name "
+                "its body in self_collision.never_with_static"
+            ]
+    for i, j in robot.self_pairs.tolist():
+        if _touch(of_link[i], of_link[j]):
+            return [
+                f"at rest_qpos_rad what '{names[i]}' and '{names[j]}' move touch each other. If they always do, give "
+                "self_collision.pairs without the two"
+            ]
+    return []
+
+
+def _touch(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether any sphere (x, y, z, radius) of one overlaps one of the other."""
+    distance = np.linalg.norm(a[:, None, :3] - b[None, :, :3], axis=2)
+    return bool((distance < a[:, None, 3] + b[None, :, 3]).any())
+
+
 def _posed(robot: RobotDescription, m: Any) -> Any:
     """The model's state with the arm at rest and the gripper open."""
     data = mujoco.MjData(m)
@@ -180,11 +222,13 @@ def _posed(robot: RobotDescription, m: Any) -> Any:
     return data
 
 
-def _run(m: Any, data: Any, most_s: float) -> None:
-    """Steps without gravity and contacts until nothing moves, or the time is over."""
+def _run(m: Any, data: Any, most_s: float, gravity: bool = False) -> None:
+    """Steps without contacts until nothing moves, or the time is over."""
     names = ("disableflags", "integrator", "timestep")
     before = [getattr(m.opt, name) for name in names]
-    m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY | mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    if not gravity:
+        m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     # As the simulated world has them, whatever the robot's file says.
     m.opt.integrator, m.opt.timestep = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST), _TIMESTEP_S
     try:

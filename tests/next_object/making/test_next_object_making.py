@@ -77,6 +77,7 @@ def test_a_look_with_new_numbers_tells_the_same(looks):
     assert len(grasp_facts(context)) == len(grasp_facts(shown))
 
 
+@pytest.mark.long
 def test_a_decision_after_which_no_order_was_found_is_left_out(monkeypatch):
     unknown = Valued({}, {1: (), 2: ()}, (), 1, False)
     monkeypatch.setattr(rows_module, "value_choices", lambda *_: unknown)

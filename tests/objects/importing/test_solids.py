@@ -85,6 +85,7 @@ def test_a_box_is_itself() -> None:
     np.testing.assert_array_equal(hull[np.lexsort(hull.T)], corners[np.lexsort(corners.T)])
 
 
+@pytest.mark.long
 def test_a_mug_stays_hollow() -> None:
     mug = revolved(MUG, 12)
     hulls = convex_pieces(mug, 0.1, 12)

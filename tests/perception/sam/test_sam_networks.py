@@ -15,6 +15,7 @@ from torc.perception.sam.sam3 import segment_concepts
 WHAT = "the red box"
 
 
+@pytest.mark.long
 def test_boxes_and_scores_of_one_phrase_are_those_of_the_processors_post_processing(dino, rgb, torch):
     found = ground(rgb, [WHAT], dino)
     given = dino.processor(images=rgb, text=f"{WHAT}.", return_tensors="pt")

@@ -22,6 +22,7 @@ def make(request):
     return request.getfixturevalue(request.param)
 
 
+@pytest.mark.long
 def test_they_keep_the_rules_of_perceptions(make):
     check_perception(make)
 

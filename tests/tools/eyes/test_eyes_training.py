@@ -45,6 +45,7 @@ def test_the_network_keeps_the_size():
     assert out.shape == (1, OUTPUTS, 64, 96)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # the exporter that needs nothing but torch
 def test_a_descriptors_training_goes_on_and_its_file_is_the_network(tmp_path, rng):
     for scene in range(2):

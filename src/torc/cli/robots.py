@@ -1,0 +1,167 @@
+"""`torc robots`: which robots there are, and whether one of your own can work."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from torc.cli.commands import Group
+from torc.cli.object_sheet import check_picture_name
+from torc.cli.printing import print_json, printable
+
+_LITTLE = 0.2
+"""Share of the table below which an arm's reach is doubtful."""
+_SAGS_RAD = 0.05
+_ACROSS = 5
+_ABOVE_TABLE_M = 0.05
+
+
+@dataclass(frozen=True)
+class ListCommand:
+    """List the robots that come with torc."""
+
+    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+
+    def run(self) -> int:
+        """Print a line per robot."""
+        from torc.robots.loading import load_robot
+        from torc.robots.names import DEFAULT_ROBOT, robot_names
+
+        robots = {name: load_robot(name) for name in robot_names()}
+        rows = [
+            {"name": name, "joints": robot.arm.dof, "opens_mm": round(1000 * robot.gripper.max_width_m)}
+            for name, robot in robots.items()
+        ]
+        if self.json:
+            print_json(rows)
+            return 0
+        for row in rows:
+            default = "   the default" if row["name"] == DEFAULT_ROBOT else ""
+            print(f"{row['name']:<14}{row['joints']} joints, opens {row['opens_mm']} mm{default}")
+        return 0
+
+
+@dataclass(frozen=True)
+class CheckCommand:
+    """Try a robot: does each motor move its own joint, does the gripper close, what of the table is within reach?
+
+    Exit code 0 if it can work, 1 if not, 2 if its files cannot be read.
+
+    Examples:
+      torc robots check my_robot.yaml --picture my_robot.png
+      torc robots check ur5e_2f85 --workspace my_table.yaml
+    """
+
+    robot: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="FILE")]
+    """A robot file, or the name of a robot that comes with torc."""
+    workspace: str = "paper"
+    """Workspace with the table: a name, or a workspace file."""
+    picture: Annotated[Path | None, tyro.conf.arg(metavar="PNG")] = None
+    """Also draw the robot at rest beside the table."""
+    json: Annotated[bool, tyro.conf.arg(help="Print the findings as JSON.")] = False
+
+    def run(self) -> int:
+        """Print the findings; returns the exit code."""
+        if self.picture is not None:
+            check_picture_name(self.picture, ".png")
+        from torc.records.files import write_png
+        from torc.robots.loading import robot_file
+        from torc.robots.parsing import compile_mjcf, try_robot
+        from torc.sim.robot_portraits import robot_portrait
+        from torc.workspace.files import load_workspace
+
+        workspace = load_workspace(self.workspace)
+        robot, faults = try_robot(robot_file(self.robot))
+        findings = [*_parts(robot, faults), _base(robot), _reach(robot, workspace)]
+        if not faults["arm"]:
+            findings.append(_servos(robot, compile_mjcf(robot.mjcf_path)))
+        if self.json:
+            print_json({"name": robot.name, "checks": [asdict(finding) for finding in findings]})
+        else:
+            for finding in findings:
+                print(printable(finding.line()))
+        if self.picture is not None:
+            write_png(self.picture, robot_portrait(robot, workspace))
+        return 0 if all(finding.mark != "FAIL" for finding in findings) else 1
+
+
+@dataclass(frozen=True)
+class _Finding:
+    """One line of the check: ok, note (it may be meant) or FAIL."""
+
+    mark: str
+    name: str
+    detail: str
+
+    def line(self) -> str:
+        """The finding for people."""
+        return f"{self.mark:<4}  {self.name:<12}  {self.detail}"
+
+
+def _parts(robot: Any, faults: Mapping[str, list[str]]) -> list[_Finding]:
+    """What is tried when the robot is loaded."""
+    gripper, length_m = robot.gripper, float(robot.gripper.T_tool0_tcp(0.0)[2, 3])
+    good = {
+        "surroundings": "no floor, table or free body of its own",
+        "arm": f"{robot.arm.dof} joints, each moved by its own actuator",
+        "gripper": f"opens to {1000 * gripper.max_width_m:.0f} mm, closes at the upper end of its ctrlrange",
+        "fingertips": f"{1000 * length_m:.0f} mm ahead of the flange, pointing outward",
+        "rest": "no part touches another",
+    }
+    return [
+        _Finding("FAIL", name, fault) if fault else _Finding("ok", name, good[name])
+        for name, found in faults.items()
+        for fault in found or [""]
+    ]
+
+
+def _base(robot: Any) -> _Finding:
+    x, y, z = robot.arm.T_world_base[:3, 3]
+    return _Finding("ok", "base", f"at ({x:.2f}, {y:.2f}, {z:.2f}) m in the world, z = 0 on the floor")
+
+
+def _reach(robot: Any, workspace: Any) -> _Finding:
+    import numpy as np
+
+    from torc.robots.reach import approaches_that_reach
+
+    points = _over_table(workspace)
+    share = float(np.mean(approaches_that_reach(robot, points) > 0))
+    text = f"{share:.0%} of the table, {100 * _ABOVE_TABLE_M:.0f} cm above it"
+    if share >= _LITTLE:
+        return _Finding("ok", "reach", text)
+    low, high = points.min(axis=0), points.max(axis=0)
+    where = f"x {low[0]:.2f} to {high[0]:.2f}, y {low[1]:.2f} to {high[1]:.2f}, z {low[2]:.2f} m"
+    doubt = "Is the base where you think it is? The MJCF places it, in torc's world"
+    return _Finding("FAIL" if share == 0 else "note", "reach", f"{text} ({where}). {doubt}")
+
+
+def _servos(robot: Any, model: Any) -> _Finding:
+    from torc.robots.proving import sags_rad
+
+    sags = zip(robot.arm.joint_names, sags_rad(robot, model))
+    weak = ", ".join(f"'{name}' by {sag:.2f} rad" for name, sag in sags if sag > _SAGS_RAD)
+    if not weak:
+        return _Finding("ok", "servos", "hold the arm at rest")
+    return _Finding("note", "servos", f"give way under its weight: {weak}. Raise kp, or set gravcomp to 1")
+
+
+def _over_table(workspace: Any) -> Any:
+    """Points (n, 3) spread over the watched part of the table."""
+    import numpy as np
+
+    low, high = workspace.grid.origin, workspace.grid.upper
+    steps = (np.arange(_ACROSS) + 0.5) / _ACROSS
+    x, y = np.meshgrid(*(low[i] + steps * (high[i] - low[i]) for i in (0, 1)), indexing="ij")
+    return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, workspace.support_z_m + _ABOVE_TABLE_M)])
+
+
+ROBOTS = Group(
+    "The robots that come with torc, and your own.",
+    {
+        "list": ("the robots that come with torc", ListCommand),
+        "check": ("whether a robot of your own can work", CheckCommand),
+    },
+)

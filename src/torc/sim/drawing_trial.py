@@ -1,0 +1,40 @@
+"""One picture of one object, drawn as a trial draws: `python -m torc.sim.drawing_trial` prints how, or fails as a trial
+would. A process of its own, since a GL library that fails can take the process with it.
+"""
+
+import subprocess
+import sys
+
+_LIMIT_S = 120
+
+
+def try_drawing() -> tuple[str, str]:
+    """The backend with which a picture could be drawn, and ""; or "" and why none could."""
+    command = [sys.executable, "-P", "-m", "torc.sim.drawing_trial"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=_LIMIT_S)
+    except subprocess.TimeoutExpired:
+        return "", f"no picture within {_LIMIT_S} s"
+    if done.returncode == 0:
+        return done.stdout.split()[-1], ""  # libraries may print, too
+    said = done.stderr.strip().splitlines()
+    return "", said[-1] if said else f"the process ended with {done.returncode}"
+
+
+def _draw() -> str:
+    """The backend that was used. Raises RuntimeError if the object is not in its picture."""
+    import numpy as np
+
+    from torc.objects.library import load_object
+    from torc.sim.gl import gl_backend
+    from torc.sim.portraits import turn_table
+
+    (picture,) = turn_table(load_object("mug_red"), sides=1)
+    shown = picture[picture[..., 3] > 0, :3]
+    if len(shown) == 0 or np.ptp(shown) < 10:
+        raise RuntimeError("the picture is empty")
+    return gl_backend()
+
+
+if __name__ == "__main__":
+    print(_draw())
