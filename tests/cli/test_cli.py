@@ -10,6 +10,7 @@ import pytest
 from torc_command import run_torc
 
 import torc
+from tests.helpers.marks import long
 from torc.cli.commands import Group
 from torc.cli.doctor import DoctorCommand
 from torc.cli.main import TORC
@@ -125,7 +126,7 @@ def test_a_reader_that_went_away_is_no_fault(words):
     assert (ended.returncode, ended.stderr) == (141, b"")
 
 
-@pytest.mark.parametrize("name", ["cgl", "nonsense"])
+@pytest.mark.parametrize("name", ["cgl", *long("nonsense")])
 def test_a_gl_library_that_mujoco_does_not_know_is_told(name):
     environment = {**os.environ, "MUJOCO_GL": name}
     for arguments, code in ((["doctor"], 1), (["run", "structured-01"], 2)):

@@ -70,8 +70,10 @@ def test_a_trajectory_goes_to_its_end_after_cancelling_was_proven(arm, twin, rob
     assert len([h for h in twin.heard if "advertise" not in h["op"]]) == 4
 
 
-def test_an_arm_that_cannot_be_stopped_is_not_moved(arm, twin, robot):
+def test_an_arm_that_cannot_be_stopped_is_not_moved(arm, twin, robot, monkeypatch):
     twin.cancels = False
+    monkeypatch.setattr("torc.lab.ros.arm._PROOF_S", 1.0)
+    monkeypatch.setattr("torc.lab.ros.arm._CANCELLED_WITHIN_S", 0.2)
     with pytest.raises(
         LabError, match={1: "controller running", 2: "send_action_goals_in_new_thread"}[twin.ros]
     ):
@@ -141,7 +143,7 @@ def test_settings_that_make_no_sense(twin):
         with pytest.raises(InputError):
             config(twin, **changed)
     with pytest.raises(LabError, match="does not tell its state"):
-        RosArm(config(twin, joint_names=("wrong",)))
+        RosArm(config(twin, joint_names=("wrong",), timeout_s=0.5))
     with pytest.raises(LabError, match="cannot be reached"):
         RosArm(config(twin, url="ws://127.0.0.1:9"))
 

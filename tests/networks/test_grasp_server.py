@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.helpers.marks import long
 from torc.errors import InputError
 from torc.grasping.network.contact_graspnet import ContactGraspNetConfig, ContactGraspNetPlanner
 from torc.grasping.network.graspgenx import GraspGenXConfig, GraspGenXPlanner
@@ -20,7 +21,7 @@ def _plan(planner, view, seed=0):
 
 
 @pytest.mark.parametrize("case", CASES[:3] + CASES[5:], ids=lambda case: case.name)
-@pytest.mark.parametrize("stage", [GraspGenXPlanner, ContactGraspNetPlanner])
+@pytest.mark.parametrize("stage", [GraspGenXPlanner, *long(ContactGraspNetPlanner)])
 def test_it_conforms_with_torcs_own_planner_behind_the_server(stage, case, gripper, workspace, server_of):
     server = server_of(**grasp_handlers(gripper, workspace))
     config = GraspGenXConfig if stage is GraspGenXPlanner else ContactGraspNetConfig

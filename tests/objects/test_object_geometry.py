@@ -19,7 +19,7 @@ NAMES = builtin_object_names()
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES[::4], *long(*(name for i, name in enumerate(NAMES) if i % 4))])
 def test_matter_begins_where_the_surface_is_seen(name: str) -> None:
     """Just below the visible surface the contact pieces begin; what lies deeper in them is not in the cloud."""
     model = load_object(name)

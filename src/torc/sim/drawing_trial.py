@@ -5,6 +5,8 @@ would. A process of its own, since a GL library that fails can take the process 
 import subprocess
 import sys
 
+from torc.errors import TorcError
+
 _LIMIT_S = 120
 
 
@@ -37,4 +39,7 @@ def _draw() -> str:
 
 
 if __name__ == "__main__":
-    print(_draw())
+    try:
+        print(_draw())
+    except TorcError as error:
+        sys.exit(str(error))
