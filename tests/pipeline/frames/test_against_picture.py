@@ -10,7 +10,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import invert, rotation_from_wxyz, wxyz_from_rotation
 from torc.pipeline.frames import load_frame
 from torc.pipeline.frames.against_picture import doubts
-from torc.pipeline.frames.checks import check_intrinsics
+from torc.pipeline.frames.checks import check_intrinsics, intrinsics_doubts
 
 SEEN = observe()
 T = SEEN.T_world_camera
@@ -90,6 +90,33 @@ def test_intrinsics_of_another_picture_are_refused(cx, cy, text):
     K = np.array([[600.0, 0, cx], [0, 600.0, cy], [0, 0, 1]])
     with pytest.raises(InputError, match=text):
         check_intrinsics("it", K, (480, 640))
+
+
+@pytest.mark.parametrize(
+    ("cx", "cy", "shape", "size"),
+    [
+        (423.5, 239.5, (480, 640), "848x480"),
+        (425.1, 241.0, (480, 640), "848x480"),
+        (319.5, 239.5, (512, 512), "640x480"),
+        (319.5, 179.5, (480, 640), "640x360"),
+    ],
+)
+def test_intrinsics_that_fit_another_size_better_are_doubted(cx, cy, shape, size):
+    K = np.array([[600.0, 0, cx], [0, 600.0, cy], [0, 0, 1]])
+    check_intrinsics("it", K, shape)
+    (message,) = intrinsics_doubts(K, shape)
+    assert f"pictures of {size} pixels" in message
+
+
+@pytest.mark.parametrize(("cx", "cy"), [(298.4, 247.5), (319.5, 239.5), (340.0, 210.0), (410.0, 239.5)])
+def test_intrinsics_of_real_cameras_and_cuts_are_not_doubted(cx, cy):
+    assert intrinsics_doubts(np.array([[600.0, 0, cx], [0, 600.0, cy], [0, 0, 1]]), (480, 640)) == ()
+
+
+def test_a_frame_says_so_of_its_intrinsics(tmp_path):
+    K = SEEN.K.copy()
+    K[0, 2] = 211.5
+    assert any("424x240" in text for text in load_frame(npz(tmp_path, K=K)).warnings)
 
 
 @pytest.mark.parametrize(("cx", "cy"), [(298.4, 247.5), (319.5, 239.5), (340.0, 210.0)])

@@ -11,7 +11,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import unproject
 from torc.perception.segmentation import PerceptionConfig
 from torc.pipeline.frames.against_picture import direction_of, doubts
-from torc.pipeline.frames.checks import check_intrinsics, check_pose, clean_depth
+from torc.pipeline.frames.checks import check_intrinsics, check_pose, clean_depth, intrinsics_doubts
 from torc.pipeline.frames.forms import read_frame
 from torc.pipeline.frames.level import level_pose
 from torc.pipeline.frames.stored import HIDDEN, Frame, StoredFrame
@@ -52,7 +52,11 @@ def load_frame(path: str | Path) -> Frame:
         labels=MappingProxyType({i: label for label, i in ids.items()}),
         names=MappingProxyType({ids[k]: name for k, name in given.names.items() if k in ids}),
         support_estimated=given.support_z_m is None,
-        warnings=(*notes, *doubts(observation, given.support_z_m)),
+        warnings=(
+            *notes,
+            *intrinsics_doubts(observation.K, observation.depth_m.shape),
+            *doubts(observation, given.support_z_m),
+        ),
     )
 
 
