@@ -1,4 +1,4 @@
-"""What was given with a picture, held against the picture: the camera's pose, the support, the unit of depth."""
+"""What was given with a picture, held against the picture: the camera's pose, the support, the depth."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from torc.errors import InputError
 from torc.geometry.transforms import Pose, invert, rotation_from_wxyz, wxyz_from_rotation
+from torc.pipeline.frames.along_rays import along_rays_doubt
 from torc.pipeline.frames.level import level_pose
 from torc.pipeline.frames.support_plane import level_heights, level_share
 from torc.records import Observation
@@ -76,7 +77,9 @@ def direction_of(where: str, key: str, pose: Pose, observation: Observation) -> 
 
 
 def doubts(observation: Observation, support_z_m: float | None) -> tuple[str, ...]:
-    """What the picture says against the given pose, support height or unit of depth. Without a pose there is none."""
+    """What the picture says against its kind of depth, and against the given pose, support height or unit of depth."""
+    if text := along_rays_doubt(observation.depth_m, observation.K):
+        return (text,)
     if observation.pose_estimated:
         return ()
     plane = support_in_picture(observation)
