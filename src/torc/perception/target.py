@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Float32, Int16, UInt8
 from PIL import Image
 
 from torc.errors import InputError
+from torc.files.pictures import eight_bit_picture
 from torc.perception.grab_cut import grab_cut
 from torc.records import KnownObject
 
@@ -182,7 +183,8 @@ def load_pictures(paths: Sequence[Path]) -> tuple[UInt8[np.ndarray, "h w c"], ..
     pictures = []
     for path in paths:
         try:
-            with Image.open(path) as image:
+            with Image.open(path) as opened:
+                image = eight_bit_picture(opened)
                 if max(image.size) > _MAX_SIDE_PX:
                     image.thumbnail((_MAX_SIDE_PX, _MAX_SIDE_PX))
                 picture = np.array(image.convert("RGBA" if image.has_transparency_data else "RGB"))

@@ -10,7 +10,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import invert, rotation_from_wxyz, wxyz_from_rotation
 from torc.pipeline.frames import load_frame
 from torc.pipeline.frames.against_picture import doubts
-from torc.pipeline.frames.checks import check_intrinsics
+from torc.pipeline.frames.checks import check_intrinsics, intrinsics_doubts
 
 SEEN = observe()
 T = SEEN.T_world_camera
@@ -41,15 +41,40 @@ def test_a_good_frame_is_not_doubted(tmp_path):
     assert load_frame(npz(tmp_path)).warnings == ()
 
 
-@pytest.mark.parametrize("factor", [0.25, 0.1])
+@pytest.mark.parametrize("factor", [0.25, 0.1, 10])
 def test_a_wrong_unit_shows_in_the_cameras_height(factor):
     (message,) = doubts(replace(SEEN, depth_m=SEEN.depth_m * np.float32(factor)), 1.05)
-    assert f"larger by a factor of {1 / factor:g}" in message
+    assert f"{'larger' if factor < 1 else 'smaller'} by a factor of {max(factor, 1 / factor):g}" in message
 
 
 def test_a_wrong_height_is_doubted():
     (message,) = doubts(SEEN, 0.9)
-    assert "No level surface lies at support_z_m = 0.900" in message
+    assert "at z = 1.050 m, not at support_z_m = 0.900" in message
+
+
+def test_a_table_whose_height_was_left_out_comes_before_the_unit():
+    """The camera is .33 m above the table, 1.38 m above 0: a factor of 4."""
+    (message,) = doubts(SEEN, 0.0)
+    assert message.index("height of the table left out") < message.index("unit is wrong")
+
+
+def test_a_unit_that_no_camera_could_see_from_comes_before_the_height():
+    """Depth a tenth of what it is: a camera 3 cm above the table."""
+    (message,) = doubts(replace(SEEN, depth_m=SEEN.depth_m * np.float32(0.1)), 1.05)
+    assert message.index("unit is probably wrong") < message.index("check support_z_m")
+
+
+def test_a_floor_at_the_given_height_does_not_hide_the_table_above_it():
+    """A third of the picture shows the floor at z = 0, where the support is said to be."""
+    depth = SEEN.depth_m.copy()
+    rows, cols = np.mgrid[: depth.shape[0], : depth.shape[1]]
+    rays = np.stack(
+        [(cols - SEEN.K[0, 2]) / SEEN.K[0, 0], (rows - SEEN.K[1, 2]) / SEEN.K[1, 1], 0 * rows + 1]
+    )
+    to_floor = -T[2, 3] / np.tensordot(T[2, :3], rays, 1)
+    depth[:, :100] = to_floor[:, :100]
+    assert "height of the table" in doubts(replace(SEEN, depth_m=depth.astype(np.float32)), 0.0)[0]
+    assert doubts(replace(SEEN, depth_m=depth.astype(np.float32)), 1.05) == ()
 
 
 @pytest.mark.parametrize(
@@ -65,6 +90,33 @@ def test_intrinsics_of_another_picture_are_refused(cx, cy, text):
     K = np.array([[600.0, 0, cx], [0, 600.0, cy], [0, 0, 1]])
     with pytest.raises(InputError, match=text):
         check_intrinsics("it", K, (480, 640))
+
+
+@pytest.mark.parametrize(
+    ("cx", "cy", "shape", "size"),
+    [
+        (423.5, 239.5, (480, 640), "848x480"),
+        (425.1, 241.0, (480, 640), "848x480"),
+        (319.5, 239.5, (512, 512), "640x480"),
+        (319.5, 179.5, (480, 640), "640x360"),
+    ],
+)
+def test_intrinsics_that_fit_another_size_better_are_doubted(cx, cy, shape, size):
+    K = np.array([[600.0, 0, cx], [0, 600.0, cy], [0, 0, 1]])
+    check_intrinsics("it", K, shape)
+    (message,) = intrinsics_doubts(K, shape)
+    assert f"pictures of {size} pixels" in message
+
+
+@pytest.mark.parametrize(("cx", "cy"), [(298.4, 247.5), (319.5, 239.5), (340.0, 210.0), (410.0, 239.5)])
+def test_intrinsics_of_real_cameras_and_cuts_are_not_doubted(cx, cy):
+    assert intrinsics_doubts(np.array([[600.0, 0, cx], [0, 600.0, cy], [0, 0, 1]]), (480, 640)) == ()
+
+
+def test_a_frame_says_so_of_its_intrinsics(tmp_path):
+    K = SEEN.K.copy()
+    K[0, 2] = 211.5
+    assert any("424x240" in text for text in load_frame(npz(tmp_path, K=K)).warnings)
 
 
 @pytest.mark.parametrize(("cx", "cy"), [(298.4, 247.5), (319.5, 239.5), (340.0, 210.0)])

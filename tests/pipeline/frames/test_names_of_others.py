@@ -10,7 +10,7 @@ from PIL import Image
 from torc.errors import InputError
 from torc.geometry.transforms import invert
 from torc.pipeline.frames import load_frame
-from torc.pipeline.frames.pixels import as_labels, in_eight_bits
+from torc.pipeline.frames.pixels import as_labels
 
 SEEN = observe()
 LABELS = SEEN.label_image
@@ -81,13 +81,6 @@ def test_a_stack_of_masks_becomes_numbers():
     stack = np.stack([k == LABELS for k in range(3)])
     np.testing.assert_array_equal(as_labels(stack), np.where(LABELS >= 0, LABELS + 1, 0))
     np.testing.assert_array_equal(as_labels(np.moveaxis(stack, 0, -1)), as_labels(stack))
-
-
-@pytest.mark.parametrize("top", [255, 1023, 4095, 65535])
-def test_deep_pictures_are_scaled_not_clipped(tmp_path, top):
-    deep = np.round(np.linspace(0, 1, 64 * 48).reshape(48, 64) * top).astype(np.uint16)
-    assert (in_eight_bits(deep).min(), in_eight_bits(deep).max()) == (0, 255)
-    assert abs(np.median(in_eight_bits(deep)) - 127.5) < 1
 
 
 def test_a_directory_with_a_deep_picture_a_mark_and_realsense_names(tmp_path):

@@ -1,5 +1,6 @@
-"""What was given with a picture, held against the picture: the camera's pose, the support, the unit of depth."""
+"""What was given with a picture, held against the picture: the camera's pose, the support, the depth."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -7,10 +8,13 @@ from jaxtyping import Float
 
 from torc.errors import InputError
 from torc.geometry.transforms import Pose, invert, rotation_from_wxyz, wxyz_from_rotation
+from torc.pipeline.frames.along_rays import along_rays_doubt
 from torc.pipeline.frames.level import level_pose
 from torc.pipeline.frames.support_plane import level_heights, level_share
 from torc.records import Observation
 
+_TABLE_TOP_M = (0.2, 2.5)
+"""Median depth of pictures of supports. Other pictures are brought to 1 m before one is looked for."""
 _LEVEL_DEG = 10.0
 _TILTED_DEG = 15.0
 """A support that is tilted by more than this according to a pose makes the pose doubtful."""
@@ -18,6 +22,12 @@ _OFF_M = 0.05
 _SAME_M = 0.02
 _FACTORS = (4.0, 5.0, 10.0, 1000.0)
 _FACTOR_TOLERANCE = 0.17
+_LEAST_LEVEL, _LARGER = 0.02, 3.0
+"""A surface at the given height has this share of what is level, and one above it is at most so many times larger."""
+_BIN_DEPTH_M = 0.5
+_USUAL_DISTANCE_M = (0.2, 2.5)
+"""From a support up to the camera."""
+_DEEPEST_M = 1.0
 
 
 class Plane(NamedTuple):
@@ -28,12 +38,16 @@ class Plane(NamedTuple):
 
 
 def support_in_picture(observation: Observation) -> Plane | None:
-    """The support by the picture alone; None if none is found."""
+    """The support by the picture alone; None if none is found. A wrong unit of depth does not hide it."""
+    depth_m = observation.depth_m
+    median_m = float(np.median(depth_m[depth_m > 0]))
+    low, high = _TABLE_TOP_M
+    times = 1.0 if low < median_m < high else median_m
     try:
-        T = level_pose(observation)
+        T = level_pose(replace(observation, depth_m=(depth_m / times).astype(np.float32)))
     except InputError:
         return None
-    return Plane(T[2, :3], float(T[2, 3]))
+    return Plane(T[2, :3], times * float(T[2, 3]))
 
 
 def tilt_deg(pose: Pose, plane: Plane) -> float:
@@ -63,7 +77,9 @@ def direction_of(where: str, key: str, pose: Pose, observation: Observation) -> 
 
 
 def doubts(observation: Observation, support_z_m: float | None) -> tuple[str, ...]:
-    """What the picture says against the given pose, support height or unit of depth. Without a pose there is none."""
+    """What the picture says against its kind of depth, and against the given pose, support height or unit of depth."""
+    if text := along_rays_doubt(observation.depth_m, observation.K):
+        return (text,)
     if observation.pose_estimated:
         return ()
     plane = support_in_picture(observation)
@@ -126,23 +142,60 @@ def _is_level_somewhere(observation: Observation) -> bool:
 
 
 def _height_off(observation: Observation, plane: Plane, support_z_m: float) -> tuple[str, ...]:
-    camera_m = float(observation.T_world_camera[2, 3]) - support_z_m
+    """A support_z_m or a unit of depth that does not fit the picture, the likelier cause first."""
+    camera_z_m = float(observation.T_world_camera[2, 3])
+    camera_m, seen_z_m = camera_z_m - support_z_m, camera_z_m - plane.distance_m
     if camera_m <= 0 or abs(plane.distance_m - camera_m) < _OFF_M:
         return ()
-    ratio = plane.distance_m / camera_m
-    factor = min(_FACTORS, key=lambda f: abs(np.log(max(ratio, 1 / ratio) / f)))
-    if abs(np.log(max(ratio, 1 / ratio) / factor)) < _FACTOR_TOLERANCE:
+    unit = _fitting_unit(plane.distance_m / camera_m)
+    height_first = not unit or _is_height_likelier(plane.distance_m, seen_z_m, support_z_m)
+    # Depth that is far too small may bring anything to the given height.
+    if (height_first or seen_z_m < support_z_m) and _may_be_support(observation, support_z_m, seen_z_m):
+        return ()
+    if not height_first:
         return (
             f"By pose and support_z_m the camera is {camera_m:.2f} m above the support, by the depth "
-            f"{plane.distance_m:.2f} m. The depth's unit is probably wrong: it would fit with a depth_scale "
-            f"{'smaller' if ratio > 1 else 'larger'} by a factor of {factor:g}. If not, check support_z_m.",
+            f"{plane.distance_m:.2f} m. The depth's unit is probably wrong: {unit}. If not, check support_z_m.",
         )
-    seen_z_m = float(observation.T_world_camera[2, 3]) - plane.distance_m
-    heights = level_heights(observation)
-    near = np.mean(np.abs(heights - support_z_m) < _SAME_M) if len(heights) else 0.0
-    if near > 0.02:
-        return ()
+    forgotten = " Was the height of the table left out?" if support_z_m == 0 else ""
+    check = f"Check support_z_m. If it is right, the depth's unit is wrong: {unit}."
     return (
-        f"No level surface lies at support_z_m = {support_z_m:.3f} m; the largest one in the picture is at "
-        f"{seen_z_m:.3f} m. Check support_z_m, the camera's pose and the depth's unit.",
+        f"The largest level surface in the picture is at z = {seen_z_m:.3f} m, not at support_z_m = "
+        f"{support_z_m:.3f} m.{forgotten} "
+        f"{check if unit else 'Check support_z_m, the pose of the camera and the unit of the depth.'}",
     )
+
+
+def _may_be_support(observation: Observation, support_z_m: float, seen_z_m: float) -> bool:
+    """Whether a level surface lies at the given height, and is not just the floor around the largest one. A bin's may
+    be smaller than the table that it stands on.
+    """
+    above_m = seen_z_m - support_z_m
+    if above_m > _BIN_DEPTH_M:
+        return False
+    heights = level_heights(observation)
+    given, largest = (
+        np.count_nonzero(np.abs(heights - z) < _SAME_M) / max(len(heights), 1)
+        for z in (support_z_m, seen_z_m)
+    )
+    return bool(given > _LEAST_LEVEL and not (above_m > 0 and largest > _LARGER * given))
+
+
+def _fitting_unit(ratio: float) -> str:
+    """The change of unit that makes up for depth that is too large by this ratio; "" if no usual one does."""
+    off = max(ratio, 1 / ratio)
+    factor = min(_FACTORS, key=lambda f: abs(np.log(off / f)))
+    if abs(np.log(off / factor)) > _FACTOR_TOLERANCE:
+        return ""
+    return f"it would fit with a depth_scale {'smaller' if ratio > 1 else 'larger'} by a factor of {factor:g}"
+
+
+def _is_height_likelier(distance_m: float, seen_z_m: float, support_z_m: float) -> bool:
+    """Whether a wrong support_z_m is likelier than a wrong unit of depth, where both would fit. It is where the depth
+    puts the camera as far from the support as cameras are, and the support where supports are: above the given height
+    (people leave out that of the table), or anywhere within reach of a robot where 0 is given.
+    """
+    low, high = _USUAL_DISTANCE_M
+    if not low < distance_m < high:
+        return False
+    return seen_z_m > support_z_m or (support_z_m == 0 and seen_z_m > -_DEEPEST_M)

@@ -24,6 +24,24 @@ _SIZES = (
     (1920, 1080),
 )
 """Common pictures; K is often of another one of these."""
+_MORE_SIZES = (
+    *(
+        (512, 424),
+        (640, 400),
+        (640, 576),
+        (672, 376),
+        (752, 480),
+        (800, 600),
+        (960, 600),
+        (1024, 768),
+        (1032, 772),
+    ),
+    *((1280, 800), (1280, 960), (1280, 1024), (1440, 1080), (1920, 1200), (2048, 1536), (2208, 1242)),
+)
+_OFF_CENTRE, _AT_CENTRE = 0.08, 0.01
+"""Shares of width and height. A picture that was cut at random out of another one of these sizes is doubted in 1 % of
+cases.
+"""
 
 
 def clean_depth(where: str, depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
@@ -81,6 +99,24 @@ def check_intrinsics(where: str, K: np.ndarray, shape: tuple[int, ...]) -> None:
                 f"{centre} is the middle of pictures of {width}x{height} pixels, and these have {w}x{h}. Scale fx, fy, "
                 "cx and cy as the pictures were scaled."
             )
+
+
+def intrinsics_doubts(K: np.ndarray, shape: tuple[int, ...]) -> tuple[str, ...]:
+    """What to say of intrinsics (3, 3) that pass `check_intrinsics`, but fit pictures of another common size best."""
+    h, w = shape[:2]
+    middle = K[:2, 2] + 0.5
+    if np.abs(middle / (w, h) - 0.5).max() < _OFF_CENTRE:
+        return ()
+    off = {size: float(np.abs(middle / size - 0.5).max()) for size in (*_SIZES, *_MORE_SIZES)}
+    width, height = min(off, key=lambda size: off[size])
+    if off[width, height] > _AT_CENTRE:
+        return ()
+    return (
+        f"K seems to be of pictures of {width}x{height} pixels: its principal point ({K[0, 2]:.1f}, {K[1, 2]:.1f}) is "
+        f"the middle of those, and these have {w}x{h}. If they were scaled, scale fx and cx with the width, fy and cy "
+        "with the height. If they were cut out of larger ones, subtract from cx and cy what was cut off at the left "
+        "and at the top; if that was done, nothing is wrong.",
+    )
 
 
 def check_pose(where: str, T: np.ndarray) -> None:

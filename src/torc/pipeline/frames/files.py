@@ -11,7 +11,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import unproject
 from torc.perception.segmentation import PerceptionConfig
 from torc.pipeline.frames.against_picture import direction_of, doubts
-from torc.pipeline.frames.checks import check_intrinsics, check_pose, clean_depth
+from torc.pipeline.frames.checks import check_intrinsics, check_pose, clean_depth, intrinsics_doubts
 from torc.pipeline.frames.forms import read_frame
 from torc.pipeline.frames.level import level_pose
 from torc.pipeline.frames.stored import HIDDEN, Frame, StoredFrame
@@ -52,7 +52,11 @@ def load_frame(path: str | Path) -> Frame:
         labels=MappingProxyType({i: label for label, i in ids.items()}),
         names=MappingProxyType({ids[k]: name for k, name in given.names.items() if k in ids}),
         support_estimated=given.support_z_m is None,
-        warnings=(*notes, *doubts(observation, given.support_z_m)),
+        warnings=(
+            *notes,
+            *intrinsics_doubts(observation.K, observation.depth_m.shape),
+            *doubts(observation, given.support_z_m),
+        ),
     )
 
 
@@ -143,7 +147,7 @@ def _levelled(stored: StoredFrame, observation: Observation) -> Observation:
         return replace(observation, T_world_camera=level_pose(observation), pose_estimated=True)
     except InputError as error:
         raise InputError(
-            f"{where}, key T_world_camera: is missing, and cannot be estimated. {error}"
+            f"{where}, key T_world_camera: is missing, and cannot be estimated. {error}{_doubts(observation)}"
         ) from error
 
 
@@ -233,11 +237,11 @@ def _support_height(where: str, observation: Observation, known_z_m: float | Non
         if support_z_m is None:  # an estimated pose has the support at z = 0
             support_z_m = 0.0 if observation.pose_estimated else estimate_support_z_m(observation)
     except InputError as error:
-        raise InputError(f"{where}: {error}{hint}") from error
+        raise InputError(f"{where}: {error}{hint}{_doubts(observation)}") from error
     height = points[:, 2] - support_z_m
     seen = float(np.mean((height > -0.03) & (height < 1.5)))
     if pose[2, 3] <= support_z_m or (observation.label_image is not None and seen < 0.2):
-        hint += "".join(f" {doubt}" for doubt in doubts(observation, support_z_m))
+        hint += _doubts(observation, support_z_m)
         raise InputError(
             f"{where}: the camera does not see the workspace: it is at z = {pose[2, 3]:.3f} m, the support "
             f"surface at {support_z_m:.3f} m, and {seen:.0%} of the objects' points lie 0..1.5 m above that (median "
@@ -245,6 +249,11 @@ def _support_height(where: str, observation: Observation, known_z_m: float | Non
             f"upwards.{hint}"
         )
     return support_z_m
+
+
+def _doubts(observation: Observation, support_z_m: float | None = None) -> str:
+    """What the picture says against what was given with it, for the end of a message."""
+    return "".join(f" {doubt}" for doubt in doubts(observation, support_z_m))
 
 
 def _things(observation: Observation) -> Float[np.ndarray, "n 3"]:
@@ -268,7 +277,7 @@ def _standing(where: str, observation: Observation, support_z_m: float) -> Float
         raise InputError(
             f"{where}: nothing stands on the support: {len(points)} pixels show anything above the largest level "
             f"surface in sight{at} and {np.mean(observation.depth_m > 0):.0%} have a reading of depth at all. Is the "
-            f"table empty, or does one object fill the picture? If not, check {check}."
+            f"table empty, or does one object fill the picture? If not, check {check}.{_doubts(observation)}"
         )
     return points
 

@@ -3,25 +3,9 @@
 import numpy as np
 from jaxtyping import UInt8
 
+from torc.files.pictures import in_eight_bits
+
 _MOST_INSTANCES = 1000
-
-
-def in_eight_bits(image: np.ndarray) -> np.ndarray:
-    """Brightness from 0 to 255: of floats up to 1, and of integers of 10 to 16 bits, by the least such range that holds
-    all of them. Other pictures pass as they are.
-    """
-    if image.dtype == np.uint8 or image.size == 0 or not np.issubdtype(image.dtype, np.number):
-        return image
-    if not np.isfinite(image).all() or image.min() < 0:
-        return image
-    brightest = float(image.max())
-    if np.issubdtype(image.dtype, np.floating):
-        top = 1.0 if brightest <= 1.0 else 255.0
-    else:
-        top = next((float(2**bits - 1) for bits in (8, 10, 12, 14, 16) if brightest < 2**bits), brightest)
-    if brightest > top:
-        return image
-    return np.round(image * (255.0 / top)).astype(np.uint8)
 
 
 def as_rgb(image: np.ndarray) -> UInt8[np.ndarray, "h w 3"] | np.ndarray:

@@ -9,8 +9,8 @@ import numpy as np
 from PIL import Image
 
 from torc.errors import InputError
+from torc.files.pictures import eight_bit_picture
 from torc.files.reading import read_text
-from torc.pipeline.frames.pixels import in_eight_bits
 
 MAX_PIXELS = 20_000_000
 MAX_ARRAY_BYTES = 512 * 2**20
@@ -31,14 +31,11 @@ def read_pixels(path: Path) -> np.ndarray:
     """Of a picture: rgb.png in color, the others as they are. Raises InputError."""
     try:
         with Image.open(path) as opened:
-            image: Image.Image = opened
-            if image.width * image.height > MAX_PIXELS:
-                raise ValueError(f"{image.width}x{image.height} pixels are too many")
+            if opened.width * opened.height > MAX_PIXELS:
+                raise ValueError(f"{opened.width}x{opened.height} pixels are too many")
             if path.name != "rgb.png":
-                return np.array(image)
-            if image.mode.startswith(("I", "F")):  # PIL would clip these to white
-                image = Image.fromarray(in_eight_bits(np.array(image)))
-            return np.array(image.convert("RGB"))
+                return np.array(opened)
+            return np.array(eight_bit_picture(opened).convert("RGB"))
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise InputError(f"Cannot read the image {path}: {error}.") from error
 
