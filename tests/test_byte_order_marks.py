@@ -1,13 +1,24 @@
 """Windows editors begin UTF-8 files with a byte-order mark: every file that a user writes is read with one."""
 
+import json
 import shutil
+from importlib.resources import files
 
 import pytest
 
+from tests.helpers.fake_trial import play_fake_trial
+from torc.benchmark.reading import read_table
+from torc.cli.next_object import read_replies
+from torc.episode.recorded import read_trial
 from torc.lab.lab_file import example_labs, load_lab
+from torc.next_object.asking.recorded_replies import RecordedReply, ReplyFile
+from torc.next_object.making.known_values import KnownValues
 from torc.problems.problem import load_problem, problem_text
 from torc.robots.loading import load_robot
 from torc.robots.names import DATA
+from torc.specs.trial import TrialSpec
+from torc.task_planning.registry import make_planner
+from torc.vlm.prompt_files import load_prompt, shipped_prompt
 from torc.workspace.files import EXAMPLE, load_workspace
 
 MARK = b"\xef\xbb\xbf"
@@ -32,3 +43,35 @@ def test_robots(tmp_path):
     path = tmp_path / "data" / "panda_hand" / "panda_hand.yaml"
     marked(path, path.read_text(encoding="utf-8"))
     assert load_robot(path).source == load_robot("panda_hand").source
+
+
+def test_results_of_trials(tmp_path):
+    directory = play_fake_trial(
+        TrialSpec.of("boxes", "dg-select"), tmp_path / "boxes", make_planner("dg-select")
+    ).directory
+    before, row = read_trial(directory), read_table(tmp_path).rows
+    for name in ("spec.json", "result.json", "events.jsonl"):
+        marked(directory / name, (directory / name).read_text(encoding="utf-8"))
+    assert read_trial(directory).picks == before.picks
+    assert read_table(tmp_path).rows == row
+
+
+def test_files_of_the_data_set(tmp_path):
+    line = json.dumps({"id": "a", "reply": "Answer: 1", "values": {"1": [2.0, 1.0, 3.0]}}) + "\n"
+    path = marked(tmp_path / "replies.jsonl", line)
+    assert read_replies(path) == {"a": "Answer: 1"}
+    known = KnownValues(path).get("a")
+    assert known is not None
+    assert known[1].mean == 2.0
+    (tmp_path / "run").mkdir()
+    ReplyFile(tmp_path / "run").add(RecordedReply("b", "Answer: 2"))
+    written = tmp_path / "run" / "replies.jsonl"
+    marked(written, written.read_text(encoding="utf-8"))
+    assert ReplyFile(tmp_path / "run").found["b"].text == "Answer: 2"
+
+
+@pytest.mark.parametrize("name", ["vlm-grasps-1.txt", "vlm-grasps-3.yaml"])
+def test_prompts(tmp_path, name):
+    text = (files("torc.vlm") / "prompts" / name).read_text(encoding="utf-8")
+    found, shipped = load_prompt(marked(tmp_path / name, text)), shipped_prompt(name.split(".")[0])
+    assert (found.user, found.system) == (shipped.user, shipped.system)

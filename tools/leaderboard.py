@@ -16,6 +16,7 @@ import tyro
 import yaml
 
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.next_object.asking.evaluation import data_digest
 from torc.next_object.asking.standing import FORMAT as SCORES_FORMAT
 from torc.next_object.asking.standing import shown
@@ -61,7 +62,7 @@ def read(file: Path = FILE) -> dict[str, Any]:
     """The leaderboard, empty where there is no file. Raises InputError for another file."""
     if not file.exists():
         return {"format": FORMAT, "split": SPLIT, "data_sha256": {}, "baselines": {}, "models": []}
-    found = yaml.safe_load(file.read_text(encoding="utf-8"))
+    found = yaml.safe_load(read_text(file))
     if not isinstance(found, dict) or found.get("format") != FORMAT:
         raise InputError(f"'{file}' is no leaderboard of the format {FORMAT}.")
     return found
@@ -167,7 +168,7 @@ class Add:
     def run(self) -> None:
         """Check and write. Raises InputError for scores that may not stand here."""
         board = read()
-        new = entry(json.loads(self.scores.read_text(encoding="utf-8")), self.by, board)
+        new = entry(json.loads(read_text(self.scores)), self.by, board)
         same = ("model", "variant", "prompt")
         kept = [e for e in board["models"] if any(e[name] != new[name] for name in same)]
         write(board | {"models": [*kept, new]})

@@ -3,13 +3,14 @@
 import csv
 import html
 import re
+import shutil
 from collections import Counter
 
 import pytest
 
 from torc.benchmark.reading import read_table
 from torc.benchmark.report.writing import write_report
-from torc.episode.viewer_links import VIEWER, trial_link
+from torc.episode.viewer_links import trial_link
 from torc.web.shelf import Shelf
 
 pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
@@ -56,12 +57,32 @@ def test_every_trial_is_a_link_into_the_viewer(played, page, report):
     squares = re.findall(r'<(a|span) class="square (\w+)" title="[^"]*"(?: href="([^"]*)")?>', board)
     assert Counter(kind for _, kind, _ in squares)["missing"] == 2
     assert len(squares) == len(table.rows) == 37
-    markdown = (report.directory / "report.md").read_text()
-    text = board, markdown.split("## Every trial")[1]
-    for part in text:
-        assert set(re.findall(rf"{VIEWER}#(\w+)/0", part)) == keys
-    for part in (page, markdown):
-        assert html.escape(f"torc view '{played}'", quote=part is page) in part
+    assert set(re.findall(r'href="#(\w+)/0"', board)) == keys
+
+
+def test_a_link_of_the_file_leads_to_the_command_that_shows_the_trial(played, page, report):
+    """Nothing but the file is needed: no viewer, at whatever port."""
+    linked = set(re.findall(r'href="#(\w{12}/\d+)"', page))
+    openings = dict(re.findall(r'<p class="opening" id="(\w+/\d+)">.*?<code>(.*?)</code>', page))
+    assert linked <= set(openings)
+    by_key = {
+        key: html.escape(f"torc view '{path}' --open") for key, path in Shelf(played).directories().items()
+    }
+    assert {where: by_key[where.split("/")[0]] for where in openings} == openings
+    for text in (page, (report.directory / "report.md").read_text()):
+        assert "127.0.0.1" not in text
+
+
+def test_only_a_report_that_the_viewer_serves_speaks_of_its_page(played, page, tmp_path):
+    """Written elsewhere, no viewer has it."""
+    copied = shutil.copytree(played, tmp_path / "trials")
+    served = write_report([copied], copied / "report", gallery=0)
+    from_its_page = "Where you open this report from the page of"
+    assert f"{from_its_page} this command, each leads to the picks: <span><code>torc view {copied}<" in (
+        served.page.read_text()
+    )
+    assert "open Report" in served.view.advice
+    assert from_its_page not in page
 
 
 def test_a_failure_links_to_the_pick_that_failed(played, page):
@@ -79,7 +100,7 @@ def test_a_failure_links_to_the_pick_that_failed(played, page):
 def test_the_page_needs_nothing_from_outside(page):
     assert "<script" not in page
     assert not re.findall(r'src="(?!data:)', page)
-    assert not re.findall(rf'href="(?!#|{VIEWER}#)', page)
+    assert not re.findall(r'href="(?!#)', page)
     assert "default-src 'none'" in page
 
 

@@ -61,7 +61,7 @@ def open_page(browser):
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(PATIENCE_MS)
-        own = re.match(r"http://[^/]+", url).group() + "/"
+        own = re.match(r"(http://|file:)[^/]*", url).group() + "/"
         page.on("request", lambda r: foreign.append(r.url) if not r.url.startswith((own, "blob:")) else None)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("console", lambda m: complaints.append(m.text) if "Content Security" in m.text else None)

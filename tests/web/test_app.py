@@ -58,11 +58,13 @@ def test_a_report_is_served_with_links_that_work_at_any_port(client, recorded):
     assert (none.status, "torc report" in none.json["error"]) == (404, True)
     (recorded / "report").mkdir()
     link = trial_link(recorded, recorded / "boxes", 1)
-    (recorded / REPORT).write_text(f'<a href="{link}">{link}</a>')
+    older = f"http://127.0.0.1:8770/{link}"
+    text = '<a href="#trials">Trials</a>'
+    (recorded / REPORT).write_text(f'{text}<a href="{link}">{link}</a><a href="{older}">')
     assert client.get("/api/trials").json["report"] is True
     served = client.get("/report")
     key = client.get("/api/trials").json["trials"][0]["key"]
-    assert served.body.decode() == f'<a href="/#{key}/1">{link}</a>'
+    assert served.body.decode() == f'{text}<a href="/#{key}/1">{link}</a><a href="/#{key}/1">'
     assert "script-src" not in served.headers["content-security-policy"]
     assert "default-src 'none'" in served.headers["content-security-policy"]
 

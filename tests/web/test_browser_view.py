@@ -57,6 +57,17 @@ def test_a_report_leads_to_the_picks_of_its_trials_and_back(recorded, open_page)
         page.locator("a.square").first.wait_for()
 
 
+def test_a_report_opened_as_a_file_shows_how_to_see_a_trial(recorded, open_page):
+    pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")
+    from torc.benchmark.report.writing import write_report
+
+    page = open_page(write_report([recorded], recorded / "report").page.as_uri())
+    page.locator("a.square").first.click()
+    page.locator(".opening:visible", has_text=f"torc view {recorded / 'boxes'} --open").wait_for()
+    page.locator(".opening:visible a").click()
+    assert page.locator(".opening:visible").count() == 0
+
+
 def test_text_from_strangers_stays_text(recorded, open_page):
     log = recorded / "boxes" / "events.jsonl"
     log.write_text(

@@ -12,6 +12,7 @@ from typing import Any
 import torc
 from torc.episode.versions import versions
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.records.files import write_json
 
 MANIFEST_FORMAT = "torc-bench-manifest/1"
@@ -42,7 +43,7 @@ def calls(root: Path) -> list[dict[str, Any]]:
     """What was written down; nothing where there is no manifest. Raises InputError."""
     path = root / _MANIFEST
     try:
-        return list(json.loads(path.read_text(encoding="utf-8"))["calls"]) if path.is_file() else []
+        return list(json.loads(read_text(path))["calls"]) if path.is_file() else []
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path} is damaged: {error}. Use another --out.") from None
 

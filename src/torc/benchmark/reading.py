@@ -16,6 +16,7 @@ from torc.benchmark.vlm_use import vlm_facts
 from torc.episode.recorded import check_directory, picks_of, read_events, read_spec
 from torc.episode.versions import versions_text
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.objects.library import object_facts
 from torc.problems.problem import Problem, load_problem
 from torc.specs.trial import TrialSpec
@@ -128,7 +129,7 @@ def _read(root: Path) -> tuple[list[TrialRow], list[tuple[Path, str]]]:
 def _loose(directory: Path) -> TrialRow:
     """A trial that no benchmark planned, by its spec.json and result.json."""
     recorded = read_spec(directory / "spec.json")
-    result = json.loads((directory / "result.json").read_text(encoding="utf-8"))
+    result = json.loads(read_text(directory / "result.json"))
     problem = _problem(recorded.spec.problem)
     known = problem.category if problem else "unknown"
     category = REAL if result.get("lab") else known

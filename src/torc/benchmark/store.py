@@ -24,6 +24,7 @@ from torc.episode.recorded import LOG
 from torc.episode.trial import RESULT_FORMAT
 from torc.episode.versions import versions
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.problems.problem import Problem, save_problem
 from torc.records.directories import try_lock
 from torc.records.files import write_json
@@ -118,7 +119,7 @@ class Store:
         """The trials that belong to the benchmark. Raises InputError."""
         path = self.root / SPEC
         try:
-            return from_json(json.loads(path.read_text(encoding="utf-8")), str(path))
+            return from_json(json.loads(read_text(path)), str(path))
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror}.") from None
         except ValueError as error:
@@ -172,7 +173,7 @@ class Store:
     def result(self, trial: PlannedTrial) -> dict[str, Any] | None:
         """result.json of a trial; None if it has not been played, or cannot be read."""
         try:
-            return json.loads((self.directory(trial) / "result.json").read_text(encoding="utf-8"))
+            return json.loads(read_text(self.directory(trial) / "result.json"))
         except (OSError, ValueError):
             return None
 
@@ -199,7 +200,7 @@ class Store:
             shutil.rmtree(place)
         os.replace(done, place)
         shutil.rmtree(work, ignore_errors=True)
-        return json.loads((place / "result.json").read_text(encoding="utf-8"))
+        return json.loads(read_text(place / "result.json"))
 
     def _as_errored(self, trial: PlannedTrial, work: Path, failure: Failure) -> Path:
         """What a process left behind when it ended, made a trial that says so."""

@@ -15,7 +15,7 @@ from pydantic import AfterValidator, TypeAdapter
 
 from torc.benchmark.rows import PickRow, Table, TrialRow, participant_by_name
 from torc.errors import InputError
-from torc.files.reading import read_bytes
+from torc.files.reading import read_plain_text
 from torc.records import PickResult
 
 TRIALS_FILE, PICKS_FILE = "trials.csv", "picks.csv"
@@ -104,7 +104,7 @@ _TRIAL = TypeAdapter(Annotated[TrialRow, AfterValidator(_below)])
 
 def _records(path: Path, kind: TypeAdapter[_Row]) -> Iterator[tuple[tuple[str, ...], _Row]]:
     """Which trial each row is about, and the row."""
-    text = read_bytes(path, _MAX_BYTES, "the table of a benchmark").decode("utf-8-sig", "replace")
+    text = read_plain_text(path, _MAX_BYTES, "the table of a benchmark")
     reader = csv.DictReader(io.StringIO(text, newline=""))
     try:
         for record in reader:

@@ -11,7 +11,7 @@ import numpy as np
 
 from torc.cameras.easy_handeye import is_easy_handeye, pose_of_easy_handeye
 from torc.errors import InputError
-from torc.files.reading import read_bytes
+from torc.files.reading import read_plain_text
 from torc.files.strict_yaml import parse_plain_yaml
 from torc.geometry.transforms import Pose
 from torc.perception.stereo import SgbmDepth
@@ -75,7 +75,7 @@ def _numbers(given: str | Sequence[float]) -> list[float] | None:
 def _pose_of_file(path: Path) -> Pose:
     if path.suffix not in (".yaml", ".yml", ".json", ".calib"):
         raise InputError(f"'{path}' says nothing about where the camera is. {_HOW}")
-    text = read_bytes(path, _MAX_BYTES, "the camera's pose").decode("utf-8-sig", "replace")
+    text = read_plain_text(path, _MAX_BYTES, "the camera's pose")
     if path.suffix == ".json":
         try:
             data = json.loads(text)

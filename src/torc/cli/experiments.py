@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel, Field, ValidationError
 
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.files.strict_yaml import explain_faults, parse_plain_yaml
 from torc.specs.conditions import Conditions
 
@@ -33,7 +34,7 @@ class _Experiment(BaseModel, extra="forbid"):
 
 def read_experiment(path: Path) -> dict[str, Any]:
     """What a file says, as fields of the command. Raises InputError naming file and field."""
-    text = path.read_text(encoding="utf-8-sig", errors="replace")
+    text = read_text(path, "replace")
     content = parse_plain_yaml(text, str(path), "experiment", _MAX_BYTES, _REMEDY)
     try:
         found = _Experiment.model_validate(content)

@@ -10,6 +10,7 @@ import tyro
 from torc.cli.commands import Group
 from torc.cli.printing import print_json, printable
 from torc.errors import InputError
+from torc.files.reading import read_text
 
 
 @dataclass(frozen=True)
@@ -183,7 +184,7 @@ def read_replies(path: Path) -> dict[str, str]:
     """Replies by the id of their row. Raises InputError."""
     found: dict[str, str] = {}
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = read_text(path).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"'{path}' cannot be read: {error}.") from None
     for number, line in enumerate(lines, start=1):

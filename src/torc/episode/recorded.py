@@ -24,7 +24,7 @@ from torc.episode.log_lines import (
 )
 from torc.episode.pick_view import PickView, load_view
 from torc.errors import InputError
-from torc.files.reading import read_bytes
+from torc.files.reading import read_bytes, read_plain_text
 from torc.specs.files import RecordedSpec, from_plain
 from torc.specs.trial import TrialSpec
 
@@ -175,7 +175,7 @@ def read_events(path: Path) -> list[Any]:
     """The lines of a log, as far as it is complete: a trial that is being played may be writing the last one. Raises
     InputError if it is missing, too large, or a line is no event; names the line.
     """
-    text = read_bytes(path, MAX_LOG_BYTES, "the log of a trial").decode("utf-8", "replace")
+    text = read_plain_text(path, MAX_LOG_BYTES, "the log of a trial")
     whole, _, _ = text.rpartition("\n")
     events = []
     for number, line in enumerate(whole.split("\n") if whole else [], start=1):
@@ -197,7 +197,7 @@ def read_spec(path: Path) -> RecordedSpec:
 
 
 def _read(path: Path, check: Callable[[Any], Any] = lambda plain: plain) -> Any:
-    raw = read_bytes(path, MAX_FACTS_BYTES, "facts of a trial").decode("utf-8", "replace")
+    raw = read_plain_text(path, MAX_FACTS_BYTES, "facts of a trial")
     try:
         return check(_parsed(raw))
     except (ValueError, RecursionError) as error:

@@ -1,15 +1,17 @@
-"""Where the viewer (`torc view DIR`) shows a trial: addresses that a page can link to before any viewer runs."""
+"""Where the viewer (`torc view DIR`) shows a trial: links that can be written down before any viewer runs."""
 
 import hashlib
+import re
 from pathlib import Path
 
 VIEWER_PORT = 8770
-"""Where the viewer listens unless told otherwise, so that links can be written down."""
-VIEWER = f"http://127.0.0.1:{VIEWER_PORT}/"
+"""Where the viewer listens unless --port names another one. No link may count on it."""
 REPORT = Path("report/index.html")
 """Where a directory of trials has its report, unless told otherwise; the viewer serves it too."""
 PARTIAL = ".partial"
 """The end of the name of a trial's directory while it is played."""
+
+_LINK = re.compile(rb'href="(?:http://127\.0\.0\.1:8770/)?#([0-9a-f]{12}/\d+)"')
 
 
 def trial_key(relative: str) -> str:
@@ -20,5 +22,10 @@ def trial_key(relative: str) -> str:
 
 
 def trial_link(root: Path, directory: Path, pick: int = 0) -> str:
-    """The address of a pick (counted from 0) of a trial below `root`, in a viewer of `root` on this machine."""
-    return f"{VIEWER}#{trial_key(directory.relative_to(root).as_posix())}/{pick}"
+    """Return the link to a pick (counted from 0) of a trial, within the page of a viewer of `root`."""
+    return f"#{trial_key(directory.relative_to(root).as_posix())}/{pick}"
+
+
+def served_links(page: bytes) -> bytes:
+    """Let the links of a report lead to the page of the viewer that serves it, those of older reports too."""
+    return _LINK.sub(rb'href="/#\1"', page)

@@ -31,6 +31,15 @@ def read_bytes(path: Path, max_bytes: int, what: str) -> bytes:
         return file.read(max_bytes + 1)[:max_bytes]
 
 
-def read_text(path: Path) -> str:
-    """The text of a UTF-8 file, with a byte-order mark or without. Raises OSError and UnicodeDecodeError."""
-    return path.read_text(encoding="utf-8-sig")
+def read_text(path: Path, errors: str = "strict") -> str:
+    """Return the text of a UTF-8 file without its byte-order mark, which editors on Windows write. `errors` as in
+    `bytes.decode`. Raises OSError and UnicodeDecodeError.
+    """
+    return path.read_text(encoding="utf-8-sig", errors=errors)
+
+
+def read_plain_text(path: Path, max_bytes: int, what: str) -> str:
+    """Return the text of a plain file without its byte-order mark; what is not UTF-8 becomes U+FFFD. Raises InputError
+    as `read_bytes`.
+    """
+    return read_bytes(path, max_bytes, what).decode("utf-8-sig", "replace")

@@ -8,7 +8,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from torc.episode.oracle.answer import PASS_NAME, OracleAnswer
 from torc.errors import InputError
-from torc.files.reading import read_bytes
+from torc.files.reading import read_plain_text
 from torc.files.strict_yaml import explain_faults
 from torc.problems.problem import Problem
 
@@ -44,7 +44,7 @@ def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleO
     found: list[OracleAnswer] = []
     for path in sorted(answers.glob("*.json")):
         try:
-            answer = TypeAdapter(OracleAnswer).validate_json(read_bytes(path, _MAX_BYTES, "an answer"))
+            answer = TypeAdapter(OracleAnswer).validate_json(read_plain_text(path, _MAX_BYTES, "an answer"))
         except ValidationError as error:
             raise InputError(
                 f"{path} is not an answer of the oracle; {_WRITERS}:\n{explain_faults(error)}"

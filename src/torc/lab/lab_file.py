@@ -11,6 +11,7 @@ from jaxtyping import Float
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from torc.errors import InputError, UnknownNameError
+from torc.files.reading import read_text
 from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
 from torc.lab.checks import REDUCED_SPEED_M_S
 from torc.lab.identity import check_settings
@@ -136,7 +137,7 @@ class _LabFile(_Strict):
 def load_lab(path: Path) -> Lab:
     """The laboratory of a file; other files that it names may be beside it. Raises InputError."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Cannot read the lab file {path}: {error}. {_REMEDY}") from None
     content = parse_plain_yaml(text, str(path), "lab", _MAX_BYTES, _REMEDY)

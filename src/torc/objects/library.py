@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from torc.errors import UnknownNameError
+from torc.files.reading import read_text
 from torc.objects.names import base_name, marked_description
 
 if TYPE_CHECKING:  # the names alone need neither numpy nor Pillow
@@ -175,7 +176,7 @@ def all_grasp_facts() -> Mapping[str, GraspFact]:
 
 def read_facts(path: Path) -> Mapping[str, GraspFact]:
     """Facts from a file."""
-    content = json.loads(path.read_text(encoding="utf-8-sig"))
+    content = json.loads(read_text(path))
     return {name: GraspFact(**fact) for name, fact in content["models"].items()}
 
 

@@ -21,6 +21,7 @@ from typing import Any
 import yaml
 
 from torc.errors import InputError, UnknownNameError
+from torc.files.reading import read_text
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.objects.models import Quat, Vec3
 from torc.problems.schema import FORMAT, Category, Scalar, read_problem_file
@@ -157,7 +158,7 @@ def _find(name_or_path: str | os.PathLike[str]) -> Path:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path} cannot be read: {error}.") from None
 

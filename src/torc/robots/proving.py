@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
 
@@ -36,7 +37,7 @@ _ROOT = re.compile(r"<\s*(?![?!])([\w:.-]+)")
 def refuse_urdf(mjcf_path: Path) -> None:
     """Raises InputError if a file that should be an MJCF is a URDF or xacro. What cannot be read is left to MuJoCo."""
     try:
-        text = mjcf_path.read_text(encoding="utf-8", errors="replace")
+        text = read_text(mjcf_path, "replace")
     except OSError:
         return
     root = _ROOT.search(re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL))

@@ -7,6 +7,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.files.strict_yaml import Number
 from torc.robots.names import DATA
 
@@ -89,7 +90,7 @@ class RobotFile(_Strict):
 def read_robot_file(path: Path) -> RobotFile:
     """The parsed file. Raises InputError naming file and field."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
+        content = yaml.safe_load(read_text(path))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise InputError(f"Cannot read the robot file {path}: {error}") from error
     try:

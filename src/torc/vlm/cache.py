@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.records.files import write_json
 from torc.records.serialization import to_plain
 from torc.vlm.config import VlmConfig
@@ -111,7 +112,7 @@ def _read(path: Path, request: Mapping[str, Any]) -> Reply:
     try:
         if path.stat().st_size > _MAX_FILE_BYTES:
             raise ValueError("it is too large")
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(read_text(path))
         if data["format"] not in (FORMAT, _FIRST_FORMAT) or data["request"] != json.loads(
             json.dumps(request)
         ):

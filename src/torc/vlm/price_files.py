@@ -12,6 +12,7 @@ from typing import Literal
 from pydantic import BaseModel, Field, ValidationError
 
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.files.strict_yaml import explain_faults, parse_plain_yaml
 from torc.vlm.prices import Prices
 
@@ -39,7 +40,7 @@ def parse_prices(text: str, model: str) -> Prices | None:
         return _from_numbers(text)
     try:
         content = parse_plain_yaml(
-            Path(text).read_text(encoding="utf-8-sig", errors="replace"),
+            read_text(Path(text), "replace"),
             text,
             "vlm-prices",
             _MAX_BYTES,

@@ -15,6 +15,7 @@ import yaml
 from pydantic import BaseModel, Field, ValidationError
 
 from torc.errors import InputError, UnknownNameError
+from torc.files.reading import read_text
 from torc.files.strict_yaml import explain_faults, parse_plain_yaml
 from torc.vlm.prompt import Example, Prompt
 
@@ -52,7 +53,7 @@ def load_prompt(path: Path) -> Prompt:
     try:
         if path.stat().st_size > _MAX_BYTES:
             raise InputError(f"'{path}' is larger than {_MAX_BYTES:,} bytes: no prompt.")
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except OSError as error:
         raise InputError(f"The prompt '{path}' cannot be read: {error.strerror}.") from None
     except UnicodeDecodeError:

@@ -21,7 +21,7 @@ from starlette.staticfiles import StaticFiles
 
 from torc.episode.pictures import crop_around_objects
 from torc.episode.recorded import RecordedTrial
-from torc.episode.viewer_links import REPORT, VIEWER
+from torc.episode.viewer_links import REPORT, served_links
 from torc.errors import InputError
 from torc.files.reading import read_bytes
 from torc.web.access import Gate
@@ -112,13 +112,14 @@ class _App:
         return FileResponse(PAGE / "index.html")
 
     def report(self, request: Request) -> Response:
-        """As `torc report` left it there, its links leading to this server, whatever its host and port."""
+        """The page that `torc report` left there, with links that lead to the trials on this server."""
         root = self._site.shelf.root
         if not self._has_report:
             raise InputError(f"There is no report here yet: `torc report {root}` writes it.")
         page = read_bytes(root / REPORT, _MAX_REPORT_BYTES, "the report")
-        page = page.replace(f'href="{VIEWER}'.encode(), b'href="/')
-        return Response(page, media_type="text/html", headers={"Content-Security-Policy": _REPORT_POLICY})
+        return Response(
+            served_links(page), media_type="text/html", headers={"Content-Security-Policy": _REPORT_POLICY}
+        )
 
     def trials(self, request: Request) -> Response:
         site = self._site

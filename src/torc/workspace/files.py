@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from torc.errors import InputError, UnknownNameError
+from torc.files.reading import read_text
 from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
 from torc.fingerprints import fingerprint
 from torc.geometry.transforms import look_at, project
@@ -174,7 +175,7 @@ def _shipped(name: str) -> Workspace:
 
 def _read(path: Path) -> Workspace:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Cannot read the workspace file {path}: {error}.") from None
     content = parse_plain_yaml(

@@ -14,6 +14,7 @@ from torc.benchmark.spec import BenchSpec, PlannedTrial
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Event, Executed, Halted, Looked
 from torc.errors import InputError, TorcError
+from torc.files.reading import read_text
 from torc.lab.lab_file import Lab
 from torc.lab.person import Confirming, Person
 from torc.lab.retrieval import Operation, retrieve
@@ -119,7 +120,7 @@ class LabBench:
 
     def _judge(self, trial: PlannedTrial) -> str:
         path = self.store.directory(trial) / "result.json"
-        result: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        result: dict[str, Any] = json.loads(read_text(path))
         verdict = ask_verdict(self.person, self._scene(trial), max(1, int(result["picks"])), self.say)
         write_json(path, judged(result, verdict))
         return "completed"

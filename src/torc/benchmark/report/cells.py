@@ -35,8 +35,8 @@ class TextTable:
 
 
 def address_of(table: Table, row: TrialRow, pick: int = 0) -> str | None:
-    """Where the viewer shows a pick of a trial; None for trials without a log, and where no viewer shows
-    all trials.
+    """Return the link to a pick of a trial; None for trials without a log, and where no viewer shows all trials. In a
+    viewer's page it leads to the pick, in the file of the report to the trial's `Opening`.
     """
     shown = table.has_place and (row.directory / LOG).is_file()
     return trial_link(table.root, row.directory, pick) if shown else None

@@ -10,7 +10,7 @@ from importlib.resources import files
 from torc.benchmark.report.cells import Cell, Link, TextTable
 from torc.benchmark.report.figures import Picture
 from torc.benchmark.report.ranking import Verdict
-from torc.benchmark.report.trials import Failure
+from torc.benchmark.report.trials import Failure, Opening
 
 Paragraph = tuple[str | Link, ...]
 Block = str | Paragraph | TextTable | Picture | Failure
@@ -28,8 +28,10 @@ class Section:
     anchor: str = ""
 
 
-def html_page(title: str, verdict: Verdict, sections: Sequence[Section]) -> str:
-    """The report as HTML."""
+def html_page(
+    title: str, verdict: Verdict, sections: Sequence[Section], openings: Sequence[Opening] = ()
+) -> str:
+    """Return the report as HTML. An opening appears when its link is followed."""
     style = (files("torc.benchmark.report") / "style.css").read_text(encoding="utf-8")
     told = [
         ("it", verdict.answer),
@@ -51,7 +53,17 @@ def html_page(title: str, verdict: Verdict, sections: Sequence[Section]) -> str:
         anchor = f' id="{section.anchor}"' if section.anchor else ""
         parts += [f"<h2{anchor}>{escape(section.title)}</h2>"] if section.title else []
         parts += _html_blocks(section, verdict.planner)
-    return "\n".join([*parts, "</body></html>"]) + "\n"
+    return "\n".join([*parts, *map(_html_opening, openings), "</body></html>"]) + "\n"
+
+
+def _html_opening(opening: Opening) -> str:
+    where, title, command = (
+        escape(opening.address.removeprefix("#")),
+        escape(opening.title),
+        escape(opening.command),
+    )
+    how = f"<b>{title}</b>. To see it pick by pick: <code>{command}</code>"
+    return f'<p class="opening" id="{where}">{how} <a href="#-">Close</a></p>'
 
 
 def _html_blocks(section: Section, best: str | None) -> Iterator[str]:
@@ -112,7 +124,7 @@ def _html_failure(failure: Failure) -> str:
 
 
 def markdown_page(title: str, verdict: Verdict, sections: Sequence[Section], figures: str) -> str:
-    """The report as Markdown; `figures` is the directory of the pictures, relative to it."""
+    """Return the report as Markdown, without links; `figures` is the directory of the pictures, relative to it."""
     lines = [f"# {QUESTION} {_plain(title)}", f"**{_plain(verdict.answer)}**"]
     lines += [_plain(reason) for reason in verdict.reasons]
     lines += [f"> {_plain(warning)}" for warning in verdict.warnings]
@@ -131,17 +143,16 @@ def _markdown_block(block: Block, figures: str) -> str:
         title = _plain(block.title)
         return f"![{title}]({figures}/{block.name}.svg)\n\n*{title}.* {_plain(block.text)}"
     if isinstance(block, Failure):
-        return f"- {_markdown_inline(Link(block.title, block.address))}: {_plain(block.text)}."
+        return f"- {_plain(block.title)}: {_plain(block.text)}."
     return _joined(block, _markdown_inline)
 
 
 def _markdown_inline(cell: str | Link) -> str:
     if isinstance(cell, str):
         return _plain(cell)
-    if cell.address is None and cell.kind == "code":
+    if cell.kind == "code":
         return f"`{cell.text}`"
-    text = f"*{_plain(cell.text)}*" if cell.kind == "drops" else _plain(cell.text)
-    return text if cell.address is None else f"[{text}]({cell.address})"
+    return f"*{_plain(cell.text)}*" if cell.kind == "drops" else _plain(cell.text)
 
 
 def _joined(cell: Cell | Paragraph, inline: Callable[[str | Link], str], between: str = "") -> str:

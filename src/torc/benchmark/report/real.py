@@ -22,6 +22,7 @@ from torc.benchmark.report.cells import Cell, TextTable
 from torc.benchmark.report.pages import Block, Section
 from torc.benchmark.report.tables import comparison_table
 from torc.benchmark.rows import Table, TrialRow
+from torc.files.reading import read_text
 
 _HEADER = (
     *("planner", "trials of", "scenes", "trials", "retrieved", "with no drop"),
@@ -165,7 +166,7 @@ def _layouts(rows: Sequence[TrialRow]) -> Iterator[str]:
 
 def _layout(row: TrialRow) -> Iterator[dict[str, object]]:
     try:
-        result = json.loads((row.directory / "result.json").read_text(encoding="utf-8"))
+        result = json.loads(read_text(row.directory / "result.json"))
     except (OSError, ValueError):
         return
     if isinstance(result, dict) and isinstance(result.get("layout"), dict):

@@ -2,6 +2,7 @@
 
 import base64
 import io
+import shlex
 from collections import defaultdict, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -66,6 +67,30 @@ def failures(table: Table, planners: Sequence[str], most: int) -> tuple[list[Fai
     while len(chosen) < min(most, count):
         chosen += [queue.popleft() for queue in queues.values() if queue]
     return [_failure(table, row) for row in chosen[:most]], count
+
+
+@dataclass(frozen=True)
+class Opening:
+    """What the file of a report shows where a link to a trial leads: how to see it, since no viewer may be running."""
+
+    address: str
+    title: str
+    command: str
+
+
+def openings(table: Table) -> list[Opening]:
+    """One for each address that `trial_board` and `failures` link to."""
+    found = dict[str, Opening]()
+    for row in table.rows:
+        failed = row.failed_pick if row.completed and not row.solved else None
+        for pick in (0, failed.pick if failed else 0):
+            address = address_of(table, row, pick)
+            if address is not None:
+                title = f"{row.title}, pick {pick + 1}" if pick else row.title
+                found[address] = Opening(
+                    address, title, f"torc view {shlex.quote(str(row.directory))} --open"
+                )
+    return list(found.values())
 
 
 def _failure(table: Table, row: TrialRow) -> Failure:

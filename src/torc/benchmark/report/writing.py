@@ -19,15 +19,17 @@ from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
 from torc.benchmark.report.real import real_sections
 from torc.benchmark.report.scores import BOUNDS, give_ups_table, score_summary, scores_table, within_table
 from torc.benchmark.report.sets import sets_table
-from torc.benchmark.report.trials import KEY, failures, trial_board
+from torc.benchmark.report.trials import KEY, failures, openings, trial_board
 from torc.benchmark.report.vlm import vlm_table
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import write_tables
+from torc.episode.viewer_links import REPORT
 from torc.errors import InputError
 
 REPORT_FORMAT = "torc-report/1"
 _FIGURES = "figures"
-_RUNS = " runs at its usual port; at another one, open this report from the viewer's page instead."
+_TO_COMMANDS = " Each leads to the command that shows the trial."
+_TO_PICKS = " Where you open this report from the page of this command, each leads to the picks: "
 _MOST_LEFT_OUT = 20
 _INTERVALS = (
     "Intervals: trials of one problem are alike, so that problems are the sample. Shares have Wilson's interval for "
@@ -44,12 +46,29 @@ _OBJECTIVE = (
 
 
 @dataclass(frozen=True)
+class View:
+    """The command that shows the trials in a browser, "" where there are none to show; and whether its page has the
+    report, too.
+    """
+
+    command: str
+    serves_report: bool
+
+    @property
+    def advice(self) -> str:
+        """A line for the user."""
+        if self.serves_report:
+            return f"To follow its links pick by pick, open Report in the page of: {self.command} --open"
+        return f"Its trials, pick by pick: {self.command} --open" if self.command else ""
+
+
+@dataclass(frozen=True)
 class Report:
-    """What was written; `view_command` makes the links to trials work, "" where there are none."""
+    """What was written."""
 
     directory: Path
     page: Path
-    view_command: str
+    view: View
     summary: dict[str, Any]
 
 
@@ -62,27 +81,29 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
     table = read_tables(roots)
     ranking = rank_on_common_ground(table)
     pictures = draw_all(table, [s.planner for s in ranking.standings])
-    view_command = table.view_command if any(address_of(table, row) for row in table.rows) else ""
+    shown = any(address_of(table, row) for row in table.rows)
+    serves_report = shown and out.resolve() == (table.root / REPORT.parent).resolve()
+    view = View(table.view_command if shown else "", serves_report)
     planners = [s.planner for s in ranking.standings]
     trials = f"{sum(r.completed for r in table.rows)} trials, {len(table.problems)} problems, {len(planners)} planners"
     conditions = f", with {table.conditions}" if table.conditions else ""
     title = f"{table.root.resolve().name or 'Report'}: {trials}{conditions}"
-    page = title, ranking.verdict, _sections(table, ranking, pictures, gallery, view_command)
+    page = title, ranking.verdict, _sections(table, ranking, pictures, gallery, view)
     try:
         (out / _FIGURES).mkdir(parents=True, exist_ok=True)
         for picture in pictures:
             (out / _FIGURES / f"{picture.name}.svg").write_bytes(picture.svg)
             (out / _FIGURES / f"{picture.name}.png").write_bytes(picture.png)
         write_tables(table, out)
-        (out / "index.html").write_text(html_page(*page), encoding="utf-8")
+        (out / "index.html").write_text(html_page(*page, openings(table)), encoding="utf-8")
         (out / "report.md").write_text(markdown_page(*page, _FIGURES), encoding="utf-8")
     except OSError as error:
         raise InputError(f"Cannot write to '{out}': {error.strerror}. Choose another --out.") from error
-    return Report(out, out / "index.html", view_command, _summary(ranking))
+    return Report(out, out / "index.html", view, _summary(ranking))
 
 
 def _sections(
-    table: Table, ranking: Ranking, pictures: Sequence[Picture], gallery: int, view_command: str
+    table: Table, ranking: Ranking, pictures: Sequence[Picture], gallery: int, view: View
 ) -> list[Section]:
     planners = [s.planner for s in ranking.standings]
     references = tables.references_table(ranking.standings, ranking.table)
@@ -100,11 +121,10 @@ def _sections(
         tables.errors_table(table),
     ]
     shown, failed = failures(table, planners, gallery)
-    told = (
-        f"{len(shown)} of {failed} failed trials, causes in turn. A picture leads to that pick in the viewer."
+    told = f"{len(shown)} of {failed} failed trials, causes in turn. A picture leads to that pick."
+    links = (
+        (_TO_COMMANDS, _TO_PICKS, Link(view.command, kind="code")) if view.serves_report else (_TO_COMMANDS,)
     )
-    how = " Each is a link to the trial, pick by pick. Links to trials work while "
-    links = (how, Link(view_command, kind="code"), _RUNS) if view_command else ()
     return [
         Section("", [tables.ranking_table(ranking.standings, ranking.table, ranking.comparable)]),
         *([Section(references.title, [references])] if references.rows else []),
@@ -114,7 +134,9 @@ def _sections(
             Section(t.title, [t], "" if i else "tables")
             for i, t in enumerate(t for t in open_tables if t.rows)
         ),
-        Section("Every trial", [(*KEY, *links), trial_board(table, planners)], "trials"),
+        Section(
+            "Every trial", [(*KEY, *(links if view.command else ())), trial_board(table, planners)], "trials"
+        ),
         Section("Failures", [told if failed else "No completed trial failed.", *shown], "failures"),
         Section(
             "How this was made",

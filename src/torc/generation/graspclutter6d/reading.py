@@ -30,7 +30,7 @@ from pydantic import (
 )
 
 from torc.errors import InputError, UnknownNameError
-from torc.files.reading import read_bytes
+from torc.files.reading import read_plain_text
 from torc.files.strict_yaml import explain_faults
 from torc.geometry.transforms import Pose, make_pose
 from torc.problems.schema import Category
@@ -175,7 +175,9 @@ def read_scene(root: Path, scene: int, annotation: int = ANNOTATION, camera: str
 def _pictures(path: Path) -> dict[int, Any]:
     """What a file says of each picture."""
     try:
-        return TypeAdapter(dict[int, Any]).validate_json(read_bytes(path, _MAX_BYTES, "a scene's annotation"))
+        return TypeAdapter(dict[int, Any]).validate_json(
+            read_plain_text(path, _MAX_BYTES, "a scene's annotation")
+        )
     except ValidationError as error:
         raise InputError(
             f"{path} is no annotation of a scene:\n{explain_faults(error)}\nUnpack it again from the data set."

@@ -13,7 +13,7 @@ from jaxtyping import Float, UInt8
 from scipy.spatial.transform import Rotation
 
 from torc.errors import InputError
-from torc.files.reading import read_bytes
+from torc.files.reading import read_plain_text
 from torc.files.strict_yaml import parse_plain_yaml
 from torc.geometry.transforms import Pose, make_pose, project, transform_points
 from torc.lab.calibration.board import DICTIONARY
@@ -84,7 +84,7 @@ def marker_shift_m(
 
 def marker_of_file(path: Path) -> TableMarker | None:
     """The marker that a calibration noted; None if it saw none. Raises InputError for one that cannot be read."""
-    text = read_bytes(path, _MAX_BYTES, "the calibration").decode("utf-8-sig", "replace")
+    text = read_plain_text(path, _MAX_BYTES, "the calibration")
     content = parse_plain_yaml(text, str(path), "calibration", _MAX_BYTES, "Calibrate again.")
     told: Any = content.get("marker_corners") if isinstance(content, dict) else None
     if told is None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from torc.cameras.easy_handeye import transform
 from torc.errors import InputError
-from torc.files.reading import read_bytes
+from torc.files.reading import read_bytes, read_plain_text
 from torc.files.strict_yaml import parse_plain_yaml
 from torc.geometry.transforms import Pose, invert
 from torc.lab.calibration.board import Board
@@ -88,7 +88,7 @@ def transform_of(where: str, entry: Mapping[Any, Any]) -> dict[str, Any]:
 def _listed(path: Path) -> list[tuple[str, Pose]]:
     """Pictures' names and the flange's poses."""
     if path.suffix == ".csv":
-        text = read_bytes(path, _MAX_BYTES, "the list of poses").decode("utf-8-sig", "replace")
+        text = read_plain_text(path, _MAX_BYTES, "the list of poses")
         entries: Any = list(csv.DictReader(io.StringIO(text), skipinitialspace=True))
     else:
         entries = _content(path, _HOW).get("poses")
@@ -116,7 +116,7 @@ def _pose(where: str, given: Any) -> Pose:
 
 
 def _content(path: Path, how: str) -> dict[Any, Any]:
-    text = read_bytes(path, _MAX_BYTES, "a list of poses").decode("utf-8-sig", "replace")
+    text = read_plain_text(path, _MAX_BYTES, "a list of poses")
     if path.suffix != ".json":
         return parse_plain_yaml(text, str(path), "list of poses", _MAX_BYTES, how)
     try:

@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.lab.identity import hardware_of
 from torc.lab.lab_file import Lab
 from torc.lab.twin.franka import FrankaHandTwin
@@ -51,7 +52,7 @@ def rehearsal(lab: Lab, problem: Problem) -> Iterator[Rehearsal]:
         arm, pictures, arm_settings = _arm(lab, world, gripper, stack)
         gripper_settings = _offered(lab, gripper, pictures, stack)
         camera = {"driver": "ros", "url": pictures.url, "pose": "workspace"}
-        content = yaml.safe_load(lab.path.read_text(encoding="utf-8"))
+        content = yaml.safe_load(read_text(lab.path))
         content |= {
             "name": f"{lab.name}-twin",
             "robot": lab.conditions.robot,

@@ -11,6 +11,7 @@ from threading import Event
 from typing import Any
 
 from torc.errors import InputError, TorcError
+from torc.files.reading import read_text
 from torc.next_object.asking.recorded_replies import RecordedReply, ReplyFile, recorded_reply
 from torc.next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures
 from torc.records.files import write_json
@@ -92,7 +93,7 @@ def begin(directory: Path, config: VlmConfig, variant: str, digest: str, version
     path = directory / FACTS
     if path.exists():
         try:
-            before = json.loads(path.read_text(encoding="utf-8"))
+            before = json.loads(read_text(path))
         except ValueError:
             raise InputError(f"'{path}' is damaged. Choose another --out.") from None
         differ = [k for k in facts if not isinstance(before, dict) or before.get(k) != facts[k]]

@@ -10,6 +10,7 @@ from threading import Lock
 from typing import Any
 
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.vlm.protocol import Reply
 from torc.vlm.replies import MAX_CHARACTERS
 
@@ -98,7 +99,7 @@ def _read(path: Path) -> tuple[bool, dict[str, RecordedReply]]:
     """Whether every line was one, and the replies; of two for a row the first counts."""
     if not path.exists():
         return True, {}
-    lines = path.read_text(encoding="utf-8", errors="replace").split("\n")
+    lines = read_text(path, "replace").split("\n")
     found: dict[str, RecordedReply] = {}
     whole = lines[-1] == ""
     for line in filter(None, lines):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
+from torc.files.reading import read_text
 from torc.next_object.making.pricing import Price
 
 _DIGITS = 4
@@ -23,7 +24,7 @@ class KnownValues:
         self._path = path
         self._found: dict[str, dict[int, Price]] = {}
         if path is not None and path.exists():
-            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+            for number, line in enumerate(read_text(path).splitlines(), start=1):
                 try:
                     entry = json.loads(line)
                     self._found[entry["id"]] = _prices(entry["values"])
