@@ -5,14 +5,15 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from torc.errors import InputError, UnknownNameError
 from torc.files.reading import read_text
 from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
 from torc.fingerprints import fingerprint
-from torc.geometry.transforms import look_at, project
+from torc.geometry.transforms import look_at
 from torc.records import VoxelGrid
+from torc.workspace.checks import faults
 from torc.workspace.description import Bin, Box, CameraMount, Room, Workspace
 
 DATA = Path(__file__).parent / "data"
@@ -22,10 +23,8 @@ EXAMPLE = DATA / "paper.yaml"
 _MAX_BYTES = 100_000
 _MAX_VOXELS = 20_000_000
 _SUPPORT_TOLERANCE_M = 0.005
-_LEAST_FOV_DEG = 5.0
+_FOV_DEG = (5.0, 160.0)
 _APART_M = 1e-3
-_LOOKS = 41
-"""Points along each side of the table that the camera may see."""
 Positive = Annotated[Number, Field(gt=0.0)]
 Vec = tuple[Number, Number, Number]
 Size = tuple[Positive, Positive, Positive]
@@ -82,25 +81,38 @@ class _CameraEntry(_Strict):
     T_world_camera: list[list[Number]] | None = None
     width: Annotated[int, Field(ge=16, le=4096)] = 640
     height: Annotated[int, Field(ge=16, le=4096)] = 480
-    vertical_fov_deg: Annotated[Number, Field(gt=1.0, lt=170.0)]
+    vertical_fov_deg: Number
+
+    @field_validator("vertical_fov_deg")
+    @classmethod
+    def _lens(cls, value: float) -> float:
+        low, high = _FOV_DEG
+        if low <= value <= high:
+            return value
+        turned = float(np.rad2deg(value))
+        hint = f". Is it in radians? Then write {turned:.1f}" if low <= turned <= high else ""
+        raise ValueError(f"must be {low:g} to {high:g} degrees, not {value:g}{hint}")
 
     @model_validator(mode="after")
     def _one_pose(self) -> "_CameraEntry":
         seen_from = self.position is not None and self.look_at is not None
         if seen_from == (self.T_world_camera is not None):
             raise ValueError("give either position and look_at, or T_world_camera")
-        if self.vertical_fov_deg < _LEAST_FOV_DEG:
-            raise ValueError(
-                f"vertical_fov_deg {self.vertical_fov_deg:g} is hardly a picture; are these radians? Give degrees"
-            )
-        if self.position is not None and self.look_at is not None:
-            apart = np.subtract(self.look_at, self.position)
-            if np.linalg.norm(apart) < _APART_M:
-                raise ValueError("position and look_at are the same point: the camera would look at itself")
         if self.T_world_camera is not None:
             T = np.array(self.T_world_camera, dtype=float)
-            if T.shape != (4, 4) or not np.allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-4):
-                raise ValueError("T_world_camera must be a 4x4 rigid transform")
+            rigid = T.shape == (4, 4) and np.allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-4)
+            if not rigid or np.linalg.det(T[:3, :3]) < 0 or not np.allclose(T[3], [0, 0, 0, 1]):
+                raise ValueError("T_world_camera must be a 4x4 rigid transform, without scale or mirror")
+        elif self.position is not None and self.look_at is not None:
+            view = np.subtract(self.look_at, self.position)
+            if np.linalg.norm(view) < _APART_M:
+                raise ValueError(
+                    "look_at is the camera's position: give a point that it looks at, on the table"
+                )
+            if np.linalg.norm(view[:2]) < 1e-6 * np.linalg.norm(view):
+                raise ValueError(
+                    "it looks straight up or down: give T_world_camera, which also says how it is turned"
+                )
         return self
 
     def mount(self) -> CameraMount:
@@ -146,26 +158,7 @@ class _WorkspaceFile(_Strict):
             raise ValueError(f"the region's floor must be the table's upper side, at z = {support:g}")
         if np.prod(self.region.shape) > _MAX_VOXELS:
             raise ValueError(f"the region has more than {_MAX_VOXELS:,} voxels; enlarge voxel_size")
-        self._check_view()
         return self
-
-    def _check_view(self) -> None:
-        """Raises ValueError for a camera that stands in something solid, or sees nothing of the table."""
-        camera, table = self.camera.mount(), self.table
-        solid = {"the table": table, **{f"the obstacle {o.name}": o for o in self.obstacles}}
-        for name, box in solid.items():
-            if (np.abs(camera.T_world_camera[:3, 3] - box.center) <= np.array(box.size) / 2).all():
-                raise ValueError(f"the camera is inside {name}")
-        x, y = (np.linspace(-0.5, 0.5, _LOOKS) * table.size[i] + table.center[i] for i in (0, 1))
-        top = table.center[2] + table.size[2] / 2
-        points = np.stack(np.meshgrid(x, y, [top]), axis=-1).reshape(-1, 3)
-        columns, rows, depth_m = project(points, camera.K, camera.T_world_camera)
-        inside = (columns > 0) & (columns < camera.width) & (rows > 0) & (rows < camera.height)
-        if not (inside & (depth_m > 0)).any():
-            raise ValueError(
-                "the camera sees nothing of the table; is its pose from camera to world, with OpenCV's axes (z "
-                "forward, y down)?"
-            )
 
 
 @cache
@@ -188,7 +181,7 @@ def _read(path: Path) -> Workspace:
             f"{path} is not a valid workspace file:\n{explain_faults(error)}\nCompare it with a shipped one: {EXAMPLE}."
         ) from None
     bin_, region = entry.bin, entry.region
-    return Workspace(
+    workspace = Workspace(
         table=Box("table", entry.table.center, entry.table.size),
         bin=Bin(bin_.floor_center, bin_.inner_size, bin_.wall),
         camera=entry.camera.mount(),
@@ -200,3 +193,9 @@ def _read(path: Path) -> Workspace:
         source=fingerprint(entry.model_dump(exclude=set() if entry.room else {"room"})),
         room=None if entry.room is None else entry.room.room(),
     )
+    if found := faults(workspace):
+        listed = "".join(f"\n  {fault}" for fault in found)
+        raise InputError(
+            f"{path} is not a valid workspace file:{listed}\nCompare it with a shipped one: {EXAMPLE}."
+        )
+    return workspace
