@@ -14,6 +14,7 @@ from torc.pipeline.frames.against_picture import direction_of, doubts
 from torc.pipeline.frames.checks import check_intrinsics, check_pose, clean_depth, intrinsics_doubts
 from torc.pipeline.frames.forms import read_frame
 from torc.pipeline.frames.level import level_pose
+from torc.pipeline.frames.registration import registration_doubt
 from torc.pipeline.frames.stored import HIDDEN, Frame, StoredFrame
 from torc.pipeline.frames.support_plane import (
     estimate_support_z_m,
@@ -56,6 +57,7 @@ def load_frame(path: str | Path) -> Frame:
             *notes,
             *intrinsics_doubts(observation.K, observation.depth_m.shape),
             *doubts(observation, given.support_z_m),
+            *filter(None, [registration_doubt(observation.rgb, observation.depth_m)]),
         ),
     )
 
