@@ -41,7 +41,7 @@ def test_distances_are_noticed_and_depth_is_not_doubted(down_deg, noisy, rng):
 def test_the_formula_in_the_message_mends_it():
     o = seen_from(50)
     text = along_rays_doubt(o.depth_m * rays(o), o.K)
-    formula = re.search(r"Divide it by (sqrt\(.*\)\^2\))", text).group(1).replace("^", "**")
+    formula = re.search(r"divide it by (sqrt\(.*\)\^2\))", text).group(1).replace("^", "**")
     (fx, _, cx), (_, fy, cy) = o.K[:2]
     v, u = np.mgrid[: o.depth_m.shape[0], : o.depth_m.shape[1]]
     names = {"sqrt": np.sqrt, "u": u, "v": v, "fx": fx, "fy": fy, "cx": cx, "cy": cy}
@@ -78,3 +78,10 @@ def test_a_refusal_says_so_too(tmp_path):
         load_frame(
             npz(tmp_path, rgb=bare.rgb, depth_m=bare.depth_m, K=bare.K, T_world_camera=None, labels=None)
         )
+
+
+def test_a_pose_of_open_direction_is_refused_with_the_cause(tmp_path):
+    o = seen_from(30, 1.4)
+    pose = {"T_world_camera": None, "extrinsics": o.T_world_camera}
+    with pytest.raises(InputError, match=r"does not say which.*along each pixel's ray"):
+        load_frame(npz(tmp_path, rgb=o.rgb, labels=o.label_image, K=o.K, depth_m=o.depth_m * rays(o), **pose))

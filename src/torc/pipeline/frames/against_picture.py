@@ -68,7 +68,8 @@ def direction_of(where: str, key: str, pose: Pose, observation: Observation) -> 
         why = f"the support is level {found}" if plane is not None else "no support is seen in the picture"
         raise InputError(
             f"{where}, key {key}: it may take points from the camera to the world or back, and the picture does not "
-            f"say which: {why}. Call it T_world_camera (p_world = T @ p_camera) or T_camera_world."
+            f"say which: {why}. Call it T_world_camera (p_world = T @ p_camera) or T_camera_world. "
+            f"{along_rays_doubt(observation.depth_m, observation.K)}".rstrip()
         )
     return ways[level[0]], (
         f"{key} is read as {level[0]}, since only so the support in the picture is level. Call it "

@@ -27,9 +27,9 @@ def along_rays_doubt(depth_m: Float32[np.ndarray, "h w"], K: Float[np.ndarray, "
         return ""
     return (
         "The depth seems to be the distance along each pixel's ray (Gazebo, Blender and some time-of-flight cameras "
-        f"give that), not along the optical axis: converted, {converted:.0%} of it lie in one plane, as it is "
-        f"{as_given:.0%}. Divide it by sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2), u being a pixel's column and v "
-        "its row."
+        f"give that), not along the optical axis: {as_given:.0%} of it lies in one plane as it is, {converted:.0%} "
+        "once converted. To convert it, divide it by sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2), where u is a "
+        "pixel's column and v its row."
     )
 
 

@@ -17,10 +17,10 @@ _WIDTH_PX, _REACH_PX = 200, 30
 _HEIGHTS_PX = (60, 400)
 _SCALES = 1.05 ** np.arange(-7, 8)
 _STEP = 0.04
-"""A step of the depth, as a difference in inverse depth over the picture's median of that. Noise of stereo cameras is
-alike everywhere on this scale, and planes have no steps."""
+"""Least difference in inverse depth of a step, over the median inverse depth. On this scale planes are straight, and
+the noise of a stereo camera does not grow with distance."""
 _DENSE, _AROUND_PX = 0.7, 11
-"""Steps count where this share of the readings around is there: rims of holes are none."""
+"""A step counts where the depth has readings at this share of the pixels around: the rims of holes do not."""
 _FEWEST_STEPS = 100
 _STRONGEST, _DARK_NOISE = 2.5, 4.0
 _SMOOTH_PX = 17
@@ -32,7 +32,7 @@ _MATCH, _IN_PLACE = 5.5, 0.6
 """Height of the match elsewhere in standard deviations of all shifts, and the share of it that the one in place has at
 most. Of 857 good simulated pictures none is doubted so; two in three with another camera's colour are."""
 
-Steps = tuple[Int[np.ndarray, "n 2"], Int[np.ndarray, "m 2"]]
+_Steps = tuple[Int[np.ndarray, "n 2"], Int[np.ndarray, "m 2"]]
 """Rows and columns of steps along the rows, and along the columns."""
 
 
@@ -79,7 +79,7 @@ def registration_doubt(rgb: UInt8[np.ndarray, "h w 3"], depth_m: Float32[np.ndar
     )
 
 
-def _depth_steps(depth_m: Float32[np.ndarray, "h w"], height_px: int) -> Steps:
+def _depth_steps(depth_m: Float32[np.ndarray, "h w"], height_px: int) -> _Steps:
     """On the nearer side of each step, not at the picture's border."""
     small = cv2.resize(depth_m, (_WIDTH_PX, height_px), interpolation=cv2.INTER_NEAREST)
     read = small > 0
@@ -97,7 +97,7 @@ def _depth_steps(depth_m: Float32[np.ndarray, "h w"], height_px: int) -> Steps:
 
 
 def _steps(inverse: Float32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
-    """The nearer side of each step along a row; a slope is none."""
+    """The nearer side of each step along a row; slopes do not count."""
     fall = inverse[:, :-1] - inverse[:, 1:]
     slope = np.zeros_like(fall)
     slope[:, 1:-1] = (fall[:, :-2] + fall[:, 2:]) / 2
@@ -123,7 +123,7 @@ def _color_edges(rgb: UInt8[np.ndarray, "h w 3"], height_px: int) -> list[Float3
     ]
 
 
-def _overlays(steps: Steps, edges: list[Float32[np.ndarray, "h w"]]) -> Iterator[_Overlay]:
+def _overlays(steps: _Steps, edges: list[Float32[np.ndarray, "h w"]]) -> Iterator[_Overlay]:
     """The steps over the edges, at each scale."""
     shape = edges[0].shape
     padded = tuple(fft.next_fast_len(n + 2 * _REACH_PX, True) for n in shape)
