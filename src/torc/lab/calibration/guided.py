@@ -62,30 +62,22 @@ def collect_guided(
     as the arm does. Raises InputError if there are too few pictures in the end.
     """
     led = _Led(lab, camera, arm, board, count, ask, say, mounting)
-    album, rng = led.album, led.rng
+    album = led.album
     while not album.views:
         if not ask(_FIRST[mounting]):
             album.check()
         led.look()
-    first = arm.qpos
-    seen = board_in_camera(album.views[0], board, album.K)
-    T_camera = _rough_pose(lab)
-    if mounting == "hand":
-        if not led.turn(seen):
-            album.check()
-            return album
-        T_camera = rough_camera(album.views, board, album.K)
-    around = planned_for(lab), lab.workspace, limits(lab), board, album.K, album.size
-    sight = Sight(*around, T_camera, seen, first, mounting)
-    poses = proposed(sight, count + _SPARE, rng)
-    if len(poses) < LEAST_VIEWS:
-        raise LabError(
-            f"{len(poses)} poses were found at which the board is in sight and the arm touches nothing. "
-            f"{_HIGHER[mounting]}; or bring the arm to every pose yourself: --jog."
-        )
-    wanted = count - len(album.views)
-    best = poses[:wanted]
-    led.visit(calibration_space(sight), [*best[tour(best, arm.qpos)], *poses[wanted:]], lost=True)
+    sight = led.sight()
+    if sight is not None:
+        poses = proposed(sight, count + _SPARE, led.rng)
+        if len(poses) < LEAST_VIEWS:
+            raise LabError(
+                f"{len(poses)} poses were found at which the board is in sight and the arm touches nothing. "
+                f"{_HIGHER[mounting]}; or bring the arm to every pose yourself: --jog."
+            )
+        wanted = count - len(album.views)
+        best = poses[:wanted]
+        led.visit(calibration_space(sight), [*best[tour(best, arm.qpos)], *poses[wanted:]], lost=True)
     album.check()
     return album
 
@@ -110,12 +102,25 @@ class _Led:
         arm = self.lab.robot.arm
         return take_view(self.album, self.camera, lambda: self.arm.qpos, arm, self.board, self.say)
 
-    def turn(self, T_camera_board: Pose) -> bool:
+    def sight(self) -> Sight | None:
+        """Return what is roughly known after the first picture; None after a "no"."""
+        first, seen = self.arm.qpos, board_in_camera(self.album.views[0], self.board, self.album.K)
+        if self.mounting == "fixed":
+            T_camera = _rough_pose(self.lab)
+        elif self._turned(float(seen[2, 3])):
+            T_camera = rough_camera(self.album.views, self.board, self.album.K)
+        else:
+            return None
+        lab, album = self.lab, self.album
+        around = planned_for(lab), lab.workspace, limits(lab), self.board, album.K, album.size
+        return Sight(*around, T_camera, seen, first, self.mounting)
+
+    def _turned(self, ahead_m: float) -> bool:
         """Turn the hand a little, several ways, and look. Returns False after a "no"."""
         robot, within = planned_for(self.lab), limits(self.lab)
         around = empty_space(robot, self.lab.workspace, within, room_around_hand(robot))
         space = trusting(around, self.arm.qpos)
-        return self.visit(space, small_turns(robot, within, self.arm.qpos, float(T_camera_board[2, 3])))
+        return self.visit(space, small_turns(robot, within, self.arm.qpos, ahead_m))
 
     def visit(self, space: FreeSpace, goals: Iterable[Float[np.ndarray, "dof"]], lost: bool = False) -> bool:
         """Go to one goal after the other and look, until there are enough pictures. Returns False after a "no". With
