@@ -15,6 +15,7 @@ from torc.lab.calibration.marker import MARKER_M, marker_picture
 from torc.lab.calibration.proposals import Sight, calibration_space
 from torc.lab.checks import motion_faults, stretch_for, stretched
 from torc.lab.devices import limits, planned_for
+from torc.lab.empty_table import empty_space
 from torc.lab.lab_file import load_lab
 from torc.records import Observation, Trajectory
 from torc.robots.ik import solve_ik
@@ -116,6 +117,54 @@ class Photographer:
         shown = cv2.warpPerspective(flat, H, SIZE, borderValue=0, flags=cv2.INTER_AREA)
         covered = cv2.warpPerspective(np.full_like(flat, 255), H, SIZE, borderValue=0)
         return np.where(covered > 127, shown, gray)
+
+
+@dataclass
+class HandPhotographer(Photographer):
+    """A camera on the hand (T_world_camera is not used) that sees the board on the table, until so many motions."""
+
+    T_flange_camera: np.ndarray | None = None
+    T_world_board: np.ndarray | None = None
+    motions: int = 1000
+
+    def unplaced(self):
+        flange = tool0_poses(self.arm.lab.robot.arm, self.arm.qpos[None])[0]
+        really = jiggled(flange, self.rng, ARM_RAD, ARM_M)
+        gray = np.full(SIZE[::-1], 120, np.uint8)
+        if len(self.arm.followed) <= self.motions:
+            in_camera = invert(really @ self.T_flange_camera) @ self.T_world_board
+            gray = self.printed(gray, BOARD.picture(4000), in_camera, 4000)
+        noisy = np.clip(gray + self.rng.normal(0, 3, gray.shape), 0, 255).astype(np.uint8)
+        return Observation(
+            np.repeat(noisy[..., None], 3, axis=-1),
+            np.ones(gray.shape, np.float32),
+            K,
+            np.eye(4),
+            np.zeros(0),
+            0.0,
+        )
+
+
+def camera_on_hand(lab, rng, tilt_deg=0.0, **changed):
+    """A camera beside the gripper that looks the way it reaches, half a metre from a board on the table."""
+    robot, workspace, (width, height) = lab.robot, lab.workspace, BOARD.size_m
+    R = robot.gripper.T_tool0_tcp(0.0)[:3, :3]
+    turned = Rotation.from_euler("xyz", [4, -3, 50], degrees=True).as_matrix()
+    T_flange_camera = make_pose(R @ turned, R @ [0.07, 0.02, 0.04])
+    middle = np.array([*workspace.table.center[:2], workspace.support_z_m])
+    down = np.diag([1.0, -1, -1])
+    T_world_board = make_pose(down, middle - down @ [width / 2, height / 2, 0.0])
+    # About the board's normal, slanted, about the camera's axis.
+    angles = [[a, tilt_deg, b] for a in range(0, 360, 45) for b in range(0, 360, 45)]
+    views = np.tile(make_pose(down, middle), (len(angles), 1, 1))
+    views[:, :3, :3] = down @ Rotation.from_euler("ZXZ", angles, degrees=True).as_matrix()
+    flanges = views @ make_pose(np.eye(3), [0, 0, -0.5]) @ invert(T_flange_camera)
+    solutions = solve_ik(planned_for(lab).arm, flanges)
+    branches = np.vstack([solutions.of(k) for k in range(len(flanges))])
+    free = branches[~empty_space(planned_for(lab), workspace, limits(lab)).collides(branches)]
+    start = free[np.abs(free - robot.arm.rest_qpos).max(axis=1).argmin()]
+    nowhere, hand = np.eye(4), {"T_flange_camera": T_flange_camera, "T_world_board": T_world_board}
+    return HandPhotographer(ErringArm(lab, start), nowhere, nowhere, rng, **hand, **changed)
 
 
 def calibrated(lab, held, seed, count=20, marker=None, ask=lambda question: True, **changed):

@@ -5,7 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from calibration_rig import BOARD, SIZE, ErringArm, K, Photographer, calibrated, held, lab  # noqa: F401
+from calibration_rig import (  # noqa: F401
+    BOARD,
+    SIZE,
+    ErringArm,
+    K,
+    Photographer,
+    calibrated,
+    camera_on_hand,
+    held,
+    lab,
+)
 from scipy.spatial.transform import Rotation
 
 from tests.helpers.full_geometry import FullGeometry, solid_boxes
@@ -14,8 +24,9 @@ from torc.geometry.transforms import invert
 from torc.lab.calibration.guided import collect_guided
 from torc.lab.calibration.hand_eye import check_views, solve_hand_eye
 from torc.lab.calibration.proposals import calibration_space, in_sight, proposed, tour
+from torc.lab.calibration.turns import small_turns
 from torc.lab.checks import motion_faults, stretch_for, stretched
-from torc.lab.devices import limits
+from torc.lab.devices import limits, planned_for
 from torc.lab.empty_table import motion_above
 from torc.lab.protocols import LabError
 from torc.robots.kinematics import tool0_poses
@@ -30,7 +41,7 @@ def test_proposed_poses_show_the_board_within_the_limits_and_differ(lab, held):
     within = limits(lab)
     assert ((poses > within.lower + 0.049) & (poses < within.upper - 0.049)).all()
     flanges = tool0_poses(lab.robot.arm, poses)
-    views = invert(sight.T_world_camera) @ flanges @ T_flange_board
+    views = invert(sight.T_camera) @ flanges @ T_flange_board
     assert in_sight(sight, views).all()
     corners = np.einsum("nij,cj->nci", views[:, :3, :3], BOARD.corners) + views[:, None, :3, 3]
     pixels = np.einsum("ij,ncj->nci", K, corners / corners[..., 2:])[..., :2]
@@ -117,3 +128,51 @@ def test_a_board_that_no_pose_is_found_for_is_told(lab, held):
     camera = Photographer(ErringArm(narrow, sight.qpos), true, T_flange_board, rng)
     with pytest.raises(LabError, match="--jog"):
         collect_guided(narrow, camera, camera.arm, BOARD, 20, lambda question: True, lambda text: None)
+
+
+def led_by_hand(lab, count, ask=lambda question: True, **changed):
+    """The SDA10F cannot reach straight above the board: it looks at a slant."""
+    camera = camera_on_hand(lab, np.random.default_rng(0), tilt_deg=40, **changed)
+    return camera, collect_guided(lab, camera, camera.arm, BOARD, count, ask, lambda text: None, "hand")
+
+
+def test_a_camera_on_the_hand_is_led_around_the_board(lab):
+    """Nothing but the robot's limits is known of the camera before; a point half a metre ahead of it is what counts."""
+    camera, album = led_by_hand(lab, 16)
+    assert len(album.views) == 16
+    found = solve_hand_eye(album.views, BOARD, album.K, "hand")
+    ahead = np.array([0, 0, 0.5, 1])
+    off = np.linalg.inv(camera.T_flange_camera) @ found.T_camera @ ahead - ahead
+    assert np.linalg.norm(off) < 0.002
+    checker, fixed = FullGeometry(lab.robot), solid_boxes(lab.workspace.static_boxes())
+    for motion in camera.arm.followed:
+        flanges = tool0_poses(lab.robot.arm, motion.qpos)
+        assert (flanges @ camera.T_flange_camera)[:, 2, 3].min() > lab.workspace.support_z_m + 0.1
+        placed = checker.place(motion.qpos[-1], 0.04)
+        assert not checker.self_contacts(placed)
+        assert not checker.touching(placed, fixed, np.flatnonzero(checker.links >= 0))
+
+
+@pytest.mark.parametrize(("motions", "message"), [(0, "small turns"), (6, "not in sight 4 times in a row")])
+def test_a_board_on_the_table_that_gets_lost_is_told(lab, motions, message):
+    with pytest.raises(LabError, match=message):
+        led_by_hand(lab, 20, motions=motions)
+
+
+def test_a_no_ends_the_small_turns(lab):
+    answers = iter([True, True, False])
+    with pytest.raises(InputError, match="2 pictures are too few"):
+        led_by_hand(lab, 20, ask=lambda question: next(answers))
+
+
+def test_the_hand_turns_about_a_point_ahead_of_it(lab):
+    camera = camera_on_hand(lab, np.random.default_rng(0), tilt_deg=40)
+    robot, qpos = planned_for(lab), camera.arm.qpos
+    goals = small_turns(robot, limits(lab), qpos, 0.4)
+    axis = robot.gripper.T_tool0_tcp(0.0)[:3, 2]
+    ahead = np.array([*(0.4 * axis), 1.0])
+    first, *there = tool0_poses(robot.arm, np.vstack([qpos, goals]))
+    np.testing.assert_allclose([T @ ahead for T in there], np.tile(first @ ahead, (len(goals), 1)), atol=1e-3)
+    angles = [Rotation.from_matrix(first[:3, :3].T @ T[:3, :3]).magnitude() for T in there]
+    assert set(np.round(angles, 3)) <= {0.2, 0.35}
+    assert len(goals) >= 4

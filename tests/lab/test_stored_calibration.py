@@ -15,8 +15,10 @@ from torc.errors import InputError
 from torc.geometry.transforms import invert, make_pose, wxyz_from_rotation
 from torc.lab.calibration.board_views import pose_views
 from torc.lab.calibration.hand_eye import solve_hand_eye, solve_samples
+from torc.lab.calibration.pose_frames import PoseFrame
 from torc.lab.calibration.session import calibration_text
 from torc.lab.calibration.stored import samples_of_easy_handeye, views_of_pictures
+from torc.lab.lab_file import example_labs, load_lab
 
 
 def ros(T):
@@ -88,11 +90,11 @@ def test_samples_of_easy_handeye_give_the_calibration(mounting, tmp_path):
     robot = [invert(v.T_base_flange) if mounting == "fixed" else v.T_base_flange for v in seen]
     samples = [{"robot": ros(F), "tracking": ros(v.T_camera_board)} for F, v in zip(robot, seen, strict=True)]
     path = stored(tmp_path / "s.samples", {"parameters": {}, "samples": samples})
-    found = solve_samples(samples_of_easy_handeye(path, mounting), mounting)
+    found = solve_samples(samples_of_easy_handeye(path, mounting, PoseFrame()), mounting)
     assert error_ahead_m(found.T_camera, T_BASE_CAMERA if mounting == "fixed" else T_FLANGE_BOARD) < 0.003
     samples[3]["tracking"]["translation"]["z"] = -0.1
     with pytest.raises(InputError, match="optical frame"):
-        samples_of_easy_handeye(stored(path, {"samples": samples}), mounting)
+        samples_of_easy_handeye(stored(path, {"samples": samples}), mounting, PoseFrame())
 
 
 def pictured(path, facing):
@@ -128,7 +130,7 @@ def test_pictures_with_a_list_of_poses_calibrate(form, tmp_path, workspace):
     numbers = (K[0, 0], K[1, 1], K[0, 2], K[1, 2])
     out = tmp_path / "calibration.yaml"
     command = CalibrateCommand(
-        tmp_path / "lab.yaml", out, poses_file=path, pictures=tmp_path, intrinsics=numbers
+        lab_file(tmp_path, "sda10f-ros1"), out, poses_file=path, pictures=tmp_path, intrinsics=numbers
     )
     assert command.run() == 0
     assert error_ahead_m(read_pose(str(out), workspace), T_BASE_CAMERA) < 0.001
@@ -146,15 +148,66 @@ def test_a_list_that_says_too_little_is_refused(text, message, tmp_path):
     path = tmp_path / "poses.csv"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message):
-        views_of_pictures(path, tmp_path, BOARD)
+        views_of_pictures(path, tmp_path, BOARD, PoseFrame())
 
 
 def test_options_that_do_not_fit_are_refused(tmp_path):
     lab = tmp_path / "lab.yaml"
     for wrong, message in (
         ({"poses_file": lab}, "belong together"),
-        ({"mount": "hand"}, "--jog"),
+        ({"frame": "base"}, "--poses-file and --samples"),
         ({"poses": 3}, "too few"),
     ):
         with pytest.raises(InputError, match=message):
             CalibrateCommand(lab, tmp_path / "c.yaml", **wrong).run()
+
+
+def lab_file(folder, name):
+    path = folder / "lab.yaml"
+    path.write_text(example_labs()[name], encoding="utf-8")
+    return path
+
+
+UPSIDE = make_pose(np.diag([-1.0, -1, 1]), np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("options", "words", "turn"),
+    [
+        ({}, "x 0.150, y -0.330, z 1.000 m of the world frame, turned by 180", np.eye(4)),
+        ({"base_turn_deg": 180.0}, "z 1.000 m of the world frame, turned by 0 degrees", UPSIDE),
+        ({"frame": "world"}, "the world frame", None),
+    ],
+)
+def test_samples_are_in_the_base_of_a_robot_that_does_not_stand_at_the_origin(
+    options, words, turn, tmp_path, workspace, capsys
+):
+    """The UR5e stands on a pedestal, turned by 180 degrees; base_link of ROS is turned once more."""
+    seen = pose_views(views(np.random.default_rng(1), 12, "fixed"), BOARD, K)
+    samples = [{"robot": ros(invert(v.T_base_flange)), "tracking": ros(v.T_camera_board)} for v in seen]
+    path, lab = stored(tmp_path / "s.samples", {"samples": samples}), lab_file(tmp_path, "ur5e-rtde")
+    out = tmp_path / "c.yaml"
+    assert CalibrateCommand(lab, out, samples=path, **options).run() == 0
+    T_world_base = np.eye(4) if turn is None else load_lab(lab).robot.arm.T_world_base @ turn
+    T_world_camera = T_world_base @ T_BASE_CAMERA
+    assert error_ahead_m(read_pose(str(out), workspace), T_world_camera) < 0.003
+    told = capsys.readouterr().out
+    assert words in told
+    assert f"The camera is at x {T_world_camera[0, 3]:.2f}" in told
+
+
+def test_listed_poses_say_their_frame_where_base_and_world_differ(tmp_path, workspace):
+    flanges = flanges_of_pictures(tmp_path)
+    entries = [{"picture": f"{k}.png", **flat(T)} for k, T in enumerate(flanges)]
+    path, lab = stored(tmp_path / "p.yaml", {"poses": entries}), lab_file(tmp_path, "panda-ros2")
+    numbers, out = (K[0, 0], K[1, 1], K[0, 2], K[1, 2]), tmp_path / "c.yaml"
+    given = {"poses_file": path, "pictures": tmp_path, "intrinsics": numbers}
+    with pytest.raises(InputError, match="--frame base"):
+        CalibrateCommand(lab, out, **given).run()
+    assert CalibrateCommand(lab, out, **given, frame="base").run() == 0
+    T_world_base = load_lab(lab).robot.arm.T_world_base
+    assert error_ahead_m(read_pose(str(out), workspace), T_world_base @ T_BASE_CAMERA) < 0.001
+    named = [{"picture": f"{k}.png", "T_world_tool0": T.tolist()} for k, T in enumerate(flanges)]
+    stored(path, {"poses": named})
+    assert CalibrateCommand(lab, out, **given).run() == 0
+    assert error_ahead_m(read_pose(str(out), workspace), T_BASE_CAMERA) < 0.001

@@ -171,7 +171,10 @@ LAB = Group(
         "example": ("a lab file to begin with", ExampleCommand),
         "check": ("whether every device works; moves nothing unless told", CheckCommand),
         "board": ("a board to print, for calibrating", BoardCommand),
-        "calibrate": ("where the camera is, by the board in the robot's hand", CalibrateCommand),
+        "calibrate": (
+            "where the camera is, by a board in the robot's hand or on the table",
+            CalibrateCommand,
+        ),
         "scene": ("store a scene, and lay it out again", SceneCommand),
         "bench": ("task planners against each other in such scenes", LabBenchCommand),
         "twin": ("the simulator behind the same wires, to rehearse", TwinCommand),

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from torc.lab.calibration.board import Board
     from torc.lab.calibration.hand_eye import HandEye
     from torc.lab.calibration.marker import TableMarker
+    from torc.lab.calibration.pose_frames import PoseFrame
     from torc.lab.calibration.session import Album
     from torc.lab.lab_file import Lab
 
@@ -59,9 +60,10 @@ class BoardCommand:
 
 @dataclass(frozen=True)
 class CalibrateCommand:
-    """Find out where the camera is: fixed, with the board in the robot's hand; or on the hand (--mount hand).
+    """Find out where the camera is: fixed, with the board in the robot's hand; or on the hand (--mount hand), with the
+    board on the table.
 
-    Bring the arm to one pose at which the board faces the camera. torc proposes the others, asks before each motion,
+    Bring the arm to one pose at which the camera sees the board. torc proposes the others, asks before each motion,
     and takes a picture at each pose. With --jog you bring the arm to every pose by its pendant, and torc moves nothing.
     Then it says how well the camera is known, in millimetres at poses that were left out, and how noisy the arm seems,
     and writes a file for the lab file's camera.pose. --poses-file and --samples read what was recorded elsewhere:
@@ -77,7 +79,7 @@ class CalibrateCommand:
     jog: bool = False
     """Bring the arm from pose to pose by its pendant; torc moves nothing."""
     mount: Literal["fixed", "hand"] = "fixed"
-    """fixed: the arm holds the board. hand: the arm carries the camera, the board lies on the table; needs --jog."""
+    """fixed: the arm holds the board. hand: the arm carries the camera, the board lies on the table."""
     poses_file: Path | None = None
     """A list of pictures with the flange's poses (.csv, .json, .yaml); with --pictures and --intrinsics."""
     pictures: Path | None = None
@@ -86,6 +88,11 @@ class CalibrateCommand:
     """fx, fy, cx, cy of those pictures, pixels; without distortion."""
     samples: Path | None = None
     """Samples that easy_handeye2 saved (.samples)."""
+    frame: Literal["base", "world"] | None = None
+    """In which frame the flange's poses of --poses-file or --samples are: the robot's base, as controllers, TF and
+    easy_handeye give them, or the world, that of table and camera. --samples are in the base if not given."""
+    base_turn_deg: float = 0.0
+    """Turn of that base frame about z against the modelled one: 180 for base_link of ROS on Universal Robots' arms."""
     options: tyro.conf.OmitArgPrefixes[BoardOptions] = field(default_factory=BoardOptions)
 
     def run(self) -> int:
@@ -113,10 +120,8 @@ class CalibrateCommand:
             raise InputError("--samples and --poses-file are two ways: give one of them.")
         if self.poses < LEAST_VIEWS:
             raise InputError(f"--poses {self.poses} are too few: at least {LEAST_VIEWS}, better 20.")
-        if self.mount == "hand" and not self.jog and self.samples is None and self.poses_file is None:
-            raise InputError(
-                "torc proposes no poses for a camera on the hand. Bring the arm to every pose yourself: --jog."
-            )
+        if self.samples is None and self.poses_file is None and (self.frame or self.base_turn_deg):
+            raise InputError("--frame and --base-turn-deg are for --poses-file and --samples.")
 
     def _by_arm(self) -> int:
         from torc.lab.calibration.hand_eye import solve_hand_eye
@@ -143,23 +148,41 @@ class CalibrateCommand:
         from torc.pipeline.frames.checks import check_intrinsics
 
         board = self.options.board()
-        views, (width, height) = views_of_pictures(poses, pictures, board)
+        frame = self._frame_of_list()
+        views, (width, height) = views_of_pictures(poses, pictures, board, frame)
         fx, fy, cx, cy = numbers
         K = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
         check_intrinsics("--intrinsics", K, (height, width))
         self._write(solve_hand_eye(views, board, K, self.mount), len(views), None)
+        if frame is not None:
+            print(f"Poses not named T_world_tool0 were read in {frame.words}.")
         return 0
 
     def _by_samples(self, path: Path) -> int:
         from torc.lab.calibration.hand_eye import solve_samples
+        from torc.lab.calibration.pose_frames import PoseFrame
         from torc.lab.calibration.stored import samples_of_easy_handeye
 
-        samples = samples_of_easy_handeye(path, self.mount)
+        frame = PoseFrame() if self.frame == "world" else self._base_frame()
+        samples = samples_of_easy_handeye(path, self.mount, frame)
         self._write(solve_samples(samples, self.mount), len(samples), None)
-        print(
-            "The pose is relative to robot_base_frame of those samples: it must be the workspace's world frame."
-        )
+        print(f"The samples' robot_base_frame was taken to be {frame.words}.")
         return 0
+
+    def _base_frame(self) -> PoseFrame:
+        from torc.lab.calibration.pose_frames import base_frame
+        from torc.lab.lab_file import load_lab
+
+        return base_frame(load_lab(self.lab).robot.arm, self.base_turn_deg)
+
+    def _frame_of_list(self) -> PoseFrame | None:
+        """The frame of poses in a list, which do not say it: None if it is not given and the base is not the world."""
+        from torc.lab.calibration.pose_frames import PoseFrame
+
+        if self.frame == "world":
+            return PoseFrame()
+        base = self._base_frame()
+        return base if self.frame == "base" or base.is_world else None
 
     def _write(self, found: HandEye, count: int, marker: TableMarker | None) -> None:
         from torc.lab.calibration.session import calibration_text, report
@@ -187,4 +210,6 @@ class CalibrateCommand:
                     camera, where, arm, board, self.poses, ask_in_terminal, print, self.mount
                 )
             supervised = SupervisedArm(driver, lab.robot, limits(lab))
-            return collect_guided(lab, camera, supervised, board, self.poses, ask_in_terminal, print)
+            return collect_guided(
+                lab, camera, supervised, board, self.poses, ask_in_terminal, print, self.mount
+            )

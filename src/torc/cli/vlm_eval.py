@@ -12,6 +12,8 @@ import tyro
 from torc.cli.printing import print_json, printable, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.errors import InputError
+from torc.files.reading import read_text
+from torc.next_object.data.sample import CAVEAT, SAMPLE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +34,7 @@ class VlmEvalCommand:
     asks before it begins. Each reply is kept as it comes; the same command again goes on where it was.
 
       torc vlm-eval --vlm openai:MODEL@http://localhost:8000/v1 \\
-          --data next_object --out runs/local
+          --out runs/local
       torc vlm-eval --vlm gemini:MODEL --vlm-prices 0.3,2.5 --variant grasps \\
           --limit 50 --data next_object --out runs/gemini
 
@@ -43,10 +45,11 @@ class VlmEvalCommand:
     Exit code 0 when every question was answered, 1 when some were not, 2 for wrong input.
     """
 
-    data: Annotated[str, tyro.conf.arg(metavar="DIR")]
-    """The data set: a folder of Parquet files, or OWNER/NAME on the Hugging Face hub."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """Where replies and results go."""
+    data: Annotated[str, tyro.conf.arg(metavar="DIR")] = SAMPLE
+    """The data set: a folder of Parquet files, or OWNER/NAME on the Hugging Face hub. "sample" names the 60 decisions
+    that come with torc, for trying things."""
     variant: Literal["image", "grasps", "relations"] = "image"
     """What the model is told beside the picture: nothing; what can be grasped and what blocks what; who seems to stand
     behind whom."""
@@ -71,6 +74,8 @@ class VlmEvalCommand:
         config = self._config()
         whole = open_rows(self.data, self.split)
         rows = chosen_rows(whole, self.limit)
+        if self.data == SAMPLE:
+            tell(f"The data: {len(whole)} decisions that come with torc. {CAVEAT}")
         client = open_client(config, self.vlm.cache())
         file = begin(self.out, config, self.variant, data_digest(whole, self.variant), version_of(whole[0]))
         waiting = [row for row in rows if row["id"] not in file.found]
@@ -167,7 +172,7 @@ def _evaluation_facts(out: Path) -> dict[str, Any]:
 
     from torc.next_object.asking.evaluation import FACTS
 
-    facts = json.loads((out / FACTS).read_text(encoding="utf-8"))
+    facts = json.loads(read_text(out / FACTS))
     return {name: facts[name] for name in ("prompt_sha256", "data_sha256", "temperature", "thinking")}
 
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from torc.collision.checks import robot_arrays
 from torc.collision.world import CollisionConfig, CollisionWorld, world_from_voxels
@@ -37,6 +37,22 @@ def empty_space(
     width_m = 0.5 * robot.gripper.max_width_m
     world = _empty_world(workspace)
     return free_space(robot_arrays(robot), world, width_m, bounds, robot.arm.max_speed, held)
+
+
+def trusting(space: FreeSpace, qpos: Float[np.ndarray, "dof"]) -> FreeSpace:
+    """Let what is held come near those links that it seems to touch at `qpos`. A person brought the arm there, so that
+    it does not touch them: spheres are too coarse to tell.
+    """
+    pairs = space.robot.self_pairs
+    index, of_held = np.arange(len(pairs)), pairs[:, 1] == len(space.robot.link_start) - 2
+
+    def only(kept: Bool[np.ndarray, "p"]) -> FreeSpace:
+        return replace(space, robot=space.robot._replace(self_pairs=pairs[kept]))
+
+    if only(~of_held).collides(qpos[None])[0]:
+        return space
+    touching = [k for k in index[of_held] if only(~of_held | (index == k)).collides(qpos[None])[0]]
+    return only(~np.isin(index, touching))
 
 
 def motion_above(

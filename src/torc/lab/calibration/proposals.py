@@ -1,18 +1,21 @@
 """Poses for calibrating that torc finds itself: the board turned and shifted before the camera; and the motions.
 
-What is known before is rough: where the camera is by the workspace, and how the board is held by one picture of it.
+What is known before is rough: where the camera is, by the workspace or by a few turns of the hand that carries it; and
+where the board is, by one picture of it.
 """
 
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
-from torc.geometry.transforms import Pose, invert
+from torc.geometry.transforms import Pose, invert, transform_points
 from torc.lab.calibration.board import Board
+from torc.lab.calibration.noisy_arm import Mounting
 from torc.lab.checks import MotionLimits
-from torc.lab.empty_table import LIMIT_RAD, empty_space
+from torc.lab.empty_table import LIMIT_RAD, empty_space, trusting
 from torc.motion.holding import hull_spheres
 from torc.motion.space import FreeSpace
 from torc.robots.description import RobotDescription
@@ -30,17 +33,20 @@ _STEEPEST = 0.6
 """Cosine between the line of sight and the board's normal, at least: flat markers are not found."""
 _FAR_RAD = 1.6
 """No joint is further from where it began: the hand does not turn over, and cables do not wind up."""
-_BOARD_SPHERES = 30
+_HELD_SPHERES = 30
+_CAMERA_M = (0.05, 0.04, 0.04)
+"""Half of the room that a camera on the hand takes, along its own axes; cameras for arms are smaller."""
 _SHIFT_M = 0.15
 """As much of a shift makes two poses as different as _TURN_RAD of a turn does."""
 
 
 @dataclass(frozen=True)
 class Sight:
-    """What is roughly known: where the camera is, how it sees, and how the board is held.
+    """What is roughly known: where the camera is, how it sees, and where the board is.
 
     Attributes:
         K, size: intrinsics, and width and height of the picture, pixels.
+        T_camera: the camera in the world (mounting fixed) or in the flange (hand).
         T_camera_board: the board in the camera's frame in the picture at `qpos`.
     """
 
@@ -50,15 +56,35 @@ class Sight:
     board: Board
     K: Float[np.ndarray, "3 3"]
     size: tuple[int, int]
-    T_world_camera: Pose
+    T_camera: Pose
     T_camera_board: Pose
     qpos: Float[np.ndarray, "dof"]
+    mounting: Mounting = "fixed"
 
     @property
-    def T_flange_board(self) -> Pose:
-        """How the board is held."""
+    def T_board(self) -> Pose:
+        """The board in the flange (mounting fixed) or in the world (hand)."""
         flange = tool0_poses(self.robot.arm, self.qpos[None])[0]
-        return np.asarray(invert(flange) @ self.T_world_camera @ self.T_camera_board)
+        carrier = invert(flange) if self.mounting == "fixed" else flange
+        return np.asarray(carrier @ self.T_camera @ self.T_camera_board)
+
+    def flanges(self, views: Float[np.ndarray, "n 4 4"]) -> Float[np.ndarray, "n 4 4"]:
+        """The flange in the world at which the camera sees the board at each of these poses."""
+        if self.mounting == "fixed":
+            return np.asarray(self.T_camera @ views @ invert(self.T_board))
+        return np.asarray(self.T_board @ invert(views) @ invert(self.T_camera))
+
+    @property
+    def held(self) -> Float[np.ndarray, "a 4"]:
+        """Spheres of what moves with the hand, in the flange's frame: the board, or the camera."""
+        if self.mounting == "fixed":
+            width, height = self.board.size_m
+            u, v = np.meshgrid(np.linspace(0, width, 6), np.linspace(0, height, 6))
+            points, T = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)]), self.T_board
+        else:
+            corners = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+            points, T = corners * _CAMERA_M, self.T_camera
+        return hull_spheres(transform_points(T, points), _HELD_SPHERES)
 
     @property
     def outline(self) -> Float[np.ndarray, "4 3"]:
@@ -77,7 +103,7 @@ def proposed(sight: Sight, count: int, rng: np.random.Generator) -> Float[np.nda
     found: list[np.ndarray] = []
     kept: list[np.ndarray] = []
     for batch in np.split(views, range(_BATCH, len(views), _BATCH)):
-        reached, qpos = _reached(sight, batch)
+        reached, qpos = reached_flanges(sight.robot, sight.limits, sight.qpos, sight.flanges(batch))
         free = ~space.collides(qpos) if len(qpos) else np.zeros(0, bool)
         kept += list(batch[reached][free])
         found += list(qpos[free])
@@ -103,17 +129,15 @@ def in_sight(sight: Sight, views: Float[np.ndarray, "n 4 4"]) -> Bool[np.ndarray
 
 
 def calibration_space(sight: Sight) -> FreeSpace:
-    """Table, bin, obstacles and the robot itself, with room around them; the board is in the hand."""
-    width, height = sight.board.size_m
-    u, v = np.meshgrid(np.linspace(0, width, 6), np.linspace(0, height, 6))
-    points = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)])
-    T = sight.T_flange_board
-    held = hull_spheres(points @ T[:3, :3].T + T[:3, 3], _BOARD_SPHERES)
-    return empty_space(sight.robot, sight.workspace, sight.limits, held)
+    """Table, bin, obstacles and the robot itself, with room around them; the board, or the camera, is on the hand."""
+    space = empty_space(sight.robot, sight.workspace, sight.limits, sight.held)
+    return space if sight.mounting == "fixed" else trusting(space, sight.qpos)
 
 
 def _drawn(sight: Sight, rng: np.random.Generator) -> Float[np.ndarray, "n 4 4"]:
-    """Board poses in the camera's frame: turned at random about that which faces the camera, and shifted."""
+    """Board poses in the camera's frame: turned at random about that which faces the camera, and shifted. A camera on
+    the hand may not reach where the board on the table faces it: turns are also about those on the way to the first.
+    """
     first = sight.T_camera_board
     middle = sight.outline.mean(axis=0)
     seen_m = max(float((first[:3, :3] @ middle + first[:3, 3])[2]), _LEAST_M)
@@ -123,37 +147,40 @@ def _drawn(sight: Sight, rng: np.random.Generator) -> Float[np.ndarray, "n 4 4"]
         [rng.uniform(0.2, 0.8, _DRAWN) * width, rng.uniform(0.2, 0.8, _DRAWN) * height, np.ones(_DRAWN)]
     )
     places = depth[:, None] * (pixels @ np.linalg.inv(sight.K).T)
-    facing = _faced(first[:3, :3])
-    turns = Rotation.from_rotvec(rng.uniform(-_TURN_RAD, _TURN_RAD, (_DRAWN, 3))).as_matrix() @ facing
+    turns = Rotation.from_rotvec(rng.uniform(-_TURN_RAD, _TURN_RAD, (_DRAWN, 3)))
+    shares = np.ones(_DRAWN) if sight.mounting == "fixed" else rng.uniform(0, 1, _DRAWN)
+    turns = (turns * _faced(first[:3, :3], shares)).as_matrix()
     out = np.tile(np.eye(4), (_DRAWN, 1, 1))
     out[:, :3, :3], out[:, :3, 3] = turns, places - turns @ middle
     return out
 
 
-def _faced(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3 3"]:
-    """The rotation next to R with the normal along the optical axis."""
+def _faced(R: Float[np.ndarray, "3 3"], shares: Float[np.ndarray, "n"]) -> Rotation:
+    """The rotations on the way from R (share 0) to the one next to it with the normal along the optical axis (1)."""
     axis = np.cross(R[:, 2], [0.0, 0.0, 1.0])
     angle = float(np.arctan2(np.linalg.norm(axis), R[2, 2]))
     length = float(np.linalg.norm(axis))
     turn = axis / length * angle if length > 1e-9 else np.zeros(3)
-    return np.asarray(Rotation.from_rotvec(turn).as_matrix() @ R)
+    return Rotation.from_rotvec(shares[:, None] * turn) * Rotation.from_matrix(R)
 
 
-def _reached(
-    sight: Sight, views: Float[np.ndarray, "n 4 4"]
+def reached_flanges(
+    robot: RobotDescription,
+    limits: MotionLimits,
+    qpos: Float[np.ndarray, "dof"],
+    flanges: Float[np.ndarray, "n 4 4"],
 ) -> tuple[Bool[np.ndarray, "n"], Float[np.ndarray, "m dof"]]:
-    """Which board poses the arm reaches within the limits, and with which joints, those nearest to the first."""
-    arm, limits = sight.robot.arm, sight.limits
-    flanges = sight.T_world_camera @ views @ invert(sight.T_flange_board)
-    tcps = flanges @ sight.robot.gripper.T_tool0_tcp(0.0)
+    """Which poses of the flange the arm reaches within the limits, and with which joints, those nearest to `qpos`."""
+    arm = robot.arm
+    tcps = flanges @ robot.gripper.T_tool0_tcp(0.0)
     places = np.stack([flanges[:, :3, 3], tcps[:, :3, 3]], axis=1)
     inside = ((places > limits.box_lower) & (places < limits.box_upper)).all(axis=(1, 2))
-    reached, qpos = np.zeros(len(views), bool), []
+    reached, found = np.zeros(len(flanges), bool), []
     near = replace(
         arm,
-        lower=np.maximum(limits.lower + LIMIT_RAD, sight.qpos - _FAR_RAD),
-        upper=np.minimum(limits.upper - LIMIT_RAD, sight.qpos + _FAR_RAD),
-        rest_qpos=sight.qpos,
+        lower=np.maximum(limits.lower + LIMIT_RAD, qpos - _FAR_RAD),
+        upper=np.minimum(limits.upper - LIMIT_RAD, qpos + _FAR_RAD),
+        rest_qpos=qpos,
     )
     index = np.flatnonzero(inside)
     if len(index) == 0:
@@ -162,8 +189,8 @@ def _reached(
     for k, n in enumerate(index):
         if len(branches := solutions.of(k)):
             reached[n] = True
-            qpos.append(branches[np.abs(branches - sight.qpos).max(axis=1).argmin()])
-    return reached, np.array(qpos).reshape(-1, arm.dof)
+            found.append(branches[np.abs(branches - qpos).max(axis=1).argmin()])
+    return reached, np.array(found).reshape(-1, arm.dof)
 
 
 def _most_different(views: Float[np.ndarray, "n 4 4"], first: Pose, count: int) -> list[int]:

@@ -150,6 +150,10 @@ def report(found: HandEye, file: str) -> str:
             "That is much: the arm is worn, its model is not exact, or the board or camera is loose."
         )
     if found.mounting == "fixed":
+        x, y, z = found.T_camera[:3, 3]
+        lines.append(
+            f"The camera is at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the world frame: does it stand there?"
+        )
         lines.append(f"{file} is written: name it in the lab file as camera.pose.")
     else:
         lines.append(

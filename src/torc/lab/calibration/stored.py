@@ -18,24 +18,31 @@ from torc.geometry.transforms import Pose, invert
 from torc.lab.calibration.board import Board
 from torc.lab.calibration.board_views import BoardView
 from torc.lab.calibration.noisy_arm import Mounting, PoseView
+from torc.lab.calibration.pose_frames import PoseFrame
 from torc.pipeline.frames.checks import check_pose
 from torc.pipeline.frames.values import parse_pose
 
 _MAX_BYTES, _MAX_PICTURE_BYTES, _MAX_ENTRIES = 2_000_000, 100_000_000, 1000
 _SAMPLE_VARIANCE = np.repeat([1e-3**2, 5e-4**2], 3)
 """Of a marker's pose, turn (rad) then shift (m): samples do not say; the arm's noise is estimated beside it."""
+_IN_WORLD = "T_world_tool0"
 _HOW = (
     "Give a .csv with the columns picture, x, y, z, qx, qy, qz, qw, or a .json or .yaml with a list `poses` of entries "
-    "with picture and either position and wxyz, or T_world_tool0 (4x4). Metres; of the flange in the world frame."
+    "with picture and either position and wxyz, or T_world_tool0 (4x4). Metres; of the flange."
 )
 _SAMPLES_HOW = "Give the .samples file that easy_handeye2 saves: a list `samples` of robot and tracking."
 
 
-def views_of_pictures(poses: Path, pictures: Path, board: Board) -> tuple[list[BoardView], tuple[int, int]]:
-    """The views whose picture shows the board, and the pictures' width and height. Raises InputError and LabError."""
+def views_of_pictures(
+    poses: Path, pictures: Path, board: Board, frame: PoseFrame | None
+) -> tuple[list[BoardView], tuple[int, int]]:
+    """Return the views whose picture shows the board, with the flange's poses in the world; and the pictures' width and
+    height. `frame` is that of poses that are not named T_world_tool0; None: such poses are refused. Raises InputError
+    and LabError.
+    """
     views: list[BoardView] = []
     sizes: set[tuple[int, int]] = set()
-    for name, flange in _listed(poses):
+    for name, flange in _listed(poses, frame):
         gray = _picture(pictures, name, poses)
         sizes.add((gray.shape[1], gray.shape[0]))
         if len(sizes) > 1:
@@ -50,8 +57,9 @@ def views_of_pictures(poses: Path, pictures: Path, board: Board) -> tuple[list[B
     return views, sizes.pop()
 
 
-def samples_of_easy_handeye(path: Path, mounting: Mounting) -> list[PoseView]:
-    """The samples. For a fixed camera easy_handeye stores the base's pose in the hand, not the hand's in the base.
+def samples_of_easy_handeye(path: Path, mounting: Mounting, frame: PoseFrame) -> list[PoseView]:
+    """Return the samples, with the flange's poses in the world; the file gives them in `frame`, the robot_base_frame.
+    For a fixed camera easy_handeye stores the base's pose in the hand, not the hand's in the base.
 
     Raises InputError: unreadable, not of that form, or not of the camera's optical frame.
     """
@@ -71,9 +79,8 @@ def samples_of_easy_handeye(path: Path, mounting: Mounting) -> list[PoseView]:
                 f"{where}: the marker lies behind the camera (z = {seen[2, 3]:.3f} m). tracking_base_frame must be the "
                 "camera's optical frame (z forward, x right, y down)."
             )
-        views.append(
-            PoseView(invert(robot) if mounting == "fixed" else robot, seen, np.diag(_SAMPLE_VARIANCE))
-        )
+        flange = invert(robot) if mounting == "fixed" else robot
+        views.append(PoseView(frame.T_world_frame @ flange, seen, np.diag(_SAMPLE_VARIANCE)))
     return views
 
 
@@ -85,8 +92,8 @@ def transform_of(where: str, entry: Mapping[Any, Any]) -> dict[str, Any]:
         raise InputError(f"{where}: {error}") from None
 
 
-def _listed(path: Path) -> list[tuple[str, Pose]]:
-    """Pictures' names and the flange's poses."""
+def _listed(path: Path, frame: PoseFrame | None) -> list[tuple[str, Pose]]:
+    """Pictures' names and the flange's poses in the world."""
     if path.suffix == ".csv":
         text = read_plain_text(path, _MAX_BYTES, "the list of poses")
         entries: Any = list(csv.DictReader(io.StringIO(text), skipinitialspace=True))
@@ -94,16 +101,21 @@ def _listed(path: Path) -> list[tuple[str, Pose]]:
         entries = _content(path, _HOW).get("poses")
     if not isinstance(entries, list) or len(entries) > _MAX_ENTRIES:
         raise InputError(f"{path} holds no list of poses. {_HOW}")
-    return [_entry(f"{path}, pose {k + 1}", entry) for k, entry in enumerate(entries)]
+    return [_entry(f"{path}, pose {k + 1}", entry, frame) for k, entry in enumerate(entries)]
 
 
-def _entry(where: str, entry: Any) -> tuple[str, Pose]:
+def _entry(where: str, entry: Any, frame: PoseFrame | None) -> tuple[str, Pose]:
     if not isinstance(entry, dict) or not isinstance(entry.get("picture"), str):
         raise InputError(f"{where}: no picture is named. {_HOW}")
-    given = entry.get("T_world_tool0", entry)
-    if given is entry and "position" not in entry:
-        given = transform_of(where, entry)
-    return entry["picture"], _pose(where, given)
+    if _IN_WORLD in entry:
+        return entry["picture"], _pose(where, entry[_IN_WORLD])
+    pose = _pose(where, entry if "position" in entry else transform_of(where, entry))
+    if frame is None:
+        raise InputError(
+            f"{where}: in which frame? This robot's base is not the world frame. Add --frame base (what controllers, "
+            f"TF and easy_handeye give) or --frame world, or name the poses {_IN_WORLD}."
+        )
+    return entry["picture"], np.asarray(frame.T_world_frame @ pose)
 
 
 def _pose(where: str, given: Any) -> Pose:

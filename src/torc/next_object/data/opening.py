@@ -1,4 +1,4 @@
-"""Rows to ask about: from a folder of Parquet files, or from the Hugging Face hub."""
+"""Rows to ask about: from a folder of Parquet files, from the Hugging Face hub, or the sample that comes with torc."""
 
 import os
 import shlex
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError, MissingDependencyError, extra_remedy
+from torc.next_object.data.sample import SAMPLE, sample_rows
 from torc.next_object.schema import COLUMNS, PICTURES
 
 VARIABLE = "TORC_NEXT_OBJECT"
@@ -13,16 +14,20 @@ VARIABLE = "TORC_NEXT_OBJECT"
 
 
 def open_rows(source: str | Path | None = None, split: str = "test") -> list[dict[str, Any]]:
-    """The rows of a split as plain data, pictures as files, in the order of the files. Without a source, VARIABLE
-    names it. Raises InputError where there are none.
+    """Return the rows of a split as plain data, pictures as files, in the order of the files. The source SAMPLE is what
+    comes with torc; without a source, VARIABLE names it. Raises InputError where there are none.
     """
     named = str(source) if source is not None else os.environ.get(VARIABLE, "")
     if not named:
         raise InputError(
-            f"Which data set? Name its folder, or OWNER/NAME on the Hugging Face hub, or set {VARIABLE}."
+            f"Which data set? Name its folder, or OWNER/NAME on the Hugging Face hub, or '{SAMPLE}' for the decisions "
+            f"that come with torc; or set {VARIABLE}."
         )
-    path = Path(named).expanduser()
-    rows = _in_folder(path, split) if path.exists() else _on_hub(named, split)
+    if named == SAMPLE:
+        rows = [row for row in sample_rows() if row["split"] == split]
+    else:
+        path = Path(named).expanduser()
+        rows = _in_folder(path, split) if path.exists() else _on_hub(named, split)
     if not rows:
         raise InputError(f"'{named}' has no decisions in its split '{split}'.")
     return [_plain(row, named) for row in rows]
@@ -49,9 +54,10 @@ def _in_folder(path: Path, split: str) -> list[dict[str, Any]]:
 def _on_hub(name: str, split: str) -> list[dict[str, Any]]:
     if name.count("/") != 1 or name.startswith((".", "/", "~")):
         raise InputError(
-            f"There is no data set '{name}'. Make a small one, with 60 decisions: torc next-object make "
-            f"--problems torc40 --decisions 60 --out {shlex.quote(name)} (a checkout of torc needs no search for "
-            "their values: add --values results/next-object/values.jsonl --looks 0)."
+            f"There is no data set '{name}'. '{SAMPLE}' names the decisions that come with torc (without --data, torc "
+            "vlm-eval takes them). Or make 60 others: torc next-object make --problems torc40 --decisions 60 --out "
+            f"{shlex.quote(name)} (ten minutes; in a checkout of torc one or two, with --values "
+            "results/next-object/values.jsonl --looks 0)."
         )
     try:
         import datasets
