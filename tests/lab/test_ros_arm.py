@@ -86,7 +86,7 @@ def test_an_arm_that_cannot_be_stopped_is_not_moved(arm, twin, robot, monkeypatc
     [
         (lambda twin: twin.halt(e_stopped=1), r"e-stop|was stopped|no motion is possible"),
         (lambda twin: twin.cut(), "lost"),
-        (lambda twin: setattr(twin, "silent", True), "said nothing"),
+        pytest.param(lambda twin: setattr(twin, "silent", True), "said nothing", marks=pytest.mark.long),
     ],
 )
 def test_faults_in_mid_motion_stop_the_arm_and_nothing_is_sent_after(arm, twin, robot, fault, words):

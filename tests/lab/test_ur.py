@@ -78,9 +78,13 @@ def test_one_torc_at_a_time_moves_it(arm, twin):
     ("fault", "words"),
     [
         (lambda twin: twin.halt(e_stopped=1), r"e-stop|program was stopped"),
-        (lambda twin: twin.halt(in_error=1), r"protective stop|program was stopped"),
-        (lambda twin: twin.halt(mode=1), "program was stopped"),
-        (lambda twin: twin.state.update(slider=0.5), "speed slider is at 50"),
+        pytest.param(
+            lambda twin: twin.halt(in_error=1), r"protective stop|program was stopped", marks=pytest.mark.long
+        ),
+        pytest.param(lambda twin: twin.halt(mode=1), "program was stopped", marks=pytest.mark.long),
+        pytest.param(
+            lambda twin: twin.state.update(slider=0.5), "speed slider is at 50", marks=pytest.mark.long
+        ),
         (lambda twin: twin.cut(), "lost"),
         (lambda twin: twin.halt(mode=1) or time.sleep(0.03) or twin.cut(), "lost"),  # not both wires at once
         (lambda twin: setattr(twin, "silent", True), r"said nothing|lost"),
