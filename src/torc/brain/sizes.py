@@ -5,7 +5,8 @@ import numpy as np
 from torc.records import SegmentedScene
 
 _LARGEST_M, _SMALLEST_M = 0.33, 0.015
-"""Between these lies the median length of things on a table."""
+"""Between these lies the median length of things on a table: twice the largest of the shipped problems, whose medians
+are .07 to .16 m, and a fifth of the smallest, since little may be seen of a thing."""
 _USUAL_M = 0.12
 _FACTORS = (4, 5, 10, 1000)
 _FEWEST = 3
