@@ -72,9 +72,11 @@ def registration_doubt(rgb: UInt8[np.ndarray, "h w 3"], depth_m: Float32[np.ndar
         return ""
     right_px, down_px = (round(px * depth_m.shape[1] / _WIDTH_PX) for px in (best.right_px, best.down_px))
     scaled = "" if best.scale == 1 else f"scaled by {best.scale:.2f} and "
+    across = f"{abs(right_px)} pixels to the {'right' if right_px >= 0 else 'left'}"
+    along = f"{abs(down_px)} {'down' if down_px >= 0 else 'up'}"
     return (
-        "The colour picture seems not registered to the depth: their edges do not meet, but would with the depth "
-        f"{scaled}shifted by about {right_px} pixels to the right and {down_px} down. Align the two (RealSense: "
+        "The colour picture does not seem to be registered to the depth: their edges do not meet, but would if the "
+        f"depth were {scaled}shifted by about {across} and {along}. Align the two (RealSense: "
         "rs.align(rs.stream.color); ROS: a topic such as aligned_depth_to_color), and give that camera's K and pose."
     )
 
