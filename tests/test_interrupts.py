@@ -37,8 +37,9 @@ def test_a_signal_ends_a_program_that_saves_its_work(tmp_path, sent, ignored, sa
     out = tmp_path / "out"
 
     def ignore():
-        for number in ignored:
-            signal.signal(number, signal.SIG_IGN)
+        """Whatever this process was started with, maybe by nohup."""
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN if number in ignored else signal.SIG_DFL)
 
     process = subprocess.Popen(
         [sys.executable, "-c", SLEEPER, str(out)], stdout=subprocess.PIPE, text=True, preexec_fn=ignore
