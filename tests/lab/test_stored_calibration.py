@@ -191,9 +191,9 @@ def test_samples_are_in_the_base_of_a_robot_that_does_not_stand_at_the_origin(
     T_world_base = np.eye(4) if turn is None else load_lab(lab).robot.arm.T_world_base @ turn
     T_world_camera = T_world_base @ T_BASE_CAMERA
     assert error_ahead_m(read_pose(str(out), workspace), T_world_camera) < 0.003
-    told = capsys.readouterr().out
-    assert words in told
-    assert f"The camera is at x {T_world_camera[0, 3]:.2f}" in told
+    printed = capsys.readouterr().out
+    assert words in printed
+    assert f"The camera is at x {T_world_camera[0, 3]:.2f}" in printed
 
 
 def test_listed_poses_say_their_frame_where_base_and_world_differ(tmp_path, workspace):

@@ -79,5 +79,9 @@ def test_a_camera_in_an_obstacle_is_refused(tmp_path, workspace):
     post = {"name": "post", "center": [x, y, z], "size": [0.2, 0.2, 0.2]}
     with pytest.raises(InputError, match="inside 'post'"):
         load_workspace(written(tmp_path, obstacles=[post]))
-    beside = {"name": "post", "center": [x - 0.2, y, z], "size": [0.1, 0.1, 0.1]}
+    beside = {
+        "name": "post",
+        "center": [x - 0.11, y, z],
+        "size": [0.2, 0.2, 0.2],
+    }  # a mast that the camera is on
     load_workspace(written(tmp_path, obstacles=[beside]))

@@ -3,13 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from torc.cli.commands import Group
 from torc.cli.object_sheet import check_picture_name
 from torc.cli.printing import print_json, printable
+
+if TYPE_CHECKING:
+    from torc.robots.description import RobotDescription
+    from torc.workspace.description import Workspace
 
 _LITTLE = 0.2
 """Share of the table below which an arm's reach is doubtful."""
@@ -45,7 +49,7 @@ class ListCommand:
 
 @dataclass(frozen=True)
 class CheckCommand:
-    """Try a robot: does each motor move its own joint, does the gripper close, what of the table is within reach?
+    """Try a robot: does each actuator move its own joint, does the gripper close, how much of the table is in reach?
 
     Exit code 0 if it can work, 1 if not, 2 if its files cannot be read.
 
@@ -91,7 +95,7 @@ class CheckCommand:
 class _Finding:
     """One line of the check: ok, note (it may be meant) or FAIL."""
 
-    mark: str
+    mark: Literal["ok", "note", "FAIL"]
     name: str
     detail: str
 
@@ -100,7 +104,7 @@ class _Finding:
         return f"{self.mark:<4}  {self.name:<12}  {self.detail}"
 
 
-def _parts(robot: Any, faults: Mapping[str, list[str]]) -> list[_Finding]:
+def _parts(robot: "RobotDescription", faults: Mapping[str, list[str]]) -> list[_Finding]:
     """What is tried when the robot is loaded."""
     gripper, length_m = robot.gripper, float(robot.gripper.T_tool0_tcp(0.0)[2, 3])
     good = {
@@ -117,18 +121,19 @@ def _parts(robot: Any, faults: Mapping[str, list[str]]) -> list[_Finding]:
     ]
 
 
-def _base(robot: Any) -> _Finding:
+def _base(robot: "RobotDescription") -> _Finding:
     x, y, z = robot.arm.T_world_base[:3, 3]
     return _Finding("ok", "base", f"at ({x:.2f}, {y:.2f}, {z:.2f}) m in the world, z = 0 on the floor")
 
 
-def _reach(robot: Any, workspace: Any) -> _Finding:
+def _reach(robot: "RobotDescription", workspace: "Workspace") -> _Finding:
     import numpy as np
 
-    from torc.robots.reach import approaches_that_reach
+    from torc.robots.reach import reached
+    from torc.workspace.checks import watched_table
 
-    points = _over_table(workspace)
-    share = float(np.mean(approaches_that_reach(robot, points) > 0))
+    points = watched_table(workspace, _ACROSS) + np.array([0, 0, _ABOVE_TABLE_M])
+    share = float(np.mean(reached(robot, points)))
     text = f"{share:.0%} of the table, {100 * _ABOVE_TABLE_M:.0f} cm above it"
     if share >= _LITTLE:
         return _Finding("ok", "reach", text)
@@ -138,7 +143,7 @@ def _reach(robot: Any, workspace: Any) -> _Finding:
     return _Finding("FAIL" if share == 0 else "note", "reach", f"{text} ({where}). {doubt}")
 
 
-def _servos(robot: Any, model: Any) -> _Finding:
+def _servos(robot: "RobotDescription", model: Any) -> _Finding:
     from torc.robots.proving import sags_rad
 
     sags = zip(robot.arm.joint_names, sags_rad(robot, model))
@@ -146,16 +151,6 @@ def _servos(robot: Any, model: Any) -> _Finding:
     if not weak:
         return _Finding("ok", "servos", "hold the arm at rest")
     return _Finding("note", "servos", f"give way under its weight: {weak}. Raise kp, or set gravcomp to 1")
-
-
-def _over_table(workspace: Any) -> Any:
-    """Points (n, 3) spread over the watched part of the table."""
-    import numpy as np
-
-    low, high = workspace.grid.origin, workspace.grid.upper
-    steps = (np.arange(_ACROSS) + 0.5) / _ACROSS
-    x, y = np.meshgrid(*(low[i] + steps * (high[i] - low[i]) for i in (0, 1)), indexing="ij")
-    return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, workspace.support_z_m + _ABOVE_TABLE_M)])
 
 
 ROBOTS = Group(

@@ -22,11 +22,14 @@ _REMEDIES = {
 }
 
 
+FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""LibYAML's, several times as fast; PyYAML may be built without it."""
 _DEEPEST = 50
+"""Levels of nesting."""
 
 
-class _PlainLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """SafeLoader without repeated keys (one would be lost). LibYAML's, six times as fast, where PyYAML has it."""
+class _PlainLoader(FAST_LOADER):  # type: ignore[misc, valid-type]
+    """SafeLoader without repeated keys (one would be lost)."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         keys = [key.value for key, _ in node.value if isinstance(key.value, str)]

@@ -18,7 +18,7 @@ from PIL import Image
 
 from torc.errors import InputError
 from torc.files.reading import read_bytes
-from torc.files.strict_yaml import parse_plain_yaml
+from torc.files.strict_yaml import FAST_LOADER, parse_plain_yaml
 from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh, pieces_bounds
 from torc.objects.schema import (
     FORMAT,
@@ -37,8 +37,6 @@ from torc.objects.schema import (
 
 OBJECT_FILE, GEOMETRY_FILE = "object.yaml", "geometry.npz"
 MAX_GEOMETRY_BYTES, MAX_PNG_BYTES = 48 * 2**20, 32 * 2**20
-_FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""libyaml's, ten times as fast; PyYAML may be built without it."""
 _FACTS = ("name", "kind", "description", "mass_kg", "friction", "rolls", "held_out", "size_m")
 """What a model and its file hold alike."""
 _MAX_NUMBER = 1e30
@@ -91,7 +89,7 @@ def load_object_directory(directory: Path | str, trusted: bool = False) -> Objec
     if trusted:  # some installers link the files of a package, and links are refused below
         directory = (directory / OBJECT_FILE).resolve().parent
         text = (directory / OBJECT_FILE).read_bytes()
-        entry = ObjectFile.model_validate(yaml.load(text, Loader=_FAST_LOADER))
+        entry = ObjectFile.model_validate(yaml.load(text, Loader=FAST_LOADER))
     else:
         entry = read_entry(directory)
     arrays = _Arrays(directory / GEOMETRY_FILE)

@@ -1,7 +1,7 @@
 """Which points an arm reaches with its fingertips, whatever stands in the way."""
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float
 
 from torc.geometry.transforms import Pose, invert, make_pose
 from torc.robots.description import RobotDescription
@@ -9,17 +9,16 @@ from torc.robots.ik import solve_ik
 
 _TILTS_RAD = (0.0, np.pi / 4, np.pi / 2)
 """Of the approach: straight down, slanting, level."""
-APPROACHES = len(_TILTS_RAD)
 
 
-def approaches_that_reach(robot: RobotDescription, points: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, "n"]:
-    """In how many of the approaches (from above, slanting and level, away from the base) the half-open gripper's TCP
-    comes to each point, world frame, metres. Collisions do not count.
+def reached(robot: RobotDescription, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
+    """Whether the half-open gripper's TCP comes to each point (world frame, metres) from above, slanting, or level and
+    away from the base. Collisions do not count.
     """
     T_tcp_tool0 = invert(robot.gripper.T_tool0_tcp(robot.gripper.max_width_m / 2))
     Ts = [_approach(robot, point, tilt) @ T_tcp_tool0 for point in points for tilt in _TILTS_RAD]
     found = solve_ik(robot.arm, np.array(Ts)).count > 0
-    return found.reshape(len(points), -1).sum(axis=1)
+    return np.asarray(found.reshape(len(points), -1).any(axis=1))
 
 
 def _approach(robot: RobotDescription, point: Float[np.ndarray, "3"], tilt_rad: float) -> Pose:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+from jaxtyping import Float
 
 from torc.geometry.transforms import project
 from torc.workspace.description import Box, Workspace
@@ -11,7 +12,6 @@ _ACROSS = 21
 _LEAST_SEEN = 0.05
 """Share of the region's floor over the table that the camera has to see."""
 _FARTHEST_M = 8.0
-_NEAR_M = 0.02
 
 
 def faults(workspace: Workspace) -> list[str]:
@@ -31,7 +31,7 @@ def _camera_faults(workspace: Workspace) -> Iterator[str]:
             f"{workspace.support_z_m:.2f} m; raise it"
         )
         return
-    floor = _floor_over_table(workspace)
+    floor = watched_table(workspace, _ACROSS)
     if len(floor) == 0:
         yield "region: no part of it lies over the table; check region.origin and table.center"
         return
@@ -53,8 +53,8 @@ def _place_faults(workspace: Workspace) -> Iterator[str]:
     room = workspace.room
     if room is not None:
         low, high = workspace.grid.origin[:2], workspace.grid.upper[:2]
-        ends = np.array([np.subtract(room.center, room.size), np.add(room.center, room.size)])
-        if (ends[1] < low).any() or (ends[0] > high).any():
+        center, half = np.array(room.center), np.array(room.size) / 2
+        if (center + half < low).any() or (center - half > high).any():
             yield "room: no part of it lies in the region; check room.center and room.size"
 
 
@@ -66,13 +66,14 @@ def _solids(workspace: Workspace) -> Iterator[Box]:
 
 
 def _inside(point: np.ndarray, box: Box) -> bool:
-    return bool((np.abs(point - np.array(box.center)) < np.array(box.size) / 2 + _NEAR_M).all())
+    return bool((np.abs(point - np.array(box.center)) < np.array(box.size) / 2).all())
 
 
-def _floor_over_table(workspace: Workspace) -> np.ndarray:
-    """Points (n, 3) of the region's floor that lie over the table."""
+def watched_table(workspace: Workspace, across: int) -> Float[np.ndarray, "n 3"]:
+    """Points of the region's floor that lie over the table; `across` along each side of the region."""
     low, high, table = workspace.grid.origin, workspace.grid.upper, workspace.table
-    x, y = np.meshgrid(*(np.linspace(low[i], high[i], _ACROSS) for i in (0, 1)))
+    steps = (np.arange(across) + 0.5) / across
+    x, y = np.meshgrid(*(low[i] + steps * (high[i] - low[i]) for i in (0, 1)))
     points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, workspace.support_z_m)])
     over = np.abs(points[:, :2] - np.array(table.center[:2])) <= np.array(table.size[:2]) / 2
     return points[over.all(axis=1)]

@@ -73,8 +73,8 @@ def test_vlm_eval_runs_at_once(tmp_path, monkeypatch, capsys):
             "--yes",
         ]
         assert parse(line).run() == 0
-    told = capsys.readouterr()
-    assert "60 decisions that come with torc. They are a sample for trying things" in told.err
+    printed = capsys.readouterr()
+    assert "60 decisions that come with torc. They are a sample for trying things" in printed.err
     found = json.loads((tmp_path / "out" / "scores.json").read_text(encoding="utf-8"))
     assert (found["answered"], found["scores"]["rows"]) == (60, 60)
     assert found["baselines"]["dg-select"]["regret"] < 0.6 < found["baselines"]["random"]["regret"]

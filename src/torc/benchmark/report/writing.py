@@ -121,7 +121,7 @@ def _sections(
         tables.errors_table(table),
     ]
     shown, failed = failures(table, planners, gallery)
-    told = f"{len(shown)} of {failed} failed trials, causes in turn. A picture leads to that pick."
+    caption = f"{len(shown)} of {failed} failed trials, one of each cause in turn. Click a picture to see that pick."
     links = (
         (_TO_COMMANDS, _TO_PICKS, Link(view.command, kind="code")) if view.serves_report else (_TO_COMMANDS,)
     )
@@ -137,7 +137,7 @@ def _sections(
         Section(
             "Every trial", [(*KEY, *(links if view.command else ())), trial_board(table, planners)], "trials"
         ),
-        Section("Failures", [told if failed else "No completed trial failed.", *shown], "failures"),
+        Section("Failures", [caption if failed else "No completed trial failed.", *shown], "failures"),
         Section(
             "How this was made",
             [_OBJECTIVE, BOUNDS, _INTERVALS, f"Diamonds: {CITATION}.", *_origins(table)],

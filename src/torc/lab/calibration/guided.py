@@ -61,15 +61,15 @@ def collect_guided(
     Raises LabError for a board in a mirror, one that no pose is found for, and one that is not where it should be; and
     as the arm does. Raises InputError if there are too few pictures in the end.
     """
-    led = _Led(lab, camera, arm, board, count, ask, say, mounting)
-    album = led.album
+    session = _Session(lab, camera, arm, board, count, ask, say, mounting)
+    album = session.album
     while not album.views:
         if not ask(_FIRST[mounting]):
             album.check()
-        led.look()
-    sight = led.sight()
+        session.look()
+    sight = session.sight()
     if sight is not None:
-        poses = proposed(sight, count + _SPARE, led.rng)
+        poses = proposed(sight, count + _SPARE, session.rng)
         if len(poses) < LEAST_VIEWS:
             raise LabError(
                 f"{len(poses)} poses were found at which the board is in sight and the arm touches nothing. "
@@ -77,14 +77,14 @@ def collect_guided(
             )
         wanted = count - len(album.views)
         best = poses[:wanted]
-        led.visit(calibration_space(sight), [*best[tour(best, arm.qpos)], *poses[wanted:]], lost=True)
+        session.visit(calibration_space(sight), [*best[tour(best, arm.qpos)], *poses[wanted:]], lost=True)
     album.check()
     return album
 
 
 @dataclass
-class _Led:
-    """What a person and torc do together, and the pictures so far."""
+class _Session:
+    """One calibration: who takes part, and the pictures so far."""
 
     lab: Lab
     camera: Photographer

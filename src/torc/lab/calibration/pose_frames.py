@@ -11,7 +11,7 @@ from torc.robots.description import ArmDescription
 
 @dataclass(frozen=True)
 class PoseFrame:
-    """A frame, what a person is told of it, and where it is in the world."""
+    """A frame: how messages name it, and where it is in the world."""
 
     words: str = "the world frame"
     T_world_frame: Pose = field(default_factory=lambda: np.eye(4))

@@ -56,8 +56,8 @@ def _on_hub(name: str, split: str) -> list[dict[str, Any]]:
         raise InputError(
             f"There is no data set '{name}'. '{SAMPLE}' names the decisions that come with torc (without --data, torc "
             "vlm-eval takes them). Or make 60 others: torc next-object make --problems torc40 --decisions 60 --out "
-            f"{shlex.quote(name)} (ten minutes; in a checkout of torc one or two, with --values "
-            "results/next-object/values.jsonl --looks 0)."
+            f"{shlex.quote(name)} (much quicker in a checkout of torc, with --values results/next-object/values.jsonl "
+            "--looks 0)."
         )
     try:
         import datasets
