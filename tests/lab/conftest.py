@@ -21,10 +21,12 @@ def publishers_connect_at_once(monkeypatch):
 
 @pytest.fixture
 def patient(monkeypatch):
-    """The supervisor waits longer: twins share the interpreter with torc here, and a busy machine's pauses are not
-    the arm's silence.
+    """The supervisor, the gripper and its twin wait longer: twins share the interpreter with torc here, and a busy
+    machine's pauses are not the arm's or the gripper's silence.
     """
     monkeypatch.setattr(supervisor, "SupervisorConfig", partial(SupervisorConfig, stale_s=3.0, lag_s=3.0))
+    monkeypatch.setattr("torc.lab.robotiq.gripper._ECHO_S", 5.0)
+    monkeypatch.setattr("torc.lab.twin.robotiq._SILENCE_S", 10.0)
 
 
 @pytest.fixture
@@ -36,6 +38,7 @@ def rehearsed(tmp_path):
         own, twin = tmp_path / "lab.yaml", tmp_path / "twin.yaml"
         text = example_labs()[name].replace("  speed: 0.1 ", f"  tcp_speed_m_s: 5\n  speed: {speed} ")
         text = text.replace("pipeline:\n", f"pipeline:\n  max_picks: {max_picks}\n")
+        text = text.replace("  driver: robotiq", "  timeout_s: 5\n  driver: robotiq")
         own.write_text(text, encoding="utf-8")
         with rehearsal(load_lab(own), load_problem(problem)) as there:
             write_lab(there.text, twin)
