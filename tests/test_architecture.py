@@ -193,10 +193,3 @@ def test_only_compiled_kernels_have_no_types_or_many_parameters():
         ]
         typed = function.returns is not None or any(a.annotation for a in arguments)
         assert kernel or (typed and len(arguments) <= 8), f"{path}: {function.name}"
-
-
-@pytest.mark.parametrize(
-    "path", [*ROOT.rglob("*.py"), *Path(__file__).parent.rglob("*.py")], ids=lambda p: p.name
-)
-def test_files_are_short(path):
-    assert len(path.read_text().splitlines()) <= 300

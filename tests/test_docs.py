@@ -15,10 +15,10 @@ from torc.pipeline.frames import forms
 from torc.plugins import load_part
 from torc.problems.problem import parse_problem
 from torc.records import GraspStatus, PickResult, PlanningContext
+from torc.records.graph import EdgeKind
 from torc.robots import schema
 from torc.specs.settings import config_class
 from torc.stages import CAMERAS, TASK_PLANNERS
-from torc.task_planning.graph import EdgeKind
 from torc.testing.planner_conformance import check_planner
 from torc.testing.vlm_client_conformance import check_client
 from torc.vlm.asking import FIELDS

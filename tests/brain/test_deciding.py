@@ -13,7 +13,7 @@ from torc.brain import answer_text, decide_frame, rehearse
 from torc.brain.answer import evidence_in_labels
 from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.errors import InputError
-from torc.records import GraspStatus
+from torc.records import Evidence, GraspStatus
 from torc.task_planning.registry import make_planner
 from torc.testing.contexts import box, make_context
 
@@ -160,9 +160,9 @@ def test_reasons_and_json_hold_labels_alone(frame_of, name, target):
     assert not IDS & set(re.findall(r"Pick (\d+)", answer_text(answer)))
 
 
-def test_what_somebodys_planner_leaves_passes_as_it_is():
-    evidence = {"graph": [1, 2], "probabilities": "none", "certainty": {}, "pixels": {"1": 40}}
-    assert evidence_in_labels(evidence, {0: 512, 1: 40_000}) == evidence
+def test_notes_of_a_planner_pass_unchanged():
+    notes = {"pixels": {"1": 40}, "graphs": [1, 2]}
+    assert evidence_in_labels(Evidence(notes=notes), {0: 512, 1: 40_000}) == notes
 
 
 def rows(text: str) -> list[list[str]]:

@@ -69,5 +69,5 @@ def test_imported_objects_are_seen_cleared_away_and_fetched(tmp_path):
 
     spec = TrialSpec.of(str(tmp_path / "own.yaml"), "dg-select", seed=0, max_picks=6)
     result = run_trial(spec, tmp_path / "trial", say=lambda _: None).result
-    assert (result["status"], result["retrieved"], result["drops"]) == ("completed", True, 0)
-    assert 2 <= result["picks"] <= 4
+    assert (result.status, result.retrieved, result.drops) == ("completed", True, 0)
+    assert 2 <= result.picks <= 4

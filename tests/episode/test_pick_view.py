@@ -105,7 +105,7 @@ def test_it_shows_the_trial_and_does_not_change_it(tmp_path, robot):
         trial = run_trial(
             spec, tmp_path / name, recording=Recording(trajectory=filmed), say=lambda text: None
         )
-        assert trial.result["status"] == "completed"
+        assert trial.result.status == "completed"
         logs.append(comparable_log(trial.directory))
     assert logs[0] == logs[1]
     motion = load_motion(tmp_path / "filmed" / TRAJECTORY)

@@ -61,7 +61,7 @@ def test_a_number_that_no_object_can_have_is_no_valid_choice(number, logged, tmp
     trial = play_fake_trial(TrialSpec.of("boxes", "mine", max_picks=1), tmp_path / "t", Mine(answer=answer))
     lines = [json.loads(line) for line in (tmp_path / "t" / "events.jsonl").read_text().splitlines()]
     executed = next(line for line in lines if line["event"] == "executed")
-    assert trial.result["status"] == "completed"
+    assert trial.result.status == "completed"
     assert executed["object_id"] == logged
     if number != 1:
         assert executed["result"] == "no valid choice"

@@ -8,7 +8,7 @@ import pytest
 from tests.helpers.trial_logs import comparable_log
 from torc.episode import steps
 from torc.episode.events import Executed, Looked
-from torc.episode.log_writing import log_line
+from torc.episode.log import line_of
 from torc.episode.planners import make_trial_planner
 from torc.episode.privileged import Privileged, open_sandbox
 from torc.episode.steps import EpisodeConfig
@@ -48,7 +48,7 @@ def sandbox():
 
 
 def _digest(look):
-    return log_line(Looked(0, look, 0.0, None))["digest"]
+    return line_of(Looked(0, look, 0.0, None)).plain["digest"]
 
 
 def _trial(planner, directory, listeners=()):

@@ -23,7 +23,7 @@ from torc.benchmark.playing import Order, run_missing
 from torc.benchmark.ray_pool import ray_pool
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, BenchSpec, make_spec
 from torc.benchmark.store import TRIAL, Store
-from torc.episode.trial import RESULT_FORMAT
+from torc.episode.log import RESULT_FORMAT
 from torc.episode.versions import versions
 from torc.fingerprints import forget_files
 from torc.records.files import write_json, write_png

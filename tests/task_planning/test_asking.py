@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError, PlannerError, UnknownNameError
-from torc.records import Decision
+from torc.records import Decision, Evidence
 from torc.records.serialization import to_plain
 from torc.stages import TASK_PLANNERS
 from torc.task_planning.asking import ask_planner, rehearse_planner
@@ -68,8 +68,11 @@ def test_numpys_integers_become_plain_ones():
         (replace(GOOD, attempts="once"), "attempts is a str"),
         (replace(GOOD, exchanges=("what?",)), "exchanges"),
         (replace(GOOD, evidence=[1]), "evidence is a list"),
-        (replace(GOOD, evidence={"set": {1, 2}}), "not plain data"),
-        (replace(GOOD, evidence=_endless()), "not plain data"),
+        (replace(GOOD, evidence={"pixels": 3}), r"it must be a torc.records.Evidence.*notes="),
+        (replace(GOOD, evidence=Evidence(graph=[1, 2])), "evidence.graph is a list"),
+        (replace(GOOD, evidence=Evidence(probabilities={"0": 0.5})), "must map object ids to numbers"),
+        (replace(GOOD, evidence=Evidence(notes={"set": {1, 2}})), "not plain data"),
+        (replace(GOOD, evidence=Evidence(notes=_endless())), "not plain data"),
     ],
 )
 def test_what_is_no_decision_is_named(answer, text):

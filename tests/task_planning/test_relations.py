@@ -7,7 +7,7 @@ import pytest
 
 from torc.errors import InputError
 from torc.records import SegmentedScene
-from torc.task_planning.graph import EdgeKind
+from torc.records.graph import EdgeKind
 from torc.task_planning.relation_kernels import nearby_labels
 from torc.task_planning.relations import (
     RelationConfig,

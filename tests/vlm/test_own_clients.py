@@ -5,13 +5,14 @@ from dataclasses import replace
 import pytest
 
 from torc.errors import InputError, UnknownNameError, VlmClientError
+from torc.records.evidence import Tokens
 from torc.testing import contexts
 from torc.testing.conformance import NonConformanceError
 from torc.testing.vlm_client_conformance import check_client
 from torc.vlm.cache import CacheConfig
 from torc.vlm.config import VlmConfig, parse_vlm
 from torc.vlm.opening import open_client
-from torc.vlm.protocol import Question, Tokens
+from torc.vlm.protocol import Question
 from torc.vlm.replies import ask_client, reply_faults, reply_of
 from torc.vlm.select import VlmSelectPlanner
 

@@ -78,17 +78,17 @@ def test_a_prompt_of_ones_own_is_what_is_sent_and_the_log_tells_it():
     assert question.examples == OWN.examples
     assert question.prompt.startswith("Target 0, called ")
     assert question.prompt.endswith("None so far.\n\nAnswer.")
-    facts = decision.evidence["vlm"]
-    assert (facts["prompt"], facts["prompt_sha256"]) == ("mine", OWN.digest)
-    assert facts["system"] == question.system
-    assert len(facts["examples"]) == 2
-    assert [p["sha256"] for p in facts["pictures"]] == [facts["image_sha256"]]
+    facts = decision.evidence.vlm
+    assert (facts.prompt, facts.prompt_sha256) == ("mine", OWN.digest)
+    assert facts.system == question.system
+    assert len(facts.examples) == 2
+    assert [p["sha256"] for p in facts.pictures] == [facts.image_sha256]
 
 
 def test_pictures_are_sent_as_they_are_asked_for_and_kept():
     question, decision = asked("vlm-grasps", picture=PictureConfig("outlines", True, 5, 800))
     assert question.images == decision.pictures
-    shown = decision.evidence["vlm"]["pictures"]
+    shown = decision.evidence.vlm.pictures
     assert [p["shows"] for p in shown] == ["marked", "plain"]
     assert {max(p["width"], p["height"]) for p in shown} == {800}
     assert "outlined" in question.prompt

@@ -111,7 +111,7 @@ def test_the_targets_size_is_said_as_it_is_known():
 def test_the_versions_differ_in_what_they_are_to_and_old_ones_are_asked_as_ever(name):
     context = replace(contexts.behind_context(), hand=Hand(0.085, 0.04), target_size_m=(0.11, 0.07))
     (old, decided), (new, _) = _asked(name, context, 2), _asked(name, context, 3)
-    assert decided.evidence["vlm"]["prompt"] == f"{name}-2"
+    assert decided.evidence.vlm.prompt == f"{name}-2"
     assert "gripper" not in old.prompt
     for said in (
         "two fingers, 4 cm long, which open to 8.5 cm",

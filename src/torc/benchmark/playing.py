@@ -8,6 +8,7 @@ from typing import Any
 from torc.benchmark.local_pool import Backend, Task, Work
 from torc.benchmark.spec import BenchSpec, PlannedTrial, problem_fingerprint
 from torc.benchmark.store import OUTPUT, TRIAL, Store
+from torc.episode.log import TrialResult
 from torc.episode.planners import load_trial_planner
 from torc.episode.trial import run_trial
 from torc.errors import InputError
@@ -27,8 +28,8 @@ class Order:
     vlm_cache: CacheConfig | None = None
 
 
-Listener = Callable[[PlannedTrial, dict[str, Any]], Any]
-"""Takes a trial that has ended, and its result.json."""
+Listener = Callable[[PlannedTrial, TrialResult], Any]
+"""Takes a trial that has ended, and its result."""
 
 
 def run_missing(
@@ -55,7 +56,7 @@ def run_missing(
     for ending in backend.run(work or play, tasks):
         order = orders[ending.key]
         result = store.accept(order.trial, order.work, ending.failure)
-        errored += result.get("status") != "completed"
+        errored += not result.completed
         listener(order.trial, result)
     return errored
 

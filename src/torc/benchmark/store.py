@@ -20,8 +20,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from torc.benchmark.local_pool import Failure
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, BenchSpec, PlannedTrial, merged
-from torc.episode.recorded import LOG
-from torc.episode.trial import RESULT_FORMAT
+from torc.episode.log import RESULT_FORMAT, TrialResult
+from torc.episode.recorded import LOG, read_result
 from torc.episode.versions import versions
 from torc.errors import InputError
 from torc.files.reading import read_text
@@ -170,23 +170,23 @@ class Store:
         """What `load_problem` is given: shipped problems by name, others as they were when the benchmark began."""
         return problem.name if problem.shipped else str(self.root / PROBLEMS / f"{problem.name}.yaml")
 
-    def result(self, trial: PlannedTrial) -> dict[str, Any] | None:
-        """result.json of a trial; None if it has not been played, or cannot be read."""
+    def result(self, trial: PlannedTrial) -> TrialResult | None:
+        """The result of a trial; None if it has not been played, or cannot be read."""
         try:
-            return json.loads(read_text(self.directory(trial) / "result.json"))
-        except (OSError, ValueError):
+            return read_result(self.directory(trial) / "result.json")
+        except InputError:
             return None
 
     def left(self, spec: BenchSpec) -> list[PlannedTrial]:
         """Trials that are missing or errored."""
         results = ((t, self.result(t)) for t in spec.trials)
-        return [t for t, result in results if result is None or result.get("status") != "completed"]
+        return [t for t, result in results if result is None or not result.completed]
 
     def work(self, trial: PlannedTrial) -> Path:
         """A directory of this runner's own, to play a trial in: what a killed one left behind cannot get in its way."""
         return self.root / WORK / f"{os.getpid()}-{trial.id[:16]}"
 
-    def accept(self, trial: PlannedTrial, work: Path, failure: Failure | None) -> dict[str, Any]:
+    def accept(self, trial: PlannedTrial, work: Path, failure: Failure | None) -> TrialResult:
         """Take over what was played in a work directory, which is removed; its result.
 
         `failure` says why the process gave no answer, if it gave none.
@@ -200,7 +200,7 @@ class Store:
             shutil.rmtree(place)
         os.replace(done, place)
         shutil.rmtree(work, ignore_errors=True)
-        return json.loads(read_text(place / "result.json"))
+        return read_result(place / "result.json")
 
     def _as_errored(self, trial: PlannedTrial, work: Path, failure: Failure) -> Path:
         """What a process left behind when it ended, made a trial that says so."""
@@ -213,6 +213,12 @@ class Store:
         output = work / OUTPUT
         said = output.read_text(encoding="utf-8", errors="replace")[-MAX_SAID:] if output.is_file() else ""
         (left / "error.txt").write_text(f"{failure.kind}: {failure.text}\n\n{said}", encoding="utf-8")
-        result = {"status": "errored", "cause": failure.kind.value, "error": failure.text}
-        write_json(left / "result.json", {"format": RESULT_FORMAT, **result, "versions": versions()})
+        result = TrialResult(
+            format=RESULT_FORMAT,
+            status="errored",
+            cause=failure.kind.value,
+            error=failure.text,
+            versions=versions(),
+        )
+        write_json(left / "result.json", result.plain)
         return left

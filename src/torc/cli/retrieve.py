@@ -118,7 +118,7 @@ class RetrieveCommand:
                 vlm_cache=self.vlm.cache(),
                 say=lambda text: console.print(text, style="dim", highlight=False),
             )
-        result = trial.result
+        result = trial.result.plain
         if self.json:
             print_json(result)
         else:

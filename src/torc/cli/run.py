@@ -89,9 +89,9 @@ class RunCommand:
                 say=lambda text: console.print(text, style="dim", highlight=False),
             )
         if self.json:
-            print_json(trial.result)
+            print_json(trial.result.plain)
         else:
-            if trial.result["status"] == "errored":
-                console.print(f"\n[bold red]errored[/]: {escape(trial.result['error'])}")
+            if trial.result.error:
+                console.print(f"\n[bold red]errored[/]: {escape(trial.result.error)}")
             console.print(f"Results and pictures: {escape(str(trial.directory))}", highlight=False)
-        return {"completed": 0, "errored": 1, "interrupted": 130}[trial.result["status"]]
+        return {"completed": 0, "errored": 1, "interrupted": 130}[trial.result.status]

@@ -9,15 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from torc.episode.events import Decided, Event, Executed, Looked
-from torc.episode.log_writing import log_line
+from torc.episode.log import TrialResult, line_of
 from torc.episode.pick_view import view_of
 from torc.episode.pictures import Crop, Frame, crop_around_objects, picture_strip
 from torc.episode.recorded import BELIEF, LOG, PLAIN, SEEN, sent_name
 from torc.episode.viewer_links import PARTIAL
-from torc.episode.vlm_use import VlmUse
+from torc.episode.vlm_use import vlm_use
 from torc.errors import InputError
 from torc.perception.marking import mark_image
 from torc.records.directories import check_place, claim
+from torc.records.evidence import ModelTry
 from torc.records.files import write_json, write_png
 from torc.records.serialization import save_record
 from torc.task_planning.belief.picture import draw_belief
@@ -43,7 +44,7 @@ class TrialRecorder:
         """Whether an event has been recorded."""
         self.asked: VlmConfig | None = None
         """The model that the planner asks, if whoever plays the trial told it."""
-        self._vlm_use = VlmUse()
+        self._tries: list[ModelTry] = []
         self._crop: Crop | None = None
         self._new = [parent for parent in out.parents if not parent.exists()]
         self._log = claim(self.partial, LOG, "trial")
@@ -58,12 +59,12 @@ class TrialRecorder:
     @property
     def vlm_facts(self) -> dict[str, Any]:
         """What asking the model took so far, for result.json; nothing where no model is asked."""
-        return {} if self.asked is None else {"vlm_use": self._vlm_use.facts(self.asked.prices)}
+        return {} if self.asked is None else {"vlm_use": vlm_use(self._tries, self.asked.prices)}
 
     def __call__(self, event: Event) -> None:
         """Record one event; lines are flushed so that nothing is lost in a crash."""
         self.begun = True
-        self._log.write(json.dumps(log_line(event)) + "\n")
+        self._log.write(json.dumps(line_of(event).plain) + "\n")
         self._log.flush()
         match event:
             case Looked():
@@ -80,7 +81,7 @@ class TrialRecorder:
                 chosen = decision.object_id if decision.object_id in scene.ids else None
                 cropped = mark_image(scene, highlight=chosen)[self._crop or ...]
                 self.frames.append(Frame(event.pick, cropped, chosen, decision.reason))
-                self._vlm_use.add(decision)
+                self._tries += decision.evidence.vlm.tries if decision.evidence.vlm else ()
                 for number, picture in enumerate(decision.pictures):
                     self._pick_path(event.pick, sent_name(number)).write_bytes(picture)
                 if (graph := draw_decision(decision)) is not None:
@@ -91,7 +92,7 @@ class TrialRecorder:
                 if self.frames and self.frames[-1].pick == event.pick:
                     self.frames[-1] = replace(self.frames[-1], outcome=event.outcome)
 
-    def complete(self, result: dict[str, Any]) -> None:
+    def complete(self, result: TrialResult) -> None:
         """Write result.json and the picture strip, then rename the directory to its final name."""
         self._write(result)
         backup = self.out.with_name(self.out.name + ".replaced")
@@ -110,15 +111,15 @@ class TrialRecorder:
             with suppress(OSError):  # somebody else may have put something there
                 parent.rmdir()
 
-    def write_result(self, result: dict[str, Any]) -> None:
+    def write_result(self, result: TrialResult) -> None:
         """Write what there is, leaving the directory partial (an interrupted trial)."""
         self._write(result)
         self._log.close()
 
-    def _write(self, result: dict[str, Any]) -> None:
+    def _write(self, result: TrialResult) -> None:
         if self.frames:
             write_png(self.partial / "strip.png", picture_strip(self.frames))
-        write_json(self.partial / "result.json", result)
+        write_json(self.partial / "result.json", result.plain)
 
     def _pick_path(self, pick: int, name: str) -> Path:
         return self.partial / "picks" / f"{pick:02d}_{name}"

@@ -1,8 +1,11 @@
 """A simulated robot at a problem, with the parts that its conditions name."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from torc.episode.steps import PickParts
+from torc.episode.events import Listener
+from torc.episode.loop import Episode
+from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
@@ -39,9 +42,11 @@ def simulated_robot(
     return simulated
 
 
-def pick_parts(system: System, simulated: SimulatedRobot) -> PickParts:
-    """Who looks and picks in that simulation."""
-    return PickParts(simulated, system.pipeline, system.motion_planner)
+def episode_in(
+    simulated: SimulatedRobot, system: System, config: EpisodeConfig, listeners: Sequence[Listener] = ()
+) -> Episode:
+    """The episode of a simulated robot at its problem, before the first look."""
+    return Episode(simulated, system, wanted_in(system, simulated.world.problem), config, listeners)
 
 
 def wanted_in(system: System, problem: Problem) -> Wanted:

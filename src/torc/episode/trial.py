@@ -11,14 +11,14 @@ import numpy as np
 
 from torc.episode.bound import Bound
 from torc.episode.events import Event, Listener, Looked, Started
-from torc.episode.log_writing import result_facts
-from torc.episode.loop import rehearse, run_episode
+from torc.episode.log import RESULT_FORMAT, TrialResult, result_facts
+from torc.episode.loop import run_episode
 from torc.episode.pick_view import view_of
 from torc.episode.planners import make_spec_planner, spec_of_object
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
 from torc.episode.recorded import VIDEO
 from torc.episode.recorder import TrialRecorder
-from torc.episode.simulated import pick_parts, simulated_robot, wanted_in
+from torc.episode.simulated import episode_in, simulated_robot
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trajectory import TrajectoryRecorder
 from torc.episode.versions import versions
@@ -40,15 +40,13 @@ from torc.vlm.cache import CacheConfig
 from torc.vlm.simulated.profiles import find_profile
 from torc.vlm.simulated.situation import Situation
 
-RESULT_FORMAT = "torc-trial/1"
-
 
 @dataclass(frozen=True)
 class Trial:
-    """A trial that has ended: its directory and the content of result.json."""
+    """A trial that has ended: its directory and its result."""
 
     directory: Path
-    result: dict[str, Any]
+    result: TrialResult
 
 
 @dataclass(frozen=True)
@@ -150,7 +148,7 @@ def recorded_trial(
     try:
         facts = play()
     except KeyboardInterrupt:
-        result = _result({"status": "interrupted", **about, **recorder.vlm_facts})
+        result = _result({"status": "interrupted"} | about | recorder.vlm_facts)
         recorder.write_result(result)
         return Trial(recorder.partial, result)
     except Exception as error:
@@ -160,7 +158,7 @@ def recorded_trial(
         told = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
         facts = {"status": "errored", "error": told}
         (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
-    result = _result({**facts, **about, **recorder.vlm_facts})
+    result = _result(facts | about | recorder.vlm_facts)
     recorder.complete(result)
     return Trial(recorder.out, result)
 
@@ -176,14 +174,14 @@ def _play(
     say: Callable[[str], None],
 ) -> dict[str, Any]:
     problem, max_picks = simulated.world.problem, spec.conditions.max_picks
-    parts = pick_parts(system, simulated)
-    with announced_compilation(say):
-        view_of(rehearse(parts, planner).context)  # what the recorder makes of every look
     names = tuple(placement.name for placement in problem.ordered())
     vlm = "" if spec.planner.vlm is None else spec.planner.vlm.text
     target = problem.description
     started = Started(problem.name, planner.name, spec.seed, target, max_picks, names, absent, vlm)
     config = EpisodeConfig(max_picks, spec.seed)
+    with announced_compilation(say):
+        rehearsal = episode_in(simulated, system, config).rehearse(planner)
+        view_of(rehearsal.context)  # what the recorder makes of every look
     with ExitStack() as stack:
         if privileged:
             sandbox = stack.enter_context(open_sandbox(problem, system, config))
@@ -191,7 +189,8 @@ def _play(
             for part in privileged:
                 part.attach(simulation)
             listeners = [*listeners, simulation]
-        result = run_episode(parts, planner, started, listeners, wanted_in(system, problem))
+        episode = episode_in(simulated, system, config, listeners)
+        result = run_episode(episode, planner, started)
     # A planner may know how sure it is that its costs are the least.
     bound = getattr(planner, "bound", None)
     facts = {"status": "completed", **result_facts(result)}
@@ -200,8 +199,8 @@ def _play(
     return facts | {"bound": bound.value} if isinstance(bound, Bound) else facts
 
 
-def _result(facts: dict[str, Any]) -> dict[str, Any]:
-    return {"format": RESULT_FORMAT, **facts, "versions": versions()}
+def _result(facts: dict[str, Any]) -> TrialResult:
+    return TrialResult.model_validate({"format": RESULT_FORMAT} | facts | {"versions": versions()})
 
 
 _MIN_HIDDEN_PX = 10

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torc.episode.log_lines import LookedLine
+from torc.episode.log import LookedLine
 from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.exports.selection import EXPERTS, SPLITS, Source, split_of, succeeded
 from torc.records import TARGET_ID

@@ -10,9 +10,9 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import Bool, Float32, Int8, UInt8
 
-from torc.episode.loop import Episode, rehearse
-from torc.episode.simulated import needs_color, pick_parts, simulated_robot, wanted_in
-from torc.episode.steps import EpisodeConfig, Steps
+from torc.episode.loop import Episode
+from torc.episode.simulated import episode_in, needs_color, simulated_robot
+from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, PhysicsError, UnknownNameError
 from torc.occlusion.volume import hidden_volumes_m3
 from torc.perception.marking import mark_image
@@ -118,12 +118,12 @@ class EpisodeSimulation(Closing):
         _, simulated, built = self._open
         simulated.restore(built)
         simulated.take_over()
-        parts = pick_parts(self._system, simulated)
+        episode = episode_in(simulated, self._system, config)
         if not self._rehearsed:
             with announced_compilation(lambda text: print(text, file=sys.stderr)):
-                rehearse(parts)
+                episode.rehearse()
             self._rehearsed = True
-        return Episode(Steps(parts, wanted_in(self._system, simulated.world.problem), config))
+        return episode
 
     def close(self) -> None:
         """Frees the world and its camera."""

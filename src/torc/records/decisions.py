@@ -1,14 +1,13 @@
 """What a task planner sees and what it answers."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
+from torc.records.evidence import Evidence
 from torc.records.grasps import GraspReport, GraspSet
 from torc.records.outcomes import PickOutcome
 from torc.records.scene import SegmentedScene
-from torc.records.serialization import ASIDE
+from torc.records.serialization import ASIDE, to_plain
 from torc.records.volume import OcclusionVolume
 
 
@@ -79,7 +78,7 @@ class Decision:
         is_target: the chooser takes the object for the target, which perception did not recognise: bringing it ends
             the episode. Where perception is given the objects' true ids, this says nothing.
         exchanges: every prompt and reply.
-        evidence: plain data (JSON-compatible) that explains the choice, e.g. the dependency graph.
+        evidence: what the choice rests on, e.g. the dependency graph.
         pictures: PNG files that the chooser was sent, the same in every exchange; kept beside the log, not in it.
     """
 
@@ -89,5 +88,10 @@ class Decision:
     give_up: bool = False
     is_target: bool = False
     exchanges: tuple[Exchange, ...] = ()
-    evidence: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    evidence: Evidence = field(default_factory=Evidence)
     pictures: tuple[bytes, ...] = field(default=(), repr=False, metadata=ASIDE)
+
+    def to_plain(self) -> dict[str, Any]:
+        """JSON-compatible data, without the pictures; `is_target` only if it is set."""
+        plain = to_plain(self) | {"evidence": self.evidence.to_plain()}
+        return plain if self.is_target else {k: v for k, v in plain.items() if k != "is_target"}

@@ -5,6 +5,7 @@ import operator
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,27 @@ import numpy as np
 from torc.errors import PlannerError
 from torc.plugins import blamed, warm_up
 from torc.plugins import kind_of_value as _kind
-from torc.records import Decision, Exchange, PlanningContext
+from torc.records import (
+    BeliefEvidence,
+    Certainty,
+    Corrections,
+    Decision,
+    DependencyGraph,
+    Evidence,
+    Exchange,
+    ModelEvidence,
+    PlanningContext,
+)
 from torc.records.serialization import to_plain
 from torc.task_planning.protocol import TaskPlanner
 
+_EVIDENCE: Mapping[str, type] = {
+    "graph": DependencyGraph,
+    "certainty": Certainty,
+    "belief": BeliefEvidence,
+    "vlm": ModelEvidence,
+    "corrections": Corrections,
+}
 _HELP = "torc.testing.planner_conformance checks a planner against all rules (docs/task_planners.md)."
 
 
@@ -70,8 +88,13 @@ def decision_faults(answer: Any) -> Iterator[str]:
         yield f"attempts is {_kind(answer.attempts)}; it must be an int"
     if not (isinstance(exchanges, tuple | list) and all(isinstance(e, Exchange) for e in exchanges)):
         yield "exchanges must be a tuple of torc.records.Exchange"
-    if not isinstance(answer.evidence, Mapping):
-        yield f"evidence is {_kind(answer.evidence)}; it must be a mapping"
+    if not isinstance(answer.evidence, Evidence):
+        yield (
+            f"evidence is {_kind(answer.evidence)}; it must be a torc.records.Evidence, "
+            "which takes facts of your own as Evidence(notes={...})"
+        )
+    else:
+        yield from _evidence_faults(answer.evidence)
     pictures = answer.pictures
     if not (isinstance(pictures, tuple | list) and all(isinstance(p, bytes) for p in pictures)):
         yield "pictures must be a tuple of PNG files as bytes"
@@ -79,6 +102,16 @@ def decision_faults(answer: Any) -> Iterator[str]:
         json.dumps(to_plain(answer))
     except (TypeError, ValueError, RecursionError) as error:
         yield f"its evidence is not plain data that JSON can hold ({error})"
+
+
+def _evidence_faults(evidence: Evidence) -> Iterator[str]:
+    for name, kind in _EVIDENCE.items():
+        value = getattr(evidence, name)
+        if value is not None and not isinstance(value, kind):
+            yield f"evidence.{name} is {_kind(value)}, not a torc.records.{kind.__name__}"
+    p = evidence.probabilities
+    if not (isinstance(p, Mapping) and all(_is_whole(k) and isinstance(v, Real) for k, v in p.items())):
+        yield "evidence.probabilities must map object ids to numbers"
 
 
 def _is_whole(value: Any) -> bool:

@@ -5,11 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from torc.errors import InputError
 from torc.perception.palette import object_color
 from torc.records import Decision
+from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 from torc.task_planning.canvas import INK, PAPER, Canvas, Color, smooth_curve
-from torc.task_planning.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 from torc.task_planning.layout import Layout, lay_out
 
 _FAINT: Color = (120, 120, 126)
@@ -45,7 +44,7 @@ _Box = tuple[float, float, float, float]
 
 def draw_graph(
     graph: DependencyGraph,
-    probabilities: Mapping[int, float] | Mapping[str, float] | None = None,
+    probabilities: Mapping[int, float] | None = None,
     chosen: int | None = None,
     labels: Mapping[int, int] | None = None,
 ) -> UInt8[np.ndarray, "h w 3"]:
@@ -53,7 +52,7 @@ def draw_graph(
 
     Args:
         graph: the graph.
-        probabilities: p(sink) by id (also as JSON has it, by text), written under the sinks.
+        probabilities: p(sink) by id, written under the sinks.
         chosen: id of the object to pick next; ringed in green.
         labels: numbers to write in place of the ids; where they are given, a hidden target without one is "?".
 
@@ -62,7 +61,7 @@ def draw_graph(
     does not wait for is pale.
     """
     picture = _GraphPicture(lay_out(graph), labels or {})
-    awaited, p = _awaited(graph), by_id(probabilities)
+    awaited, p = _awaited(graph), probabilities or {}
     for edge in sorted(graph.edges, key=lambda e: e.source in awaited):
         picture.edge(edge, edge.target == chosen, pale=edge.source not in awaited)
     for edge in graph.edges:
@@ -78,25 +77,11 @@ def draw_graph(
 def draw_decision(
     decision: Decision, labels: Mapping[int, int] | None = None
 ) -> UInt8[np.ndarray, "h w 3"] | None:
-    """The dependency graph that a decision rests on, its choice ringed.
-
-    It is looked for in `evidence["graph"]` as DependencyGraph.to_dict makes it, and the probabilities in
-    `evidence["probabilities"]`; None where the planner has left no such graph. `labels`: as of `draw_graph`.
-    """
-    try:
-        graph = DependencyGraph.from_dict(decision.evidence["graph"])
-        probabilities = by_id(decision.evidence.get("probabilities"))
-    except (KeyError, InputError):
+    """Draw the dependency graph that a decision rests on, its choice ringed; None if it rests on none."""
+    evidence = decision.evidence
+    if evidence.graph is None:
         return None
-    return draw_graph(graph, probabilities, decision.object_id, labels=labels)
-
-
-def by_id(probabilities: Mapping[int, float] | Mapping[str, float] | None) -> dict[int, float]:
-    """Probabilities under whole numbers, also where JSON has made text of them. Raises InputError for anything else."""
-    try:
-        return {int(k): float(p) for k, p in (probabilities or {}).items()}
-    except (AttributeError, TypeError, ValueError) as error:
-        raise InputError(f"Not probabilities by object id: {type(error).__name__} {error}.") from error
+    return draw_graph(evidence.graph, evidence.probabilities, decision.object_id, labels=labels)
 
 
 class _GraphPicture:

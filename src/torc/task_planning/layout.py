@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from torc.task_planning.graph import DependencyGraph
+from torc.records.graph import DependencyGraph
 
 _Item: TypeAlias = int | tuple[int, int, int]
 _Links: TypeAlias = dict[_Item, tuple[list[_Item], list[_Item]]]

@@ -74,9 +74,9 @@ def _decision_faults(decision: Decision, context: PlanningContext) -> list[str]:
     if decision.give_up and chosen is not None:
         found.append("it named an object and gave up at once")
     try:
-        json.dumps(dict(decision.evidence), allow_nan=False)
-    except (TypeError, ValueError) as error:
-        found.append(f"evidence is not plain data: {error}")
+        json.dumps(decision.evidence.to_plain(), allow_nan=False)
+    except ValueError:
+        found.append("its evidence holds a number that is not finite, which JSON cannot hold")
     return found
 
 

@@ -7,14 +7,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 from torc.errors import InputError
-from torc.records import TARGET_ID, Decision, Exchange, PlanningContext
+from torc.records import TARGET_ID, Decision, Evidence, Exchange, PlanningContext
+from torc.records.evidence import ModelEvidence, ModelTry
 from torc.records.serialization import to_plain
 from torc.task_planning.protocol import MAX_ATTEMPTS
 from torc.vlm.answers import Useless
 from torc.vlm.config import Asking
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.pictures import SentPicture, pictures_of
-from torc.vlm.prompt import Prompt
 from torc.vlm.prompt_files import shipped_prompt
 from torc.vlm.protocol import Question, Reply, VlmClient
 from torc.vlm.question_facts import gripper_sentence, target_size_sentence
@@ -74,14 +74,14 @@ class Asker:
         reply useless. Each asking draws its repetition from rng, so that another seed or pick asks anew. Raises
         VlmError if the server gives no reply.
 
-        Returns the answer, the model that gave it, and a decision for nothing with all that was asked and answered.
+        Returns the answer, the model that gave it, and an empty Decision that carries the transcript.
         """
         filled = prompt_values(context, self._asking.picture) | dict(values)
         system, question = self._prompt.filled(self._asking.structured, **filled)
         pictures = pictures_of(context.scene, self._asking.picture)
         images = tuple(p.png for p in pictures)
         exchanges: list[Exchange] = []
-        tries: list[dict[str, Any]] = []
+        tries: list[ModelTry] = []
         answer: Answer | Useless = Useless("It was not asked.")
         model = ""
         for _ in range(MAX_ATTEMPTS):
@@ -92,7 +92,9 @@ class Asker:
             # As its server tells it, short and harmless in a sentence.
             model = "".join(c for c in reply.model_version if c.isprintable())[:_MAX_NAME]
             exchanges.append(Exchange(question, reply.text))
-            tries.append(_try_facts(reply, answer))
+            useless = answer.reason if isinstance(answer, Useless) else None
+            seconds = round(reply.latency_s, 4)
+            tries.append(ModelTry(useless, reply.finish.value, reply.model_version, reply.tokens, seconds))
             if not isinstance(answer, Useless):
                 break
         last = answer.reason if isinstance(answer, Useless) else ""
@@ -101,10 +103,24 @@ class Asker:
             f"The VLM {model} gave no answer of use in {len(tries)} tries. {last}",
             len(tries),
             exchanges=tuple(exchanges),
-            evidence={"vlm": {**_asked_facts(self._prompt, system, pictures), "tries": tries}},
+            evidence=Evidence(vlm=self._evidence(system, pictures, tries)),
             pictures=images,
         )
         return answer, model, nothing
+
+    def _evidence(
+        self, system: str, pictures: tuple[SentPicture, ...], tries: list[ModelTry]
+    ) -> ModelEvidence:
+        shown = tuple(p.facts for p in pictures)
+        return ModelEvidence(
+            prompt=self._prompt.name,
+            prompt_sha256=self._prompt.digest,
+            system=system,
+            examples=tuple(to_plain(self._prompt.examples)),
+            image_sha256=shown[0]["sha256"],
+            pictures=shown,
+            tries=tuple(tries),
+        )
 
 
 def prompt_values(context: PlanningContext, picture: PictureConfig) -> dict[str, object]:
@@ -152,23 +168,3 @@ def _history(context: PlanningContext) -> list[str]:
         else f"Pick {number}: no object, {outcome.result.value}."
         for number, outcome in enumerate(context.history, start=1)
     ]
-
-
-def _asked_facts(prompt: Prompt, system: str, pictures: tuple[SentPicture, ...]) -> dict[str, Any]:
-    """What was sent beside the question, as plain data; `image_sha256` is the marked picture's."""
-    facts: dict[str, Any] = {"prompt": prompt.name, "prompt_sha256": prompt.digest}
-    facts |= {"system": system} if system else {}
-    facts |= {"examples": to_plain(prompt.examples)} if prompt.examples else {}
-    shown = [p.facts for p in pictures]
-    return facts | {"image_sha256": shown[0]["sha256"], "pictures": shown}
-
-
-def _try_facts(reply: Reply, answer: object) -> dict[str, Any]:
-    """A try as plain data. "seconds": wall times stand under that name only, so that logs can be compared."""
-    return {
-        "useless": answer.reason if isinstance(answer, Useless) else None,
-        "finish": reply.finish.value,
-        "model_version": reply.model_version,
-        "tokens": to_plain(reply.tokens),
-        "seconds": round(reply.latency_s, 4),
-    }

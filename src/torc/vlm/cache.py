@@ -14,10 +14,11 @@ from typing import Any
 
 from torc.errors import InputError
 from torc.files.reading import read_text
+from torc.records.evidence import Tokens
 from torc.records.files import write_json
 from torc.records.serialization import to_plain
 from torc.vlm.config import VlmConfig
-from torc.vlm.protocol import Finish, Question, Reply, Tokens, VlmClient
+from torc.vlm.protocol import Finish, Question, Reply, VlmClient
 from torc.vlm.replies import ask_client, reply_faults, reply_of
 
 FORMAT = "torc-vlm-cache/2"

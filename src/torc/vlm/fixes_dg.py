@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.records import Decision, PlanningContext
+from torc.records import Corrections, Decision, PlanningContext
+from torc.records.graph import DependencyEdge
 from torc.task_planning.dg_select import DgSelectConfig, DgSelectPlanner, decide_by_graph
-from torc.task_planning.graph import DependencyEdge
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import behind_candidates, find_adjacencies
@@ -49,7 +49,7 @@ class VlmFixesDgPlanner:
         if isinstance(answer, Useless):
             return nothing
         decision = self._by_graph(context, answer.relations)
-        corrections = {"changes": list(answer.changes), "refused": list(answer.refused)}
+        corrections = Corrections(tuple(answer.changes), tuple(answer.refused))
         refused = f", {len(answer.refused)} of its corrections refused" if answer.refused else ""
         changed = f"The VLM {model} changed {len(answer.changes)} of {len(candidates)} relations{refused}."
         return replace(
@@ -58,7 +58,7 @@ class VlmFixesDgPlanner:
             attempts=nothing.attempts,
             exchanges=nothing.exchanges,
             pictures=nothing.pictures,
-            evidence={**decision.evidence, **nothing.evidence, "corrections": corrections},
+            evidence=replace(decision.evidence, vlm=nothing.evidence.vlm, corrections=corrections),
         )
 
     def warm_up(self, context: PlanningContext) -> None:

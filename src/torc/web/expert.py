@@ -3,7 +3,7 @@
 import numpy as np
 
 from torc.episode.events import Decided, Event, Executed, Looked, Planned, Started
-from torc.records import Decision, Exchange, PickPlan, PlanningContext
+from torc.records import Decision, Evidence, Exchange, PickPlan, PlanningContext
 from torc.web.session import Choice, Phase, Session
 
 NAME = "human"
@@ -29,7 +29,7 @@ class HumanPlanner:
             give_up=choice.give_up,
             is_target=choice.is_target and choice.object_id is not None,
             exchanges=(Exchange(ASKED, reply),),
-            evidence={"expert": self._expert, "note": choice.note},
+            evidence=Evidence(notes={"expert": self._expert, "note": choice.note}),
         )
 
 

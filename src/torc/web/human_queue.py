@@ -81,9 +81,9 @@ class HumanQueue:
                 # This problem cannot be played; the others can.
                 message = str(error)
                 continue
-            if result["status"] == "interrupted":
+            if result.status == "interrupted":
                 raise KeyboardInterrupt
-            message = result.get("error", "")
+            message = result.error or ""
         session.publish(phase=Phase.DONE, waiting=(), message=message)
 
     def lines(self) -> list[dict[str, Any]]:

@@ -27,8 +27,8 @@ def test_it_takes_away_what_might_hide_the_target_and_gives_up(tmp_path):
     save_problem(NO_CAN, tmp_path / "no_can.yaml")
     spec = TrialSpec.of(str(tmp_path / "no_can.yaml"), "oracle", 0)
     result = run_trial(spec, tmp_path / "trials" / "oracle").result
-    assert (result["end"], result["picks"], result["target_absent"]) == ("gave up", 1, True)
-    assert not result["retrieved"]
+    assert (result.end, result.picks, result.target_absent) == ("gave up", 1, True)
+    assert not result.retrieved
     (row,) = read_table(tmp_path / "trials").rows
     assert row.absent
     assert row.solved
@@ -40,7 +40,7 @@ def test_informed_gives_up_then_too(tmp_path):
     save_problem(NO_CAN, tmp_path / "no_can.yaml")
     spec = TrialSpec.of(str(tmp_path / "no_can.yaml"), "informed", 0)
     result = run_trial(spec, tmp_path / "trial").result
-    assert (result["end"], result["picks"]) == ("gave up", 1)
+    assert (result.end, result.picks) == ("gave up", 1)
 
 
 @pytest.mark.long

@@ -55,16 +55,16 @@ def test_a_trial_goes_as_the_oracle_foresees(name, seed, picks, tmp_path):
     trial = run_trial(
         TrialSpec.of(name, "oracle", seed), tmp_path / "trial", listeners=[listen], say=said.append
     )
-    assert trial.result["retrieved"]
-    assert (trial.result["picks"], trial.result["drops"]) == (answer.picks, answer.drops)
+    assert trial.result.retrieved
+    assert (trial.result.picks, trial.result.drops) == (answer.picks, answer.drops)
     assert outcomes == [pick.outcome for pick in answer.foreseen]
     assert [names[d.object_id] for d in decided] == list(answer.order)
     # A trial does without the proof, so that it may have tried out less.
     effort = {"bound", "proved", "likely", "lower_bound", "rough_bound", "picks_tried", "looks"}
     foreseen = {key: value for key, value in answer.to_dict().items() if key not in effort}
     for decision in decided:
-        assert foreseen.items() <= decision.evidence["foreseen"].items()
-        assert decision.evidence["bound"] == trial.result["bound"] == "proved"
+        assert foreseen.items() <= decision.evidence.notes["foreseen"].items()
+        assert decision.evidence.notes["bound"] == trial.result.bound == "proved"
     assert sum("trying out" in text for text in said) == 1
 
 
@@ -106,7 +106,7 @@ class Staged:
     def decide_at(self, present):
         self.present = present
         decision = self.planner.decide(contexts.open_context(), np.random.default_rng(0))
-        json.dumps(dict(decision.evidence), allow_nan=False)
+        json.dumps(decision.evidence.to_plain(), allow_nan=False)
         return decision
 
 
@@ -157,5 +157,5 @@ def test_where_no_order_is_found_it_follows_the_beginning_and_then_searches_agai
 def test_a_trial_has_the_mark_of_the_answer_that_it_followed(monkeypatch, facts, mark):
     start, middle, end = moment(1), moment(2, REMOVED), moment(3, REMOVED, RETRIEVED)
     stage = Staged(monkeypatch, found(3, 0, states=(start, middle, end), **facts))
-    marks = [stage.decide_at(now).evidence["bound"] for now in (start, middle)]
+    marks = [stage.decide_at(now).evidence.notes["bound"] for now in (start, middle)]
     assert [*marks, stage.planner.bound] == [mark] * 3

@@ -9,7 +9,7 @@ from situations import HIDDEN, random_situation
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError, UnknownNameError
-from torc.task_planning.graph import DependencyEdge, EdgeKind
+from torc.records.graph import DependencyEdge, EdgeKind
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.testing import contexts
 from torc.testing.vlm_client_conformance import check_client

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from torc.episode.oracle.tree import GIVE_UP, check_budget
 from torc.episode.privileged import Sandbox, SimulatedState, Simulation
 from torc.errors import InputError
 from torc.pipeline.state import EndReason
-from torc.records import TARGET_ID, Decision, PickResult, PlanningContext
+from torc.records import TARGET_ID, Decision, Evidence, PickResult, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.random_choice import graspable_ids
 
@@ -80,14 +79,12 @@ class InformedPlanner:
         orders = self._weighed(simulation, graspable, context, rng)
         best = min(orders, key=lambda order: order.expected)
         chosen, self._rest = best.object_ids[0], best.object_ids[1:]
-        evidence: dict[str, Any] = {
-            "orders": [{"objects": list(o.object_ids), "expected_picks": o.expected} for o in orders]
-        }
+        played = [{"objects": list(o.object_ids), "expected_picks": o.expected} for o in orders]
         reason = (
             f"Pick {context.called(chosen)}: first of {len(best.object_ids)} that take {best.expected:.1f} "
             f"picks on average; {len(orders)} orders were played with {self.futures} draws of chance each."
         )
-        return Decision(chosen, reason, evidence=evidence)
+        return Decision(chosen, reason, evidence=Evidence(notes={"orders": played}))
 
     def _weighed(
         self,

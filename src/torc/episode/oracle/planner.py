@@ -11,7 +11,7 @@ from torc.episode.oracle.solve import best_order
 from torc.episode.oracle.tree import DEFAULT_BUDGET, GIVE_UP, Path, check_budget
 from torc.episode.privileged import SimulatedState, Simulation
 from torc.errors import InputError
-from torc.records import Decision, PlanningContext
+from torc.records import Decision, Evidence, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner
 
 
@@ -75,13 +75,13 @@ class OraclePlanner:
             # Who searches again has not followed one answer from the start.
             self._bound = plan.answer.bound if self._bound is None and plan.answer.solved else Bound.FOUND
         self._plan = replace(plan, step=plan.step + 1)
-        evidence: dict[str, Any] = {"bound": self.bound.value, "foreseen": plan.answer.to_dict()}
+        notes: dict[str, Any] = {"bound": self.bound.value, "foreseen": plan.answer.to_dict()}
         if plan.ended:
             # Nothing that was tried brought the target any nearer.
             decision = DgSelectPlanner().decide(context, rng)
             reason = f"{plan.answer.verdict()} By the dependency graph: {decision.reason}"
-            return replace(decision, reason=reason, evidence=evidence)
-        evidence["step"] = plan.step
+            return replace(decision, reason=reason, evidence=Evidence(notes=notes))
+        evidence = Evidence(notes=notes | {"step": plan.step})
         if plan.path.choices[plan.step] == GIVE_UP:
             reason = "The target is not there: there is no place left that nobody has seen and that it would fit into."
             return Decision(None, reason, give_up=True, evidence=evidence)

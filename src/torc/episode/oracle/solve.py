@@ -126,8 +126,8 @@ def options_of(context: PlanningContext) -> Options:
     if graspable:
         # DG-SELECT draws nothing.
         first = DgSelectPlanner().decide(context, np.random.default_rng(0))
-        p = first.evidence["probabilities"]
-        places = [(k != TARGET_ID, k != first.object_id, -p.get(str(k), 0.0), k) for k in graspable]
+        p = first.evidence.probabilities
+        places = [(k != TARGET_ID, k != first.object_id, -p.get(k, 0.0), k) for k in graspable]
         choices = tuple(k for *_, k in sorted(places))
     outlook = 2.0 * (target is not None) + target_seen + float(np.mean(context.volume.seen))
     note = "the target is hidden"

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from torc.episode.log_writing import digest
+from torc.episode.log import digest
 from torc.errors import InputError
 from torc.files.reading import read_bytes
 from torc.fingerprints import fingerprint

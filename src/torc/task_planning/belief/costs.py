@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float, Int64, UInt32, UInt64
 
 from torc.records import GraspStatus, PlanningContext
+from torc.records.graph import DependencyEdge, EdgeKind
 from torc.task_planning.belief.settings import OpeningConfig, PriceConfig
 from torc.task_planning.expected_picks import expected_picks
-from torc.task_planning.graph import DependencyEdge, EdgeKind
 
 LEAST_P = 0.05
 """No grasp is taken to be worse than this."""

@@ -1,14 +1,13 @@
 """The belief over the scene: where in the picture the target may be."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
 
 from torc.perception.marking import rim, write_numbers
-from torc.records import Decision, SegmentedScene
+from torc.records import BeliefEvidence, Decision, SegmentedScene
 
 _COLDEST, _HOTTEST = np.array([120.0, 40.0, 200.0]), np.array([255.0, 225.0, 70.0])
 _MOST = 0.85
@@ -24,10 +23,9 @@ def draw_belief(
     """The image in grey, its objects outlined and numbered, the chosen one in white, with the belief that a decision
     rests on: violet where little of it is, yellow where most.
 
-    It is looked for in `evidence["belief"]` as the planner `belief` leaves it; None where there is none that can be
-    drawn. `labels` are numbers to write in place of the ids.
+    None if the decision rests on no belief. `labels` are numbers to write in place of the ids.
     """
-    heat = _heat(decision.evidence.get("belief"), scene.label_image.shape)
+    heat = _heat(decision.evidence.belief, scene.label_image.shape)
     if heat is None:
         return None
     image = _grey(scene, decision.object_id)
@@ -49,13 +47,11 @@ def _grey(scene: SegmentedScene, chosen: int | None) -> Float[np.ndarray, "h w 3
     return np.repeat(grey[..., None], 3, axis=2)
 
 
-def _heat(belief: Any, shape: tuple[int, ...]) -> Float[np.ndarray, "h w"] | None:
-    """How dense the belief is at each pixel, from 0 to 1 at its densest; None if this is no belief."""
-    try:
-        tile_px = int(belief["tile_px"])
-        tiles = np.array(belief["tiles"], dtype=float).reshape(-1, 3)
-    except (KeyError, TypeError, ValueError):
+def _heat(belief: BeliefEvidence | None, shape: tuple[int, ...]) -> Float[np.ndarray, "h w"] | None:
+    """How dense the belief is at each pixel, from 0 to 1 at its densest; None where there is nothing to draw."""
+    if belief is None or belief.tile_px is None:
         return None
+    tile_px, tiles = belief.tile_px, np.array(belief.tiles, dtype=float).reshape(-1, 3)
     rows, cols = shape
     if len(tiles) == 0 or not 1 <= tile_px <= max(shape) or not np.isfinite(tiles).all():
         return None

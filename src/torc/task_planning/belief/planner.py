@@ -1,12 +1,10 @@
 """The planner `belief`: removes what most cheaply shows, and frees, a target that may be in many places."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from torc.records import TARGET_ID, Decision, PlanningContext
+from torc.records import TARGET_ID, BeliefEvidence, Decision, Evidence, PlanningContext
 from torc.task_planning.belief.candidates import may_have_been_seen
 from torc.task_planning.belief.costs import Ways, ways_of
 from torc.task_planning.belief.hidden_target import Search, search_target
@@ -47,34 +45,35 @@ class BeliefPlanner:
         if not np.isfinite(access.picks):
             return self._by_graph(context, rng, "no removal is known to free the target")
         reason = access_reason(access, TARGET_ID, context.called)
-        evidence = {
-            "rule": "clear the target" if access.order else "target",
-            "belief": access_evidence(access),
-        }
+        rule = "clear the target" if access.order else "target"
+        evidence = Evidence(rule, belief=access_evidence(access))
         return Decision(access.order[0] if access.order else TARGET_ID, reason, evidence=evidence)
 
     def _find(self, context: PlanningContext, ways: dict[int, Ways], rng: np.random.Generator) -> Decision:
         search = search_target(context, ways, self.config, rng)
-        evidence = {"belief": search_evidence(search, context.scene.observation)}
+        belief = search_evidence(search, context.scene.observation)
         if search.presence < self.config.give_up.below and not may_have_been_seen(context):
-            return Decision(None, _gives_up(search), give_up=True, evidence={"rule": "give up", **evidence})
+            return Decision(
+                None, _gives_up(search), give_up=True, evidence=Evidence("give up", belief=belief)
+            )
         if search.belief.fitting < self.config.particles.fewest:
-            return self._by_graph(context, rng, "too few places fit a hidden target", evidence)
+            return self._by_graph(context, rng, "too few places fit a hidden target", belief)
         if not search.order:
-            return self._by_graph(context, rng, "no removal shows a place where the target may be", evidence)
+            return self._by_graph(context, rng, "no removal shows a place where the target may be", belief)
         reason = search_reason(search, context.called)
-        return Decision(search.order[0], reason, evidence={"rule": "search", **evidence})
+        return Decision(search.order[0], reason, evidence=Evidence("search", belief=belief))
 
     def _by_graph(
         self,
         context: PlanningContext,
         rng: np.random.Generator,
         why: str,
-        evidence: Mapping[str, Any] | None = None,
+        belief: BeliefEvidence | None = None,
     ) -> Decision:
-        """DG-SELECT's choice, where the belief tells nothing."""
+        """DG-SELECT's choice, where the belief says nothing."""
         decision = self._fallback.decide(context, rng)
-        return replace(decision, evidence={**decision.evidence, **(evidence or {}), "by_graph_because": why})
+        notes = {"by_graph_because": why}
+        return replace(decision, evidence=replace(decision.evidence, belief=belief, notes=notes))
 
 
 def _gives_up(search: Search) -> str:

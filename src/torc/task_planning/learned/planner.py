@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from torc.records import Decision, PlanningContext
+from torc.records import Decision, Evidence, PlanningContext
 from torc.task_planning.belief.planner import BeliefPlanner
 from torc.task_planning.learned.features import FEATURE_NAMES, REASONING, features_of
 from torc.task_planning.learned.model import MODEL_PATH, load_picker
@@ -50,11 +50,11 @@ class LearnedPlanner:
         )
         reason = f"Pick {context.called(ids[at])}: no other is better with p = {p[at]:.2f}"
         reason += f", above all for {because}." if because else "."
-        evidence = {
-            "rule": "learned",
-            "probabilities": dict(zip(map(str, ids), p.tolist())),
-            "above_the_others": {FEATURE_NAMES[i]: float(above[i]) for i in most},
-        }
+        evidence = Evidence(
+            "learned",
+            probabilities=dict(zip(ids, p.tolist())),
+            notes={"above_the_others": {FEATURE_NAMES[i]: float(above[i]) for i in most}},
+        )
         return Decision(ids[at], reason, evidence=evidence)
 
     def warm_up(self, context: PlanningContext) -> None:

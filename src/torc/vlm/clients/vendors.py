@@ -5,9 +5,10 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from torc.records.evidence import Tokens
 from torc.records.files import data_url, media_type
 from torc.vlm.config import PROVIDERS, VlmConfig
-from torc.vlm.protocol import Finish, Question, Reply, Tokens
+from torc.vlm.protocol import Finish, Question, Reply
 from torc.vlm.replies import reply_of
 
 _GEMINI_REFUSALS = (

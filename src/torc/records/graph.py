@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -73,7 +72,7 @@ class DependencyEdge:
     target: int
     kind: EdgeKind
     weight: float = 1.0
-    evidence: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    evidence: Mapping[str, Any] = field(default_factory=dict)
 
 
 _NODES, _EDGES = TypeAdapter(tuple[DependencyNode, ...]), TypeAdapter(tuple[DependencyEdge, ...])
