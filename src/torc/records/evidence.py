@@ -24,9 +24,9 @@ class Certainty:
 
     exact: bool
     decided: bool
-    bound_hit: str
-    upper: Mapping[int, float]
-    lost: float
+    bound_hit: str = ""
+    upper: Mapping[int, float] = field(default_factory=dict)
+    lost: float = 0.0
 
 
 @dataclass(frozen=True)
