@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from torc.specs.conditions import Conditions as Conditions
     from torc.specs.trial import TrialSpec as TrialSpec
     from torc.task_planning.registry import make_planner as make_planner
+    from torc.verbs import Episode as Episode
+    from torc.verbs import bench as bench
+    from torc.verbs import play as play
 
 __version__ = "0.1.0"
 
@@ -49,6 +52,9 @@ _HOMES = {
     "problem_names": "torc.problems.sets",
     "read_trial": "torc.episode.recorded",
     "run_trial": "torc.episode.trial",
+    "Episode": "torc.verbs",
+    "bench": "torc.verbs",
+    "play": "torc.verbs",
 }
 __all__ = sorted(_HOMES)
 

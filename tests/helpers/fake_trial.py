@@ -54,7 +54,7 @@ def play_fake_trial(
     except KeyboardInterrupt:
         result = TrialResult(status="interrupted")
         recorder.write_result(result)
-        return Trial(recorder.partial, result)
+        return Trial(result, tuple(recorder.lines), recorder.partial)
     result = TrialResult(format=RESULT_FORMAT, status="completed", **result_facts(ended))
     recorder.complete(result)
-    return Trial(out, result)
+    return Trial(result, tuple(recorder.lines), out)

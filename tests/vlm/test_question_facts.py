@@ -9,7 +9,6 @@ from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
 from torc.records import GraspStatus, Hand
 from torc.robots.loading import load_robot
-from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.registry import make_planner
 from torc.testing import contexts
 from torc.vlm.config import Asking, VlmConfig
@@ -66,7 +65,7 @@ def test_counted_facts_say_the_same_and_every_number_is_the_reports(seed):
 
 def test_an_object_without_a_grasp_is_named():
     context = contexts.nothing_graspable_context()
-    assert graspable_ids(context) == ()
+    assert context.graspable_ids == ()
     assert "Object 1 has no grasp, and no object in sight is known to be in its way." in counted_grasp_facts(
         context
     )

@@ -11,13 +11,13 @@ import numpy as np
 
 from torc.episode.bound import Bound
 from torc.episode.events import Event, Listener, Looked, Started
-from torc.episode.log import RESULT_FORMAT, TrialResult, result_facts
+from torc.episode.log import RESULT_FORMAT, EventLine, TrialResult, result_facts
 from torc.episode.loop import run_episode
 from torc.episode.pick_view import view_of
 from torc.episode.planners import make_spec_planner, spec_of_object
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
 from torc.episode.recorded import VIDEO
-from torc.episode.recorder import TrialRecorder
+from torc.episode.recorder import TrialLog, TrialRecorder
 from torc.episode.simulated import episode_in, simulated_robot
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trajectory import TrajectoryRecorder
@@ -43,10 +43,17 @@ from torc.vlm.simulated.situation import Situation
 
 @dataclass(frozen=True)
 class Trial:
-    """A trial that has ended: its directory and its result."""
+    """A trial that has ended.
 
-    directory: Path
+    Attributes:
+        result: what came of it.
+        log: everything that happened, in order.
+        directory: where it was written; None if it was only kept in memory.
+    """
+
     result: TrialResult
+    log: tuple[EventLine, ...]
+    directory: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -63,7 +70,7 @@ class Recording:
 
 def run_trial(
     spec: TrialSpec,
-    out: Path,
+    out: Path | None,
     *,
     planner: TaskPlanner | None = None,
     listeners: Sequence[Listener] = (),
@@ -72,7 +79,7 @@ def run_trial(
     vlm_cache: CacheConfig | None = None,
     say: Callable[[str], None] = print,
 ) -> Trial:
-    """Play one trial and write its directory.
+    """Play one trial, and write its directory unless `out` is None.
 
     A broken simulation, a VLM's server that gives no reply, or a crash of a part makes the trial "errored", never a
     failed retrieval; Ctrl-C makes it "interrupted" and leaves `<out>.partial` readable. Raises InputError, before
@@ -82,7 +89,7 @@ def run_trial(
         planner: who decides, if it is not to be made from spec.planner: a person at a browser, say. The trial is
             recorded under its `name` if spec.planner does not name its class.
         listeners: called with every event, in order.
-        say: told a line of text where something takes long.
+        say: called with a line of text before something that takes long.
     """
     recording = recording or Recording()
     problem = load_problem(spec.problem)
@@ -106,7 +113,13 @@ def run_trial(
     if asked is not None and asked.simulated:
         about["simulated_vlm"] = asdict(find_profile(asked.model))
     recorded = to_plain(spec, sources(spec.conditions))
-    recorder = TrialRecorder(out, recorded, overwrite=overwrite, snapshots=recording.snapshots)
+    if out is None and (recording.video or recording.trajectory or recording.snapshots):
+        raise InputError("A video, a trajectory or snapshots need a directory: give `out`.")
+    recorder = (
+        TrialLog()
+        if out is None
+        else TrialRecorder(out, recorded, overwrite=overwrite, snapshots=recording.snapshots)
+    )
     recorder.asked = asked
 
     def play() -> dict[str, Any]:
@@ -119,10 +132,12 @@ def run_trial(
 
             simulated = stack.enter_context(simulated_robot(system, problem, observer=observe))
             films: list[VideoRecorder | TrajectoryRecorder] = []
-            if recording.video:
-                films.append(stack.enter_context(VideoRecorder(recorder.partial / VIDEO, simulated.world)))
-            if recording.trajectory:
-                films.append(stack.enter_context(TrajectoryRecorder(recorder.partial, simulated.world)))
+            if recorder.directory is not None and recording.video:
+                film = VideoRecorder(recorder.directory / VIDEO, simulated.world)
+                films.append(stack.enter_context(film))
+            if recorder.directory is not None and recording.trajectory:
+                motion = TrajectoryRecorder(recorder.directory, simulated.world)
+                films.append(stack.enter_context(motion))
             observers += [film.observe for film in films]
             told = [recorder, *listeners, *([] if situations is None else [situations]), *films]
             if hint := robot_hint(problem, system.robot.name, system.robot.source):
@@ -135,7 +150,7 @@ def run_trial(
 
 
 def recorded_trial(
-    recorder: TrialRecorder,
+    recorder: TrialLog,
     about: dict[str, Any],
     play: Callable[[], dict[str, Any]],
     refused: type[TorcError] = InputError,
@@ -150,17 +165,17 @@ def recorded_trial(
     except KeyboardInterrupt:
         result = _result({"status": "interrupted"} | about | recorder.vlm_facts)
         recorder.write_result(result)
-        return Trial(recorder.partial, result)
+        return Trial(result, tuple(recorder.lines), recorder.directory)
     except Exception as error:
-        if isinstance(error, refused) and not recorder.begun:
+        if isinstance(error, refused) and not recorder.lines:
             recorder.discard()
             raise
         told = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
         facts = {"status": "errored", "error": told}
-        (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
+        recorder.note_error(traceback.format_exc())
     result = _result(facts | about | recorder.vlm_facts)
     recorder.complete(result)
-    return Trial(recorder.out, result)
+    return Trial(result, tuple(recorder.lines), recorder.directory)
 
 
 def _play(

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from torc.records.evidence import Evidence
-from torc.records.grasps import GraspReport, GraspSet
+from torc.records.grasps import GraspReport, GraspSet, GraspStatus
 from torc.records.outcomes import PickOutcome
 from torc.records.scene import SegmentedScene
 from torc.records.serialization import ASIDE, to_plain
@@ -46,6 +46,20 @@ class PlanningContext:
     labels: tuple[tuple[int, int], ...] = ()
     target_size_m: tuple[float, float] | None = None
     hand: Hand | None = None
+
+    @property
+    def graspable_ids(self) -> tuple[int, ...]:
+        """Ids of the visible objects with a valid grasp, rising: what a planner may name."""
+        return tuple(k for k in self.report.graspable_ids if k in self.scene.ids)
+
+    def p(self, object_id: int) -> float:
+        """The probability that the object's best valid grasp delivers it; 0 if it has no valid grasp."""
+        valid = (self.grasps.object_ids == object_id) & (self.report.status == GraspStatus.VALID)
+        return float(self.grasps.scores[valid].max(initial=0.0))
+
+    def hidden_volume_m3(self, object_id: int) -> float:
+        """The unseen volume that the object hides, in cubic metres."""
+        return self.volume.hidden_volume_m3(object_id)
 
     def called(self, object_id: int) -> str:
         """What a reason calls an object: the user's label of it, or its id where there are no labels.

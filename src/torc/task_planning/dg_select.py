@@ -19,7 +19,6 @@ from torc.records import (
 )
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.paths import PathConfig, SinkProbabilities, rehearse_paths, sink_probabilities
-from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import RelationConfig, find_relations
 
 _TIE_DIGITS = 9
@@ -75,7 +74,7 @@ def decide_by_graph(
     possible, then as for ties); no object, if nothing visible is graspable.
     """
     probabilities = graph_probabilities(graph, config)
-    graspable = graspable_ids(context)
+    graspable = context.graspable_ids
     preference = _preference(context)
     likely = [k for k in graspable if k in probabilities.sinks and probabilities[k] > 0]
     if not graspable:

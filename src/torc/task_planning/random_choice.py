@@ -15,7 +15,7 @@ class RandomPlanner:
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
         """The next object to pick, or None if nothing visible has a valid grasp."""
-        graspable, target = graspable_ids(context), context.scene.target_id
+        graspable, target = context.graspable_ids, context.scene.target_id
         if not graspable:
             return Decision(None, "No visible object has a valid grasp.")
         if target in graspable:
@@ -24,11 +24,3 @@ class RandomPlanner:
         chosen = int(rng.choice(graspable))
         reason = f"Pick {context.called(chosen)}: drawn at random from the {len(graspable)} objects with a valid grasp."
         return Decision(chosen, reason, evidence=Evidence("random"))
-
-
-def graspable_ids(context: PlanningContext) -> tuple[int, ...]:
-    """Ids of the visible objects that have a valid grasp, rising: what a planner may name.
-
-    Grasps that are unlikely to hold (`Pipeline.min_score`) count only while no object has a better one.
-    """
-    return tuple(k for k in context.report.graspable_ids if k in context.scene.ids)

@@ -10,7 +10,6 @@ import numpy as np
 from torc.records import Decision, PlanningContext
 from torc.task_planning.asking import decision_faults
 from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
-from torc.task_planning.random_choice import graspable_ids
 from torc.testing import contexts
 from torc.testing.conformance import Case, called_twice, require
 
@@ -60,7 +59,7 @@ def _violations(make: Callable[[], TaskPlanner], case: Case, seed: int) -> list[
 def _decision_faults(decision: Decision, context: PlanningContext) -> list[str]:
     if found := list(decision_faults(decision)):
         return found
-    offered, chosen = graspable_ids(context), decision.object_id
+    offered, chosen = context.graspable_ids, decision.object_id
     if chosen is not None and not isinstance(chosen, int):
         found.append(f"object_id is a {type(chosen).__name__}; it must be an int or None")
     elif chosen is not None and chosen not in offered:

@@ -10,7 +10,6 @@ from torc.records import Corrections, Decision, PlanningContext
 from torc.records.graph import DependencyEdge
 from torc.task_planning.dg_select import DgSelectConfig, DgSelectPlanner, decide_by_graph
 from torc.task_planning.graph_building import build_dependency_graph
-from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.vlm.answers import RELATIONS_SCHEMA, Useless, read_corrections
 from torc.vlm.asking import Asker, Form
@@ -38,7 +37,7 @@ class VlmFixesDgPlanner:
         where nothing is graspable or no two objects meet. Raises VlmError if its server gives no reply.
         """
         candidates = behind_candidates(find_adjacencies(context.scene, self.config.relations))
-        if not candidates or not graspable_ids(context):
+        if not candidates or not context.graspable_ids:
             return self._by_graph(context, candidates)
         answer, model, nothing = self._asker.consult(
             context,

@@ -12,7 +12,6 @@ from torc.errors import InputError
 from torc.pipeline.state import EndReason
 from torc.records import TARGET_ID, Decision, Evidence, PickResult, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner
-from torc.task_planning.random_choice import graspable_ids
 
 DEFAULT_BUDGET = 24.0
 """In simulated picks, of each search: ORACLE finds its order in less, the rest of its budget is for proofs."""
@@ -67,7 +66,7 @@ class InformedPlanner:
         simulation = self._simulation
         if simulation.sandbox.nowhere(simulation.now(), context):
             return Decision(None, "The target is not there: no unseen place is left for it.", give_up=True)
-        graspable = graspable_ids(context)
+        graspable = context.graspable_ids
         if not graspable:
             return Decision(None, "No visible object has a valid grasp.")
         went_well = bool(context.history) and context.history[-1].result is PickResult.REMOVED
@@ -121,7 +120,7 @@ def picks_of(order: Sequence[int], sandbox: Sandbox, start: SimulatedState, left
         look = sandbox.look(state)
         if sandbox.nowhere(state, look.context):
             return pick
-        graspable = graspable_ids(look.context)
+        graspable = look.context.graspable_ids
         begun = pick > 0
         wanted = ([TARGET_ID] if begun else []) + rest
         chosen = next((k for k in wanted if k in graspable), None)

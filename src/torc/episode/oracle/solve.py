@@ -19,7 +19,6 @@ from torc.pipeline.state import EndReason
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner
-from torc.task_planning.random_choice import graspable_ids
 
 Say = Callable[[str], None]
 _SAY_EVERY = 4.0
@@ -120,7 +119,7 @@ def options_of(context: PlanningContext) -> Options:
 
     The target comes first, then by the dependency graph.
     """
-    graspable, target_seen = graspable_ids(context), context.scene.target_id is not None
+    graspable, target_seen = context.graspable_ids, context.scene.target_id is not None
     target = TARGET_ID if TARGET_ID in graspable else None
     choices: tuple[Choice, ...] = (None,) if context.scene.objects else ()
     if graspable:

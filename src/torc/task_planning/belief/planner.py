@@ -12,7 +12,6 @@ from torc.task_planning.belief.settings import BeliefConfig
 from torc.task_planning.belief.target_in_sight import free_target
 from torc.task_planning.belief.words import access_evidence, access_reason, search_evidence, search_reason
 from torc.task_planning.dg_select import DgSelectPlanner
-from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import find_relations
 
 
@@ -27,7 +26,7 @@ class BeliefPlanner:
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
         """The next object to pick, or None if nothing visible has a valid grasp; gives up as `GiveUpConfig` says."""
-        if not graspable_ids(context):
+        if not context.graspable_ids:
             return self._by_graph(context, rng, "nothing has a valid grasp")
         ways = ways_of(context, find_relations(context.scene, self.config.fallback.relations))
         if context.scene.target_id is not None:

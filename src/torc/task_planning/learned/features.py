@@ -14,7 +14,6 @@ from torc.task_planning.belief.settings import BeliefConfig, HidingConfig, Parti
 from torc.task_planning.belief.target_in_sight import free_target
 from torc.task_planning.dg_select import decide_by_graph
 from torc.task_planning.graph_building import build_dependency_graph
-from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import find_relations
 
 REASONING = BeliefConfig(ParticleConfig(told_size=False), HidingConfig(plain_share=0.5))
@@ -63,7 +62,7 @@ def features_of(
     context: PlanningContext, rng: np.random.Generator
 ) -> tuple[tuple[int, ...], Float32[np.ndarray, "k f"]]:
     """Ids of the objects that can be picked, and a row of features for each; NaN where something is not known."""
-    ids = graspable_ids(context)
+    ids = context.graspable_ids
     relations = find_relations(context.scene, REASONING.fallback.relations)
     ways = ways_of(context, relations)
     columns = {
