@@ -17,10 +17,10 @@ from torc.episode.events import Decided, Event, Executed, Looked, Planned, Start
 from torc.episode.loop import rehearse, run_episode
 from torc.episode.simulated import pick_parts, simulated_robot, wanted_in
 from torc.pipeline.building import build_system
+from torc.pipeline.planners import make_planner
 from torc.problems.problem import load_problem
 from torc.problems.sets import problem_names
 from torc.specs.conditions import Conditions
-from torc.task_planning.registry import make_planner
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from torc.errors import InputError
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
+from torc.pipeline.planners import make_planner
 from torc.pipeline.state import EndReason
 from torc.records import Decision, FeltOutcome, GraspStatus, Observation, PickOutcome, PickResult
 from torc.records.serialization import load_record
-from torc.task_planning.registry import make_planner
 from torc.testing.synthetic import SyntheticBox
 from torc.workspace.files import load_workspace
 

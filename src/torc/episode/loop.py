@@ -8,8 +8,8 @@ from torc.perception.protocol import Wanted
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason, EpisodeState, first_state, stage_rng
 from torc.pipeline.warm_up import rehearse_look
-from torc.plugins import warm_up
 from torc.records import TARGET_ID, Decision
+from torc.registry.kinds import MOTION_PLANNERS
 from torc.task_planning.asking import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
 
@@ -99,7 +99,7 @@ def rehearse(parts: PickParts, planner: TaskPlanner | None = None) -> Look:
     """
     look = rehearse_look(parts.pipeline, parts.robot.description.arm.rest_qpos)
     for object_id in look.context.scene.ids[:1]:
-        warm_up(parts.motion_planner, pick_request(look, object_id))
+        MOTION_PLANNERS.traits(parts.motion_planner).warm_up(pick_request(look, object_id))
     if planner is not None:
         rehearse_planner(planner, look.context)
     return look

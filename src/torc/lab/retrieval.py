@@ -9,7 +9,6 @@ from torc.episode.events import Decided, Ended, Event, Halted, Listener, Planned
 from torc.episode.log_writing import result_facts
 from torc.episode.loop import Episode, rehearse
 from torc.episode.pick_view import view_of
-from torc.episode.planners import make_spec_planner, refuse_simulated
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig, PickParts, Steps, checked_choice, pick_request
 from torc.episode.trial import Trial, recorded_trial
@@ -28,9 +27,11 @@ from torc.motion.asking import ask_motion_planner
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import build_system, sources
 from torc.pipeline.look import Look
+from torc.pipeline.planners import make_spec_planner, refuse_simulated
 from torc.pipeline.state import stage_rng
 from torc.pipeline.warm_up import announced_compilation
 from torc.records import Decision, PickOutcome, PickPlan
+from torc.registry.kinds import PERCEPTIONS
 from torc.specs.files import to_plain
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.asking import ask_planner
@@ -82,7 +83,7 @@ def retrieve(
     """
     refuse_simulated(spec.planner.name)
     system = build_system(spec.conditions, lab.workspace, planned_for(lab))
-    blind = getattr(system.pipeline.perception, "needs_pictures", False)
+    blind = PERCEPTIONS.traits(system.pipeline.perception).needs_pictures
     if blind and not (wanted.pictures or wanted.mark):
         raise InputError(
             f"Perception '{spec.conditions.perception}' knows a target by pictures, not by words: give --reference "

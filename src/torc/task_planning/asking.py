@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from torc.errors import PlannerError
-from torc.plugins import blamed, warm_up
-from torc.plugins import kind_of_value as _kind
 from torc.records import Decision, Exchange, PlanningContext
 from torc.records.serialization import to_plain
+from torc.registry.kinds import TASK_PLANNERS
+from torc.registry.loading import blamed
+from torc.registry.loading import kind_of_value as _kind
 from torc.task_planning.protocol import TaskPlanner
 
 _HELP = "torc.testing.planner_conformance checks a planner against all rules (docs/task_planners.md)."
@@ -45,7 +46,7 @@ def ask_planner(planner: TaskPlanner, context: PlanningContext, rng: np.random.G
 def rehearse_planner(planner: TaskPlanner, context: PlanningContext) -> None:
     """Lets a planner that has a `warm_up` use its kernels once. Raises PlannerError if it crashes."""
     with _blamed(planner):
-        warm_up(planner, context)
+        TASK_PLANNERS.traits(planner).warm_up(context)
 
 
 def _blamed(planner: TaskPlanner) -> AbstractContextManager[None]:

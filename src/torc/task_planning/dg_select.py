@@ -10,6 +10,7 @@ import numpy as np
 
 from torc.occlusion.volume import hidden_volumes_m3
 from torc.records import Decision, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.graph import DependencyEdge, DependencyGraph, EdgeKind
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.paths import PathConfig, SinkProbabilities, rehearse_paths, sink_probabilities
@@ -33,7 +34,7 @@ class DgSelectConfig:
     paths: PathConfig = field(default_factory=PathConfig)
 
 
-class DgSelectPlanner:
+class DgSelectPlanner(TaskPlannerTraits):
     """Builds the dependency graph and takes the most probable sink with a valid grasp."""
 
     name = "dg-select"

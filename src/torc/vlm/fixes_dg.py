@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from torc.records import Decision, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.dg_select import DgSelectConfig, DgSelectPlanner, decide_by_graph
 from torc.task_planning.graph import DependencyEdge
 from torc.task_planning.graph_building import build_dependency_graph
@@ -18,10 +19,11 @@ from torc.vlm.config import Asking
 from torc.vlm.protocol import VlmClient
 
 
-class VlmFixesDgPlanner:
+class VlmFixesDgPlanner(TaskPlannerTraits):
     """Gives the model the 'behind' pairs that depth suggests; decides as DG-SELECT by the pairs that it corrects."""
 
     name = "vlm-fixes-dg"
+    asks_model = True
     form = Form("vlm-fixes-dg", ("relations",), ("relations",), RELATIONS_SCHEMA)
 
     def __init__(
