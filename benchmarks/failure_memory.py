@@ -54,10 +54,10 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
     from torc.episode.steps import EpisodeConfig
     from torc.pipeline.building import build_system
     from torc.pipeline.failures import failed_tries
+    from torc.pipeline.planners import make_planner
     from torc.problems.problem import load_problem
     from torc.records import PickOutcome, PickPlan
     from torc.specs.conditions import Conditions
-    from torc.task_planning.registry import make_planner
 
     problem = load_problem(problem_name)
     system = build_system(Conditions(settings={"failures.log_odds": log_odds}))

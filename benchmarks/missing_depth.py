@@ -35,11 +35,11 @@ from torc.episode.steps import EpisodeConfig
 from torc.pipeline.better_bet import hold_back_unlikely
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look, Pipeline
+from torc.pipeline.planners import make_planner
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
 from torc.records import GraspStatus, Observation
 from torc.specs.conditions import Conditions
-from torc.task_planning.registry import make_planner
 
 Damage = Callable[[Float32[np.ndarray, "h w"], np.random.Generator], Bool[np.ndarray, "h w"]]
 """Which pixels of a depth image lose their reading."""

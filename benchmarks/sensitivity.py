@@ -142,11 +142,11 @@ def _played(problem_name: str, planner: str, seed: int, condition: Condition) ->
     from torc.episode.simulated import episode_in
     from torc.episode.steps import EpisodeConfig
     from torc.pipeline.building import build_system
+    from torc.pipeline.planners import make_planner
     from torc.problems.problem import load_problem
     from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
     from torc.sim.world import build_world
     from torc.specs.conditions import Conditions
-    from torc.task_planning.registry import make_planner
 
     system = build_system(Conditions(noise=condition.noise))
     robot, workspace, config = system.robot, system.workspace, EpisodeConfig(seed=seed)

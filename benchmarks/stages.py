@@ -18,10 +18,10 @@ from torc.episode.loop import run_episode
 from torc.episode.simulated import episode_in, simulated_robot
 from torc.episode.steps import EpisodeConfig
 from torc.pipeline.building import build_system
+from torc.pipeline.planners import make_planner
 from torc.problems.problem import load_problem
 from torc.problems.sets import problem_names
 from torc.specs.conditions import Conditions
-from torc.task_planning.registry import make_planner
 
 
 @dataclass(frozen=True)

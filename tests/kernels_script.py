@@ -19,12 +19,12 @@ from torc.episode.trial import run_trial
 from torc.motion.planner import SamplingMotionPlanner
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, build_pipeline
+from torc.pipeline.planners import make_planner
 from torc.records import Observation
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.task_planning.asking import rehearse_planner
-from torc.task_planning.registry import make_planner
 from torc.testing.synthetic import random_clutter, synthetic_observation
 from torc.workspace.files import load_workspace
 

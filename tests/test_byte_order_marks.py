@@ -13,11 +13,11 @@ from torc.episode.recorded import read_trial
 from torc.lab.lab_file import example_labs, load_lab
 from torc.next_object.asking.recorded_replies import RecordedReply, ReplyFile
 from torc.next_object.making.known_values import KnownValues
+from torc.pipeline.planners import make_planner
 from torc.problems.problem import load_problem, problem_text
 from torc.robots.loading import load_robot
 from torc.robots.names import DATA
 from torc.specs.trial import TrialSpec
-from torc.task_planning.registry import make_planner
 from torc.vlm.prompt_files import load_prompt, shipped_prompt
 from torc.workspace.files import EXAMPLE, load_workspace
 

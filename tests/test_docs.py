@@ -8,17 +8,19 @@ from pathlib import Path
 import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
+from tools import extension_points
 from torc.cli.experiments import read_experiment
 from torc.cli.main import parse
 from torc.pipeline import warm_up
 from torc.pipeline.frames import forms
-from torc.plugins import load_part
+from torc.pipeline.planners import is_reference
 from torc.problems.problem import parse_problem
 from torc.records import GraspStatus, PickResult, PlanningContext
 from torc.records.graph import EdgeKind
+from torc.registry.kinds import CAMERAS, TASK_PLANNERS
+from torc.registry.loading import load_part, shipped_paths
+from torc.registry.settings import config_class
 from torc.robots import schema
-from torc.specs.settings import config_class
-from torc.stages import CAMERAS, TASK_PLANNERS
 from torc.testing.planner_conformance import check_planner
 from torc.testing.vlm_client_conformance import check_client
 from torc.vlm.asking import FIELDS
@@ -56,9 +58,16 @@ def test_commands_are_understood(page):
             pytest.fail(f"{page.name}: {line}")
 
 
+def test_the_table_of_parts_is_that_of_today():
+    text = extension_points.PAGE.read_text()
+    assert extension_points.page(text) == text
+    assert text.count(extension_points.table()) == 1
+
+
 def test_the_page_on_planners_names_all_that_a_planner_meets():
     words = {f"`{field.name}`" for field in fields(PlanningContext)}
-    words |= {f"`{name}`" for name in TASK_PLANNERS.built_in} | {f"*{kind.value}*" for kind in EdgeKind}
+    shown = [name for name in shipped_paths(TASK_PLANNERS) if name != "human" and not is_reference(name)]
+    words |= {f"`{name}`" for name in shown} | {f"*{kind.value}*" for kind in EdgeKind}
     words |= {f"`{status.name}`" for status in GraspStatus} | {f"`{result.value}`" for result in PickResult}
     assert {w for w in words if w.lower() not in PLANNERS.lower()} == set()
 
@@ -129,7 +138,7 @@ def test_the_code_on_the_page_on_cameras_runs(beside_the_examples, capsys):
     assert _printed(capsys) == ["(480, 640, 3) True", "1.05"]
 
 
-@pytest.mark.parametrize("name", [name for name in CAMERAS.built_in if name != "simulated"])
+@pytest.mark.parametrize("name", [name for name in shipped_paths(CAMERAS) if name != "simulated"])
 def test_the_page_on_cameras_names_every_camera_and_its_settings(name):
     text = (ROOT / "docs" / "cameras.md").read_text()
     assert f"`{name}`" in text

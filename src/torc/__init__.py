@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from torc.episode.trial import run_trial as run_trial
     from torc.errors import InputError as InputError
     from torc.errors import TorcError as TorcError
+    from torc.pipeline.planners import make_planner as make_planner
     from torc.problems.problem import Problem as Problem
     from torc.problems.problem import load_problem as load_problem
     from torc.problems.sets import problem_names as problem_names
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from torc.robots.loading import load_robot as load_robot
     from torc.specs.conditions import Conditions as Conditions
     from torc.specs.trial import TrialSpec as TrialSpec
-    from torc.task_planning.registry import make_planner as make_planner
     from torc.verbs import Episode as Episode
     from torc.verbs import bench as bench
     from torc.verbs import play as play
@@ -48,7 +48,7 @@ _HOMES = {
     "load_frame": "torc.brain",
     "load_problem": "torc.problems.problem",
     "load_robot": "torc.robots.loading",
-    "make_planner": "torc.task_planning.registry",
+    "make_planner": "torc.pipeline.planners",
     "problem_names": "torc.problems.sets",
     "read_trial": "torc.episode.recorded",
     "run_trial": "torc.episode.trial",

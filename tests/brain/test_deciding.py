@@ -13,8 +13,8 @@ from torc.brain import answer_text, decide_frame, rehearse
 from torc.brain.answer import evidence_in_labels
 from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.errors import InputError
+from torc.pipeline.planners import make_planner
 from torc.records import Evidence, GraspStatus
-from torc.task_planning.registry import make_planner
 from torc.testing.contexts import box, make_context
 
 

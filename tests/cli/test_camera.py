@@ -9,7 +9,7 @@ import pytest
 from torc_command import run_torc
 
 from tests.helpers.realsense_feeder import Lens, SoftwareRealSense
-from torc.cameras import kinds
+from torc.cameras import zed_uvc
 from torc.geometry.transforms import invert, look_at, make_pose, rotation_about
 from torc.perception.stereo import made_up_pair
 from torc.pipeline.frames import load_frame, save_observation
@@ -238,7 +238,7 @@ def test_the_kinds_are_listed_with_what_is_missing(monkeypatch, tmp_path, capsys
     for number, name in ((0, "ZED 2i"), (10, "Webcam"), (9, "ZED 2i")):
         (tmp_path / f"video{number}").mkdir()
         (tmp_path / f"video{number}" / "name").write_text(f"{name}\n")
-    monkeypatch.setattr(kinds, "_VIDEO_DEVICES", tmp_path)
+    monkeypatch.setattr(zed_uvc, "_VIDEO_DEVICES", tmp_path)
     code, out, _ = run_torc("camera", "list", capsys=capsys)
     assert code == 0
     assert "found: /dev/video0: ZED 2i\n" in out

@@ -137,7 +137,7 @@ def test_an_empty_table_is_told_of(tmp_path, capsys):
 
 def test_words_are_read_by_a_model(frame, monkeypatch, capsys):
     client = ScriptedVlm(['{"thoughts": "the tall one", "number": 1}'])
-    monkeypatch.setattr("torc.vlm.opening.open_client", lambda *_: client)
+    monkeypatch.setattr("torc.pipeline.planners.open_client", lambda *_: client)
     options = (
         "--description",
         "the tall box",

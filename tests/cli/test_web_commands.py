@@ -14,8 +14,8 @@ from torc_command import run_torc
 
 from tests.helpers.fake_trial import play_fake_trial
 from torc.pipeline.frames import save_observation
+from torc.pipeline.planners import make_planner
 from torc.specs.trial import TrialSpec
-from torc.task_planning.registry import make_planner
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.fake_trial import play_fake_trial
-from torc.episode.planners import spec_of_object
 from torc.errors import InputError
+from torc.pipeline.planners import spec_of_object
 from torc.records import Decision
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.dg_select import DgSelectPlanner

@@ -9,17 +9,16 @@ from tests.helpers.trial_logs import comparable_log
 from torc.episode import steps
 from torc.episode.events import Executed, Looked
 from torc.episode.log import line_of
-from torc.episode.planners import make_trial_planner
 from torc.episode.privileged import Privileged, open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import run_trial
 from torc.errors import UnknownNameError
 from torc.perception.asking import ask_camera
 from torc.pipeline.building import build_system
+from torc.pipeline.planners import make_planner, refuse_simulated
 from torc.problems.problem import load_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
-from torc.task_planning.registry import make_planner
 
 PROBLEM, SEED, PICKS = "structured-04", 1, 2
 
@@ -110,11 +109,11 @@ def test_grasps_are_drawn_alike_whatever_is_gone(sandbox):
 
 
 def test_privileged_planners_are_known_to_trials_alone():
-    assert isinstance(make_trial_planner("oracle"), Privileged)
-    assert not isinstance(make_trial_planner("random"), Privileged)
+    assert isinstance(make_planner("oracle"), Privileged)
+    assert not isinstance(make_planner("random"), Privileged)
     with pytest.raises(UnknownNameError, match="Did you mean 'oracle'"):
-        make_trial_planner("oracel")
+        make_planner("oracel")
     with pytest.raises(UnknownNameError, match=r"oracle.*or your own as module:Class"):
-        make_trial_planner("x/mine.py")
-    with pytest.raises(UnknownNameError):
-        make_planner("oracle")
+        make_planner("x/mine.py")
+    with pytest.raises(InputError, match="needs the simulation"):
+        refuse_simulated("oracle")

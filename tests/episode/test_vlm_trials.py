@@ -12,11 +12,11 @@ from rich.console import Console
 from tests.helpers.fake_vlm import ScriptedVlm
 from tests.helpers.trial_logs import comparable_log as _log
 from tests.helpers.vlm_server import Fail, FakeVlmServer, Say
-from torc.episode.planners import make_trial_planner
 from torc.episode.privileged import Privileged, Truth
 from torc.episode.progress import TerminalProgress
 from torc.episode.trial import Situations, run_trial, situation_of
 from torc.errors import InputError
+from torc.pipeline.planners import make_planner
 from torc.sim.visibility import Visibility
 from torc.specs.trial import TrialSpec
 from torc.testing import contexts
@@ -125,7 +125,7 @@ def test_the_situation_is_what_the_simulator_and_the_pipeline_know():
 
 def test_planners_stay_unprivileged_and_without_a_trial_nothing_is_told():
     for name in ("vlm-select", "vlm-grasps", "vlm-fixes-dg"):
-        assert not isinstance(make_trial_planner(name, client=ScriptedVlm(["?"])), Privileged)
+        assert not isinstance(make_planner(name, client=ScriptedVlm(["?"])), Privileged)
     situations = Situations()
     assert isinstance(situations, Privileged)
     with pytest.raises(InputError, match="torc run"):

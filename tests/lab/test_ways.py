@@ -17,10 +17,10 @@ from torc.episode.recorded import read_trial
 from torc.lab.checks import limits_of
 from torc.lab.retrieval import _LabTrial
 from torc.lab.ways import MOTIONS, tcp_ways, ways_text
+from torc.pipeline.planners import make_planner
 from torc.records import PickPlan
 from torc.robots.kinematics import tcp_pose
 from torc.specs.trial import TrialSpec
-from torc.task_planning.registry import make_planner
 from torc.web.pick_page import pick_page
 
 

@@ -12,6 +12,7 @@ from torc.motion.config import MotionConfig
 from torc.motion.network.planner import CuroboConfig, CuroboMotionPlanner
 from torc.pipeline.building import build_system, make_stage
 from torc.records import PickPlan, PlanFailure, PlanStage
+from torc.registry.context import BuildContext
 from torc.robots.kinematics import tool0_poses
 from torc.serving.planning import plan_handler
 from torc.specs.conditions import Conditions
@@ -258,5 +259,8 @@ def test_it_is_made_by_name_and_its_straight_motions_decide_what_is_valid(worksp
     assert system.pipeline.motion.cartesian.lifts_m == (0.08,)
     assert system.motion_planner.config.server.timeout_s == 5
     assert (
-        make_stage(spec, "motion", robot=system.robot, workspace=workspace).free.client.config.timeout_s == 5
+        make_stage(
+            spec, "motion", BuildContext(robot=system.robot, workspace=workspace)
+        ).free.client.config.timeout_s
+        == 5
     )

@@ -12,8 +12,9 @@ from torc.grasping.network.graspgenx import GraspGenXConfig
 from torc.motion.network.planner import CuroboConfig
 from torc.perception.network.depth import NetworkDepthConfig
 from torc.perception.network.perception import NetworkPerceptionConfig
+from torc.registry.kinds import STAGES
+from torc.registry.loading import shipped_paths
 from torc.serving.parts import ACTIONS
-from torc.stages import STAGES
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "networks.md").read_text()
@@ -50,7 +51,7 @@ def test_a_stage_asks_where_its_servers_listen(option):
     for name in names:
         assert f'"--port", type=int, default={port}' in (ROOT / "servers" / f"{name}.py").read_text()
     stage, part = option.removeprefix("--").split()
-    assert part in STAGES[stage].built_in
+    assert part in shipped_paths(STAGES[stage])
 
 
 def test_every_action_is_on_the_page():

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError, PlannerError, UnknownNameError
+from torc.pipeline.planners import make_planner
 from torc.records import Decision, Evidence
 from torc.records.serialization import to_plain
-from torc.stages import TASK_PLANNERS
+from torc.registry.kinds import TASK_PLANNERS
+from torc.registry.loading import part_paths, shipped_paths
 from torc.task_planning.asking import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
-from torc.task_planning.registry import make_planner, planner_paths
 from torc.testing.contexts import open_context
 
 GOOD = Decision(0, "it is the target")
@@ -123,7 +124,7 @@ def test_built_in_names_make_planners_of_that_name(name: str) -> None:
     planner = make_planner(name)
     assert isinstance(planner, TaskPlanner)
     assert planner.name == name
-    assert name in planner_paths()
+    assert name in part_paths(TASK_PLANNERS)
 
 
 def test_a_misspelt_name_is_corrected() -> None:
@@ -159,12 +160,12 @@ def test_installed_packages_add_names(monkeypatch: pytest.MonkeyPatch) -> None:
     class Impostor:
         name, value = "random", "somewhere:Else"
 
-    monkeypatch.setattr("torc.plugins.entry_points", lambda group: [Point, Impostor])
+    monkeypatch.setattr("torc.registry.loading.entry_points", lambda group: [Point, Impostor])
     assert make_planner("theirs").name == "random"
     assert make_planner("random").name == "random"
 
 
 def test_built_in_names_import_nothing_until_asked() -> None:
-    code = "import sys, torc.task_planning.registry; sys.exit('torc.task_planning.dg_select' in sys.modules)"
+    code = "import sys, torc.pipeline.planners; sys.exit('torc.task_planning.dg_select' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-    assert all(path.count(":") == 1 for path in TASK_PLANNERS.built_in.values())
+    assert all(path.count(":") == 1 for path in shipped_paths(TASK_PLANNERS).values())

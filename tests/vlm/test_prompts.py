@@ -7,11 +7,10 @@ import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
-from torc.task_planning.registry import make_planner
+from torc.pipeline.planners import make_planner, planner_context
 from torc.testing import contexts
 from torc.vlm.asking import fill_prompt
 from torc.vlm.config import Asking, VlmConfig
-from torc.vlm.opening import planner_options
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.prompt import Example, Prompt
 from torc.vlm.prompt_files import (
@@ -147,4 +146,4 @@ def test_planners_that_take_no_prompt_are_not_sent_one_in_silence():
 
     config = VlmConfig("tests.helpers.fake_vlm:ScriptedVlm", "", prompt=OWN)
     with pytest.raises(InputError, match="takes no `asking`"):
-        planner_options("old", Old, config, None)
+        planner_context("old", Old, config, None)

@@ -7,9 +7,9 @@ import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
+from torc.pipeline.planners import make_planner
 from torc.records import GraspStatus, Hand
 from torc.robots.loading import load_robot
-from torc.task_planning.registry import make_planner
 from torc.testing import contexts
 from torc.vlm.config import Asking, VlmConfig
 from torc.vlm.prompt_files import shipped_names, shipped_prompt

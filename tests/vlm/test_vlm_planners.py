@@ -7,9 +7,9 @@ import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
+from torc.pipeline.planners import make_planner
 from torc.records import Corrections
 from torc.task_planning.dg_select import DgSelectPlanner
-from torc.task_planning.registry import make_planner
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.testing import contexts
 from torc.testing.planner_conformance import CASES, check_case

@@ -10,12 +10,12 @@ from torc.episode.recorded import BELIEF
 from torc.episode.viewer_links import REPORT, trial_key, trial_link
 from torc.errors import InputError
 from torc.pipeline.building import sources
+from torc.pipeline.planners import make_planner
 from torc.records.files import write_json
 from torc.robots.schema import EXAMPLE
 from torc.specs.conditions import Conditions
 from torc.specs.files import to_plain
 from torc.specs.trial import TrialSpec
-from torc.task_planning.registry import make_planner
 from torc.web.human_queue import make_queue
 from torc.web.session import Choice, Phase, Session
 

@@ -9,11 +9,11 @@ from torc.benchmark.local_pool import Backend, Task, Work
 from torc.benchmark.spec import BenchSpec, PlannedTrial, problem_fingerprint
 from torc.benchmark.store import OUTPUT, TRIAL, Store
 from torc.episode.log import TrialResult
-from torc.episode.planners import load_trial_planner
 from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.fingerprints import part_source
 from torc.pipeline.building import sources
+from torc.pipeline.planners import load_planner
 from torc.problems.problem import load_problem
 from torc.vlm.cache import CacheConfig
 
@@ -67,7 +67,7 @@ def changed_part(trial: PlannedTrial) -> str | None:
     Raises InputError: a part is missing.
     """
     planner, around = trial.planner, trial.around
-    if planner.source and part_source(load_trial_planner(planner.spec.name)) != planner.source:
+    if planner.source and part_source(load_planner(planner.spec.name)) != planner.source:
         return f"planner '{planner.spec.name}'"
     now = sources(around.conditions)
     changed = sorted(k for k in now | dict(around.sources) if now.get(k) != around.sources.get(k))

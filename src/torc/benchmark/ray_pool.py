@@ -27,11 +27,11 @@ from torc.errors import InputError, MissingDependencyError, TorcError, extra_rem
 from torc.objects.library import ENVIRONMENT_VARIABLE, find_stored
 from torc.problems.problem import Problem, save_problem
 from torc.records.files import write_json
+from torc.registry.kinds import STAGES
 from torc.robots.loading import load_robot
 from torc.robots.names import robot_names
 from torc.specs.files import to_plain
 from torc.specs.variants import varied
-from torc.stages import STAGES
 from torc.vlm.cache import CacheMode
 from torc.workspace.files import workspace_names
 

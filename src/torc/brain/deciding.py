@@ -13,16 +13,17 @@ from torc.perception.segmentation import PerceptionConfig
 from torc.pipeline.building import build_pipeline
 from torc.pipeline.frames import Frame
 from torc.pipeline.look import Pipeline
+from torc.pipeline.planners import make_planner
 from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.warm_up import rehearse_look
 from torc.records import Observation, OcclusionVolume, SegmentedScene
+from torc.registry.kinds import DEPTHS, PERCEPTIONS
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import PipelineSpec
 from torc.task_planning.asking import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
-from torc.task_planning.registry import make_planner
 from torc.vlm.find_target import TargetByText
 from torc.vlm.protocol import VlmClient
 from torc.workspace.description import Box, Workspace
@@ -66,7 +67,7 @@ def decide_frame(
     planner = planner or make_planner("dg-select")
     pipeline = _pipeline(frame, robot, stages)
     # What perception finds by itself has numbers of its own.
-    given = frame.labels if getattr(pipeline.perception, "needs_labels", False) else {}
+    given = frame.labels if PERCEPTIONS.traits(pipeline.perception).needs_labels else {}
     stages, wanted = stages or PipelineSpec(), wanted or Wanted(frame.target_description)
     marked = wanted if given else _marked(frame, wanted)
     sought = Sought.LABEL if given else _sought(marked, pipeline.perception, finder)
@@ -114,7 +115,7 @@ def _sought(wanted: Wanted, perception: Perception, finder: VlmClient | None) ->
         return Sought.MARK
     if wanted.pictures:
         return Sought.PICTURES
-    words = finder is not None or getattr(perception, "reads_words", False)
+    words = finder is not None or PERCEPTIONS.traits(perception).reads_words
     return Sought.WORDS if wanted.description and words else Sought.NOTHING
 
 
@@ -172,7 +173,7 @@ def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: Pipeli
 
 def refuse_made_up(stages: PipelineSpec, depth: Depth) -> None:
     """Raises InputError for a depth stage that adds the errors of a camera, which real pictures have already."""
-    if getattr(depth, "simulated_only", False):
+    if DEPTHS.traits(depth).simulated_only:
         raise InputError(
             f"--depth {stages.depth} adds a camera's errors to the exact depth of a simulation. A real picture has "
             "them already: leave --depth out."

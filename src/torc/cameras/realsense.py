@@ -13,7 +13,14 @@ from jaxtyping import Float, UInt8
 
 from torc.cameras.base import RealCamera
 from torc.cameras.lens import PinholeMap, brown_conrady, pinhole_map
-from torc.cameras.realsense_device import FrameSets, Opener, PipelineFrames, RealSenseConfig
+from torc.cameras.realsense_device import (
+    FrameSets,
+    Opener,
+    PipelineFrames,
+    RealSenseConfig,
+    realsense_devices,
+    realsense_library,
+)
 from torc.cameras.registration import registered_colors, registered_depth
 from torc.errors import CameraError
 from torc.geometry.transforms import make_pose
@@ -30,6 +37,16 @@ class RealSenseCamera(RealCamera):
     """A RealSense camera, or a recording of one."""
 
     what: ClassVar[str] = "RealSense"
+
+    @classmethod
+    def check_library(cls) -> None:
+        """Raise MissingDependencyError without pyrealsense2."""
+        realsense_library()
+
+    @classmethod
+    def devices(cls) -> list[str]:
+        """Return the connected devices."""
+        return realsense_devices()
 
     def __init__(
         self,

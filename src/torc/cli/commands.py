@@ -5,15 +5,15 @@ import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from itertools import groupby
-from typing import Any, Protocol, cast
+from typing import Any, Protocol, cast, get_type_hints
 
 import tyro
 
 from torc.errors import InputError, UnknownNameError
-from torc.specs.settings import under
+from torc.registry.settings import under
 from torc.specs.variants import plain_value
 
 _HELP = ("-h", "--help")
@@ -72,16 +72,53 @@ def parse_command(command: "type[Any] | Group", prog: str, arguments: Sequence[s
         required = (f.name for f in fields(command) if f.default is MISSING and f.default_factory is MISSING)
         default = {"default": command(**dict.fromkeys(required, tyro.MISSING), **given)}
     plain, settings = _split_settings(arguments)
-    parsed = tyro.cli(command, prog=prog, description="", args=plain, config=_CONFIG, **default)
+    try:
+        parsed = tyro.cli(command, prog=prog, description="", args=plain, config=_CONFIG, **default)
+    except SystemExit:
+        if any(a in _HELP for a in arguments):
+            print("\n".join(_choices(_options(command))))
+        raise
     if getattr(parsed, "seed", 0) < 0:
         raise InputError("--seed must be at least 0.")
     return cast(Runnable, _with_settings(parsed, settings))
 
 
+def _options(command: type[Any]) -> set[str]:
+    """The names of a command's options, those of its parts included."""
+    found = set()
+    for name, kind in get_type_hints(command).items():
+        found |= _options(kind) if is_dataclass(kind) and isinstance(kind, type) else {name}
+    return found
+
+
+def _choices(options: Collection[str]) -> Iterator[str]:
+    """The parts that a command's options can name, with a line of help each."""
+    from torc.registry.kinds import KINDS
+    from torc.registry.loading import part_lines
+
+    for kind in KINDS:
+        places = [f"--{name}" for name in (kind.option, f"{kind.option}s") if name in options]
+        if kind.in_file:
+            places = [f"`driver` of `{kind.option}` in the lab file"] if "lab" in options else []
+        for place in places:
+            lines = part_lines(kind)
+            width = max(map(len, lines))
+            yield _wrapped(f"{place}: one of these, or your own as module:Class or path/to/file.py:Class")
+            yield from (_wrapped(line, f"  {name:<{width}}  ") for name, line in lines.items())
+
+
+def _wrapped(text: str, before: str = "") -> str:
+    """A text at the terminal's width, its lines below each other behind what stands before it."""
+    return textwrap.fill(text, _width(), initial_indent=before, subsequent_indent=" " * max(len(before), 2))
+
+
+def _width() -> int:
+    return min(shutil.get_terminal_size().columns, _WIDEST)
+
+
 def filled(text: str) -> str:
     """A text at the terminal's width: paragraphs filled, indented lines as they are."""
-    width = min(shutil.get_terminal_size().columns, _WIDEST)
-    wrap = textwrap.TextWrapper(width, break_long_words=False, break_on_hyphens=False)
+    wrap = textwrap.TextWrapper(_width(), break_long_words=False, break_on_hyphens=False)
     lines: list[str] = []
     for block in text.split("\n\n"):
         for indented, group in groupby(block.split("\n"), lambda line: line.startswith(" ")):

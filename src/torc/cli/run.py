@@ -12,8 +12,8 @@ from torc.cli.printing import print_json
 from torc.cli.vlm_options import VlmOptions
 from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.episode.viewer_links import trial_key
+from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions
-from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec, TrialSpec
 
 
@@ -27,9 +27,7 @@ class RunCommand:
     problem: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[PROBLEM]")] = "structured-01"
     """Name of a shipped problem (`torc problems list`) or a problem file."""
     planner: str = "dg-select"
-    """Task planner: dg-select, belief, learned, random, oracle (tries picks out in the simulation), informed (the same,
-    but does not foresee luck), vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your own as
-    module:Class or path/to/file.py:Class."""
+    """Task planner."""
     planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)
     """Settings of the task planner by dotted path: --planner.SETTING VALUE."""
     seed: int = 0

@@ -69,7 +69,7 @@ class VlmEvalCommand:
         from torc.next_object.asking.evaluation import ask_rows, begin, chosen_rows, data_digest
         from torc.next_object.data.opening import open_rows
         from torc.next_object.prompting import version_of
-        from torc.vlm.opening import open_client
+        from torc.pipeline.planners import open_client
 
         config = self._config()
         whole = open_rows(self.data, self.split)

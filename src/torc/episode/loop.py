@@ -10,8 +10,8 @@ from torc.pipeline.building import System
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason, EpisodeState, first_state, stage_rng
 from torc.pipeline.warm_up import rehearse_look
-from torc.plugins import warm_up
 from torc.records import TARGET_ID, Decision, PickOutcome, PickPlan, PlanFailure
+from torc.registry.kinds import MOTION_PLANNERS
 from torc.robots.protocols import Robot
 from torc.task_planning.asking import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
@@ -47,7 +47,7 @@ class Episode:
         steps = self.steps
         look = rehearse_look(steps.system.pipeline, steps.robot.description.arm.rest_qpos)
         for object_id in look.context.scene.ids[:1]:
-            warm_up(steps.system.motion_planner, pick_request(look, object_id))
+            MOTION_PLANNERS.traits(steps.system.motion_planner).warm_up(pick_request(look, object_id))
         if planner is not None:
             rehearse_planner(planner, look.context)
         return look

@@ -13,6 +13,8 @@ from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, configured, make_stage
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
+from torc.registry.context import BuildContext
+from torc.registry.kinds import CAMERAS, DEPTHS, PERCEPTIONS
 from torc.sim.portraits import size_by_ruler, turn_table
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
 from torc.sim.stepping import Observer
@@ -27,13 +29,14 @@ def simulated_robot(
     times per simulated second. Raises InputError if the problem cannot be built, or the camera cannot be made.
     """
     config = configured(system.conditions, "simulation", SimulatedRobotConfig())
-    pairs = getattr(system.pipeline.depth, "needs_pair", False)
+    pairs = DEPTHS.traits(system.pipeline.depth).needs_pair
     config = replace(config, color=color and config.color, pairs=pairs or config.pairs)
     world = build_world(problem, system.robot, system.workspace)
     world.model.geom_friction[:, 0] *= system.conditions.friction
     simulated = SimulatedRobot(world, config, observer)
-    camera = make_stage(system.conditions, "camera", camera=simulated.camera, workspace=system.workspace)
-    if getattr(camera, "real", False):
+    context = BuildContext(camera=simulated.camera, workspace=system.workspace)
+    camera = make_stage(system.conditions, "camera", context)
+    if CAMERAS.traits(camera).real:
         raise InputError(
             f"--camera {system.conditions.camera} looks at the real world, which a simulated robot does not change. "
             "`torc camera show` and `torc camera record` use it; `torc decide` decides for what it recorded."
@@ -53,7 +56,7 @@ def wanted_in(system: System, problem: Problem) -> Wanted:
     """The problem's target as its user would tell of it: in words, by its size, and by pictures from all sides if the
     system's perception asks for them.
     """
-    if getattr(system.pipeline.perception, "needs_pictures", False):
+    if PERCEPTIONS.traits(system.pipeline.perception).needs_pictures:
         return pictured_target(problem)
     return Wanted(problem.description, size_m=size_by_ruler(_target_of(problem)))
 

@@ -26,6 +26,7 @@ from torc.records import (
     PickResult,
     PlanFailure,
 )
+from torc.registry.kinds import PERCEPTIONS
 from torc.robots.description import RobotDescription
 from torc.robots.protocols import Robot
 
@@ -131,7 +132,7 @@ class Steps:
     def _held_look(self, state: EpisodeState, look: Look, object_id: int) -> HeldLook | None:
         """How to look at that object once it is lifted; None if perception does not recognise what is in the hand."""
         pipeline, robot = self.system.pipeline, self.robot.description
-        if not hasattr(pipeline.perception, "recognise"):
+        if PERCEPTIONS.traits(pipeline.perception).recognise is None:
             return None
         rng = stage_rng(self.config.seed, state.pick, "held")
         return HeldLook(pipeline, robot, look, self.wanted, object_id, rng)

@@ -14,7 +14,6 @@ from torc.episode.events import Event, Listener, Looked, Started
 from torc.episode.log import RESULT_FORMAT, EventLine, TrialResult, result_facts
 from torc.episode.loop import run_episode
 from torc.episode.pick_view import view_of
-from torc.episode.planners import make_spec_planner, spec_of_object
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
 from torc.episode.recorded import VIDEO
 from torc.episode.recorder import TrialLog, TrialRecorder
@@ -26,9 +25,11 @@ from torc.episode.video import VideoRecorder
 from torc.errors import InputError, TorcError
 from torc.pipeline.building import System, build_system, sources
 from torc.pipeline.look import Look
+from torc.pipeline.planners import make_spec_planner, spec_of_object
 from torc.pipeline.warm_up import announced_compilation
 from torc.problems.problem import load_problem, robot_hint
 from torc.records import PlanningContext
+from torc.registry.kinds import PERCEPTIONS, TASK_PLANNERS
 from torc.sim.robot import SimulatedRobot
 from torc.sim.stepping import Observer
 from torc.sim.world import World
@@ -100,15 +101,16 @@ def run_trial(
     truth = None if situations is None else situations.situation
     planner = planner or make_spec_planner(spec.planner, vlm_cache, truth)
     privileged = [part for part in (planner, situations) if isinstance(part, Privileged)]
-    if privileged and not getattr(system.pipeline.perception, "needs_labels", False):
+    if privileged and not PERCEPTIONS.traits(system.pipeline.perception).needs_labels:
         raise InputError(
             f"'{spec.planner.asking}' knows the objects by the simulator's own ids, and --perception "
             f"{spec.conditions.perception} gives them others. Play it with --perception labels."
         )
+    knows_more = bool(privileged) or TASK_PLANNERS.traits(planner).privileged
     about: dict[str, Any] = {
         "vlm": None if asked is None else asked.text,
         # Who knows the simulator's truth, or sees more than planners do, plays, but does not compete.
-        "participant": not privileged and not spec.planner.outside_view,
+        "participant": not (knows_more or spec.planner.outside_view),
     }
     if asked is not None and asked.simulated:
         about["simulated_vlm"] = asdict(find_profile(asked.model))
@@ -207,7 +209,7 @@ def _play(
         episode = episode_in(simulated, system, config, listeners)
         result = run_episode(episode, planner, started)
     # A planner may know how sure it is that its costs are the least.
-    bound = getattr(planner, "bound", None)
+    bound = TASK_PLANNERS.traits(planner).bound
     facts = {"status": "completed", **result_facts(result)}
     if problem.absent:
         facts["target_absent"] = True

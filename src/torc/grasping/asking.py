@@ -8,8 +8,8 @@ import numpy as np
 
 from torc.errors import GraspPlannerError
 from torc.grasping.protocol import GraspPlanner
-from torc.plugins import blamed, kind_of_value
 from torc.records import GraspSet, OcclusionVolume, SegmentedScene
+from torc.registry.loading import blamed, kind_of_value
 
 _HELP = "torc.testing.grasp_conformance checks a grasp planner against all rules (docs/grasp_planners.md)."
 _SHAPES = {

@@ -31,7 +31,7 @@ from torc.lab.person import Ask
 from torc.lab.protocols import ArmDriver, GripperDriver, LabError, NeedsActivation, PowersServos
 from torc.lab.robotiq.gripper import RobotiqGripper
 from torc.lab.supervisor import SupervisorConfig
-from torc.plugins import blamed
+from torc.registry.loading import blamed
 
 _WATCH_S, _POWERED_S, _APART_S = 1.0, 0.5, 0.5
 _LEAST_READ = 0.5

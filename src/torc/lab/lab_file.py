@@ -16,12 +16,13 @@ from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
 from torc.lab.checks import REDUCED_SPEED_M_S
 from torc.lab.identity import check_settings
 from torc.lab.kinds import ARM_DRIVERS, GRIPPER_DRIVERS
-from torc.plugins import PartKind, load_part
+from torc.registry.kinds import Kind
+from torc.registry.loading import load_part
+from torc.registry.settings import config_class
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
-from torc.specs.settings import config_class
 from torc.workspace.description import Workspace
 from torc.workspace.files import load_workspace
 
@@ -208,7 +209,7 @@ def usual_box(
     return lower, upper
 
 
-def driver_config(kind: PartKind, device: Device, where: str) -> dict[str, Any]:
+def driver_config(kind: Kind[Any], device: Device, where: str) -> dict[str, Any]:
     """The arguments of a driver by its settings: as `config`, if it takes a dataclass of that name. Raises InputError
     for a driver that there is not, and for settings that it has not, or that cannot be.
     """

@@ -9,7 +9,6 @@ from torc.episode.events import Event, Listener, Planned, Started
 from torc.episode.log import result_facts
 from torc.episode.loop import Episode, run_episode
 from torc.episode.pick_view import view_of
-from torc.episode.planners import make_spec_planner, refuse_simulated
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import Trial, recorded_trial
@@ -26,8 +25,10 @@ from torc.lab.supervisor import SupervisedArm
 from torc.lab.ways import tcp_ways, ways_text
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import build_system, sources
+from torc.pipeline.planners import make_spec_planner, refuse_simulated
 from torc.pipeline.warm_up import announced_compilation
 from torc.records import PickOutcome, PickPlan, PlanFailure
+from torc.registry.kinds import PERCEPTIONS
 from torc.specs.files import to_plain
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.protocol import TaskPlanner
@@ -78,7 +79,7 @@ def retrieve(
     """
     refuse_simulated(spec.planner.name)
     system = build_system(spec.conditions, lab.workspace, planned_for(lab))
-    blind = getattr(system.pipeline.perception, "needs_pictures", False)
+    blind = PERCEPTIONS.traits(system.pipeline.perception).needs_pictures
     if blind and not (wanted.pictures or wanted.mark):
         raise InputError(
             f"Perception '{spec.conditions.perception}' knows a target by pictures, not by words: give --reference "

@@ -7,8 +7,8 @@ import numpy as np
 
 from torc.errors import PartError
 from torc.motion.protocol import MotionPlanner, PickRequest
-from torc.plugins import blamed, kind_of_value
 from torc.records import GraspStatus, PickPlan, PlanFailure, Trajectory
+from torc.registry.loading import blamed, kind_of_value
 
 _HELP = "torc.testing.motion_conformance checks a motion planner against all rules (docs/stages.md)."
 MOTIONS = ("free", "approach", "lift", "transfer", "home")

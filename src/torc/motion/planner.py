@@ -19,12 +19,13 @@ from torc.motion.straight_motions import StraightMotions
 from torc.motion.timing import time_path
 from torc.motion.tree_search import tree_search
 from torc.records import GraspStatus, PickPlan, PlanFailure, PlanStage
+from torc.registry.kinds import MotionPlannerTraits
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tcp_pose
 from torc.workspace.description import Workspace
 
 
-class SamplingMotionPlanner:
+class SamplingMotionPlanner(MotionPlannerTraits):
     """Plans picks: RRT-Connect for the free motions, differential inverse kinematics for the straight ones."""
 
     def __init__(

@@ -1,6 +1,7 @@
 """Asking a perception or a depth, which may be anybody's: what it returns can be used, or the error says why not."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,9 @@ from jaxtyping import Bool
 
 from torc.errors import PartError
 from torc.perception.protocol import Depth, Perception, Wanted
-from torc.plugins import blamed, kind_of_value
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, SegmentedScene
+from torc.registry.kinds import PERCEPTIONS
+from torc.registry.loading import blamed, kind_of_value
 from torc.robots.protocols import Camera, Robot
 
 _HELP = "torc.testing.perception_conformance checks a perception against all rules (docs/stages.md)."
@@ -19,10 +21,13 @@ _UNIT_TOLERANCE = 1e-3
 def ask_perception(
     perception: Perception, observation: Observation, wanted: Wanted, before: SegmentedScene | None
 ) -> SegmentedScene:
-    """The scene that a perception makes of a snapshot. Raises PartError if it crashed, or what it returned is no scene
-    of this snapshot; and what it raises of its own accord.
+    """Return the scene that a perception makes of a snapshot, whose masks are hidden unless it needs them.
+
+    Raises PartError if it crashed or returned no scene of this snapshot; its own TorcError passes unchanged.
     """
     what = f"Perception {type(perception).__name__}"
+    if not PERCEPTIONS.traits(perception).needs_labels:
+        observation = replace(observation, label_image=None)
     with blamed(what, PartError, _HELP):
         scene: Any = perception.perceive(observation, wanted, before)
     for fault in scene_faults(scene, observation):

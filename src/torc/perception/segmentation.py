@@ -19,10 +19,11 @@ from torc.records import (
     SegmentedObject,
     SegmentedScene,
 )
+from torc.registry.settings import ConfigTraits
 
 
 @dataclass(frozen=True)
-class PerceptionConfig:
+class PerceptionConfig(ConfigTraits):
     """How clouds are made.
 
     What is in pixels is meant for a picture of 640 x 480; see `at`.

@@ -149,9 +149,7 @@ class Pipeline:
         clock = StageClock()
         with clock.stage("perceive"):
             observation = self.measured(observation, stage_rng(seed, state.pick, "noise"))
-            blind = not getattr(self.perception, "needs_labels", False)
-            shown = replace(observation, label_image=None) if blind else observation
-            scene = ask_perception(self.perception, shown, wanted, state.scene)
+            scene = ask_perception(self.perception, observation, wanted, state.scene)
         with clock.stage("occlusion"):
             volume = update_volume(state.volume, scene, self.occlusion)
             scene = _reported(scene)

@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 
 from torc.errors import PlannerError
-from torc.plugins import blamed, warm_up
-from torc.plugins import kind_of_value as _kind
 from torc.records import (
     BeliefEvidence,
     Certainty,
@@ -25,6 +23,9 @@ from torc.records import (
     PlanningContext,
 )
 from torc.records.serialization import to_plain
+from torc.registry.kinds import TASK_PLANNERS
+from torc.registry.loading import blamed
+from torc.registry.loading import kind_of_value as _kind
 from torc.task_planning.protocol import TaskPlanner
 
 _EVIDENCE: Mapping[str, type] = {
@@ -63,7 +64,7 @@ def ask_planner(planner: TaskPlanner, context: PlanningContext, rng: np.random.G
 def rehearse_planner(planner: TaskPlanner, context: PlanningContext) -> None:
     """Lets a planner that has a `warm_up` use its kernels once. Raises PlannerError if it crashes."""
     with _blamed(planner):
-        warm_up(planner, context)
+        TASK_PLANNERS.traits(planner).warm_up(context)
 
 
 def _blamed(planner: TaskPlanner) -> AbstractContextManager[None]:

@@ -17,6 +17,7 @@ from torc.records import (
     Evidence,
     PlanningContext,
 )
+from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.paths import PathConfig, SinkProbabilities, rehearse_paths, sink_probabilities
 from torc.task_planning.relations import RelationConfig, find_relations
@@ -38,7 +39,7 @@ class DgSelectConfig:
     paths: PathConfig = field(default_factory=PathConfig)
 
 
-class DgSelectPlanner:
+class DgSelectPlanner(TaskPlannerTraits):
     """Builds the dependency graph and takes the most probable sink with a valid grasp."""
 
     name = "dg-select"

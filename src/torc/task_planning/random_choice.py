@@ -6,9 +6,10 @@ The authors' software takes a graspable target at once; that is what their table
 import numpy as np
 
 from torc.records import Decision, Evidence, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
 
 
-class RandomPlanner:
+class RandomPlanner(TaskPlannerTraits):
     """Chooses uniformly among the visible objects with a valid grasp; a graspable target comes first."""
 
     name = "random"

@@ -12,7 +12,8 @@ from torc.errors import TorcError
 from torc.lab.driver_rules import AT_ONCE_S, state_faults
 from torc.lab.protocols import ArmDriver, LabError
 from torc.records import Trajectory
-from torc.testing.conformance import require
+from torc.registry.kinds import ARM_DRIVERS
+from torc.testing.conformance import require, trait_faults
 
 _TURN_RAD, _MOTION_S = 0.05, 1.0
 _ENDS_S, _ARRIVED_RAD = 3.0, 0.01
@@ -24,7 +25,13 @@ def check_arm_driver(connect: Callable[[], ArmDriver]) -> None:
     """
     driver = connect()
     try:
-        found = [*state_faults(driver), *_lets_motions_in(driver), *_moves(driver), *_stops(driver)]
+        found = [
+            *trait_faults(ARM_DRIVERS, driver),
+            *state_faults(driver),
+            *_lets_motions_in(driver),
+            *_moves(driver),
+            *_stops(driver),
+        ]
     finally:
         driver.close()
     require("arm driver", [*found, *_is_closed(driver)])

@@ -13,6 +13,7 @@ import numpy as np
 from torc.grasping.asking import grasp_faults
 from torc.grasping.protocol import GraspPlanner
 from torc.records import GraspSet
+from torc.registry.context import BuildContext
 from torc.robots.loading import load_robot
 from torc.testing.conformance import Case, called_twice, made, require
 from torc.testing.contexts import box
@@ -45,9 +46,11 @@ def check_case(make: Callable[..., GraspPlanner], case: Case) -> None:
 
 def _violations(make: Callable[..., GraspPlanner], case: Case) -> list[str]:
     view: View = case.build()
-    offered = {"gripper": load_robot().gripper, "support_z_m": load_workspace().support_z_m}
+    context = BuildContext(
+        gripper=load_robot().gripper, support_z_m=load_workspace().support_z_m, workspace=load_workspace()
+    )
     planned, found = called_twice(
-        lambda: made(make, **offered).plan(view.scene, view.volume, np.random.default_rng(0)),
+        lambda: made(make, context).plan(view.scene, view.volume, np.random.default_rng(0)),
         (view.scene, view.volume),
         "the scene or the volume",
     )

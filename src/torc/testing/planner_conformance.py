@@ -8,10 +8,11 @@ from collections.abc import Callable
 import numpy as np
 
 from torc.records import Decision, PlanningContext
+from torc.registry.kinds import TASK_PLANNERS
 from torc.task_planning.asking import decision_faults
 from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
 from torc.testing import contexts
-from torc.testing.conformance import Case, called_twice, require
+from torc.testing.conformance import Case, called_twice, require, trait_faults
 
 CASES: tuple[Case, ...] = (
     Case("target in the open", contexts.open_context),
@@ -42,9 +43,8 @@ def check_case(make: Callable[[], TaskPlanner], case: Case, seed: int = 0) -> No
 
 
 def _violations(make: Callable[[], TaskPlanner], case: Case, seed: int) -> list[str]:
-    name = getattr(make(), "name", None)
-    if not isinstance(name, str) or not name:
-        return ["it has no name (a non-empty string attribute `name`)"]
+    if faults := trait_faults(TASK_PLANNERS, make()):
+        return faults
     context: PlanningContext = case.build()
     decisions, found = called_twice(
         lambda: make().decide(context, np.random.default_rng(seed)), context, "the context"

@@ -8,6 +8,7 @@ import numpy as np
 
 from torc.records import Corrections, Decision, PlanningContext
 from torc.records.graph import DependencyEdge
+from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.dg_select import DgSelectConfig, DgSelectPlanner, decide_by_graph
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.relations import behind_candidates, find_adjacencies
@@ -17,10 +18,11 @@ from torc.vlm.config import Asking
 from torc.vlm.protocol import VlmClient
 
 
-class VlmFixesDgPlanner:
+class VlmFixesDgPlanner(TaskPlannerTraits):
     """Gives the model the 'behind' pairs that depth suggests; decides as DG-SELECT by the pairs that it corrects."""
 
     name = "vlm-fixes-dg"
+    asks_model = True
     form = Form("vlm-fixes-dg", ("relations",), ("relations",), RELATIONS_SCHEMA)
 
     def __init__(

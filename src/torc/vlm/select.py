@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from torc.records import Decision, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
 from torc.vlm.answers import PLAN_SCHEMA, Useless, read_first_pick
 from torc.vlm.asking import Asker, Form
 from torc.vlm.config import Asking
@@ -13,10 +14,11 @@ from torc.vlm.protocol import Reply, VlmClient
 from torc.vlm.question_facts import counted_grasp_facts
 
 
-class VlmSelectPlanner:
+class VlmSelectPlanner(TaskPlannerTraits):
     """Shows the model the marked image; it is not told what is graspable, and asked again if its choice is not."""
 
     name = "vlm-select"
+    asks_model = True
     form = Form("vlm-select", ("target",), (), PLAN_SCHEMA)
 
     def __init__(self, client: VlmClient | None = None, asking: Asking | None = None) -> None:

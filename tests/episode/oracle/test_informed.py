@@ -7,8 +7,8 @@ import pytest
 
 from torc.episode.oracle import informed
 from torc.episode.oracle.informed import InformedPlanner, picks_of
-from torc.episode.planners import PRIVILEGED
 from torc.errors import InputError
+from torc.pipeline.planners import is_reference
 from torc.pipeline.state import EndReason
 from torc.records import TARGET_ID, Decision, PickOutcome, PickResult
 
@@ -99,7 +99,7 @@ def test_an_order_is_followed_as_long_as_it_goes_well():
 
 
 def test_it_needs_a_simulation_and_is_known_as_privileged():
-    assert "informed" in PRIVILEGED
+    assert is_reference("informed")
     with pytest.raises(InputError, match="simulated trials only"):
         InformedPlanner().decide(SimpleNamespace(), np.random.default_rng(0))
     with pytest.raises(InputError, match="at least one"):

@@ -13,6 +13,7 @@ from torc.perception.sam.perception import GroundedSam2Config, GroundedSam2Perce
 from torc.perception.sam.sam2 import masks_in_boxes
 from torc.perception.sam.weights import KNOWN, known_weights
 from torc.pipeline.building import make_stage
+from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
 from torc.workspace.files import load_workspace
 
@@ -42,7 +43,7 @@ def test_making_the_stages_loads_nothing(torch):
     load_network.cache_clear()
     for name in ("grounded-sam2", "sam3"):
         spec = PipelineSpec(perception=name, settings={"perception.most": 7, "perception.words.sure": 0.6})
-        part = make_stage(spec, "perception", rough=True, workspace=load_workspace())
+        part = make_stage(spec, "perception", BuildContext(workspace=load_workspace()), rough=True)
         assert part.config.most == 7
         assert part.words.sure == 0.6
         assert part.config.clouds.edge_slope == 4.0

@@ -8,8 +8,9 @@ import pytest
 
 from torc.errors import InputError
 from torc.geometry.extent import extent
+from torc.pipeline.planners import make_planner
 from torc.records import BeliefEvidence, Decision, Evidence, KnownObject, PickOutcome, PickResult
-from torc.specs.settings import arguments
+from torc.registry.settings import arguments
 from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.costs import ways_of
 from torc.task_planning.belief.hidden_target import presence, search_target
@@ -25,7 +26,6 @@ from torc.task_planning.belief.settings import (
     SearchConfig,
 )
 from torc.task_planning.dg_select import DgSelectPlanner
-from torc.task_planning.registry import make_planner
 from torc.task_planning.relations import find_relations
 from torc.testing import contexts
 from torc.testing.contexts import box, make_context

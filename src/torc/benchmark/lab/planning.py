@@ -9,10 +9,10 @@ import torc
 from torc.benchmark.preflight import find_around
 from torc.benchmark.rows import REAL
 from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, make_spec
-from torc.episode.planners import refuse_simulated
 from torc.errors import InputError
 from torc.lab.lab_file import Lab
 from torc.lab.scenes.scene import Scene
+from torc.pipeline.planners import refuse_simulated
 
 
 def plan_lab_bench(

@@ -11,6 +11,7 @@ from torc.episode.privileged import Sandbox, SimulatedState, Simulation
 from torc.errors import InputError
 from torc.pipeline.state import EndReason
 from torc.records import TARGET_ID, Decision, Evidence, PickResult, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.dg_select import DgSelectPlanner
 
 DEFAULT_BUDGET = 24.0
@@ -31,7 +32,7 @@ class Order:
         return float(np.mean(self.picks))
 
 
-class InformedPlanner:
+class InformedPlanner(TaskPlannerTraits):
     """Picks in the order that needs the fewest picks in expectation.
 
     It searches as ORACLE does, in the scene as it truly is, but with other draws of grasps and motions than the
@@ -40,6 +41,7 @@ class InformedPlanner:
     """
 
     name = "informed"
+    privileged = True
 
     def __init__(self, budget: float = DEFAULT_BUDGET, searches: int = 2, futures: int = 4) -> None:
         """budget: of each search, in simulated picks; searches: how many, each with draws of its own; futures: how

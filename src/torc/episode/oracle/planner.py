@@ -12,6 +12,7 @@ from torc.episode.oracle.tree import DEFAULT_BUDGET, GIVE_UP, Path, check_budget
 from torc.episode.privileged import SimulatedState, Simulation
 from torc.errors import InputError
 from torc.records import Decision, Evidence, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.dg_select import DgSelectPlanner
 
 
@@ -28,13 +29,14 @@ class _Plan:
         return self.step >= len(self.path.choices)
 
 
-class OraclePlanner:
+class OraclePlanner(TaskPlannerTraits):
     """Tries out orders of picks before the first one, and then picks in the best order that it found.
 
     It searches again where the trial is not as foreseen, and where the order ends without the target.
     """
 
     name = "oracle"
+    privileged = True
 
     def __init__(self, budget: float = DEFAULT_BUDGET) -> None:
         """budget: of each search, in simulated picks."""

@@ -31,6 +31,8 @@ from torc.records import BACKGROUND, TARGET_ID, Observation, SegmentedScene
 from torc.records.directories import check_place
 from torc.records.files import write_json, write_png
 from torc.records.serialization import load_checked, save_record
+from torc.registry.context import BuildContext
+from torc.registry.kinds import PERCEPTIONS
 from torc.robots.protocols import Camera
 
 SCENE_FORMAT = "torc-scene/1"
@@ -104,7 +106,7 @@ class Eyes:
     def __init__(self, lab: Lab, camera: Camera) -> None:
         """camera: open. Raises InputError for a depth stage that cannot be made."""
         self._lab, self._camera, self._last_stamp_s = lab, camera, 0.0
-        self._depth = make_stage(lab.conditions, "depth", workspace=lab.workspace)
+        self._depth = make_stage(lab.conditions, "depth", BuildContext(workspace=lab.workspace))
 
     def look(self) -> Observation:
         """A new snapshot; labels that its source knows are left out. Raises LabError where none comes, InputError,
@@ -122,7 +124,7 @@ class Eyes:
     def find(self, seen: Observation, wanted: Wanted) -> SegmentedScene:
         """The objects in a snapshot. Raises InputError for a perception that is given its masks, or cannot be made."""
         perception = build_seeing(self._lab.conditions, self._lab.workspace).perception
-        if getattr(perception, "needs_labels", False):
+        if PERCEPTIONS.traits(perception).needs_labels:
             raise InputError(
                 "Perception 'labels' finds nothing in real pictures: name another in the lab file."
             )

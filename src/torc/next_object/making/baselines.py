@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from torc.episode.planners import make_trial_planner
 from torc.next_object.replies import read_number
+from torc.pipeline.planners import make_planner
 from torc.records import PlanningContext
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.answers import PLAN_SCHEMA
@@ -24,7 +24,7 @@ class Baselines:
     """Makes the planners once, and asks them at look after look. They are told what models are: what is graspable."""
 
     def __init__(self) -> None:
-        self._planners: Mapping[str, TaskPlanner] = {name: make_trial_planner(name) for name in PLANNERS}
+        self._planners: Mapping[str, TaskPlanner] = {name: make_planner(name) for name in PLANNERS}
 
     def choices(
         self, context: PlanningContext, situation: Situation, rng: np.random.Generator

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from torc.records import TARGET_ID, BeliefEvidence, Decision, Evidence, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.belief.candidates import may_have_been_seen
 from torc.task_planning.belief.costs import Ways, ways_of
 from torc.task_planning.belief.hidden_target import Search, search_target
@@ -15,7 +16,7 @@ from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.relations import find_relations
 
 
-class BeliefPlanner:
+class BeliefPlanner(TaskPlannerTraits):
     """Keeps particles of where the target may be, and searches for the order of removals that shows and frees it."""
 
     name = "belief"

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from torc.records import Decision, Evidence, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.belief.planner import BeliefPlanner
 from torc.task_planning.learned.features import FEATURE_NAMES, REASONING, features_of
 from torc.task_planning.learned.model import MODEL_PATH, load_picker
@@ -25,7 +26,7 @@ class LearnedConfig:
     model: str = ""
 
 
-class LearnedPlanner:
+class LearnedPlanner(TaskPlannerTraits):
     """Ranks what can be picked by a logistic regression over what DG-SELECT and BELIEF reckon with."""
 
     name = "learned"

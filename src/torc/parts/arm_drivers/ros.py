@@ -1,0 +1,5 @@
+"""Arms that ROS 1 or 2 drives, by rosbridge."""
+
+from torc.lab.ros.arm import RosArm
+
+PART = RosArm

@@ -1,0 +1,5 @@
+"""Candidates by GraspGenX, from a server."""
+
+from torc.grasping.network.graspgenx import GraspGenXPlanner
+
+PART = GraspGenXPlanner

@@ -1,0 +1,5 @@
+"""Robotiq grippers behind a UR controller's URCap."""
+
+from torc.lab.robotiq.gripper import over_urcap
+
+PART = over_urcap

@@ -1,0 +1,5 @@
+"""Masks from a server."""
+
+from torc.perception.network.perception import NetworkPerception
+
+PART = NetworkPerception

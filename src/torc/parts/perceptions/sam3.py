@@ -1,0 +1,5 @@
+"""SAM 3, which finds objects by words."""
+
+from torc.perception.sam.perception import Sam3Perception
+
+PART = Sam3Perception

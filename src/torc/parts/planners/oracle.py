@@ -1,0 +1,5 @@
+"""A reference: tries picks out in the simulation."""
+
+from torc.episode.oracle.planner import OraclePlanner
+
+PART = OraclePlanner
