@@ -82,7 +82,7 @@ def first_look(system: System, problem: Problem) -> FirstLook:
 def belief_at(context: PlanningContext, config: BeliefConfig) -> Belief:
     """What the planner believes then."""
     rng = np.random.default_rng(0)
-    bodies = bodies_of(context.scene, context.volume, config.particles.reach_down)
+    bodies = bodies_of(context.scene, context.volume)
     particles = propose(context.volume, bodies, config.particles, rng, context.target_size_m)
     eye = np.asarray(context.scene.observation.T_world_camera, dtype=float)[:3, 3]
     return believe(particles, context.volume, bodies, eye, config.hiding, rng)

@@ -27,11 +27,9 @@ PERCEPTIONS = PartKind(
     {
         "labels": "torc.perception.privileged:LabelPerception",
         "embedded": "torc.perception.embedded.perception:EmbeddedPerception",
-        "regions": "torc.perception.embedded.regions:RegionPerception",
         "network": "torc.perception.network.perception:NetworkPerception",
         "grounded-sam2": "torc.perception.sam.perception:GroundedSam2Perception",
         "sam3": "torc.perception.sam.perception:Sam3Perception",
-        "sam2-onnx": "torc.perception.sam.refining:Sam2OnnxPerception",
     },
 )
 DEPTHS = PartKind(

@@ -142,7 +142,7 @@ class Export:
 
 @dataclass(frozen=True)
 class Measure:
-    """Measure the masks of the shipped network, and of the hand-written rules, on views."""
+    """Measure the masks of the shipped network on views."""
 
     scenes: tyro.conf.Positional[tuple[Path, ...]]
     """Directories of scenes that were not trained on."""

@@ -34,8 +34,13 @@ def find_problems(selection: str) -> dict[BenchProblem, Problem]:
                 f"{first} and {name} are both called '{problem.name}', so their trials would be mixed up. Change "
                 "`name:` in one of the files, or leave it out; generated ones are called otherwise with another --seed."
             )
-        facts = problem.name, problem.category, problem_fingerprint(problem), shipped_path(name) is not None
-        found[BenchProblem(*facts)] = problem
+        played = BenchProblem(
+            name=problem.name,
+            category=problem.category,
+            digest=problem_fingerprint(problem),
+            shipped=shipped_path(name) is not None,
+        )
+        found[played] = problem
     return found
 
 

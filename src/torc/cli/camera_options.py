@@ -26,7 +26,7 @@ class CameraOptions:
     depth: str = "as-measured"
     """Depth: as-measured (the camera's), sgbm (from a stereo pair), or your own."""
     perception: str = "embedded"
-    """Perception that finds the objects: embedded (torc's own eyes), regions, or your own."""
+    """Perception that finds the objects: embedded (torc's own eyes), or your own."""
     workspace: str = DEFAULT_WORKSPACE
     """Whose camera pose counts with --camera.pose workspace: paper, or a workspace file of your own."""
     settings: Settings = field(default_factory=dict)

@@ -117,7 +117,8 @@ def world_from_voxels(
     """The world of classified voxels and fixed boxes; see CollisionWorld."""
     kind, bits = kernel_array(kind, np.uint8), kernel_array(bits, np.uint64)
     distance = distance_field(kind != FREE, grid.voxel_size_m)
-    return CollisionWorld(grid, kind, bits, distance, boxes, box_names, config, *sum_up_blocks(kind, bits))
+    block_kind, block_bits = sum_up_blocks(kind, bits)
+    return CollisionWorld(grid, kind, bits, distance, boxes, box_names, config, block_kind, block_bits)
 
 
 def distance_field(

@@ -194,9 +194,14 @@ class Inspector:
         if view.problem.absent:
             return Difficulty(len(view.problem.objects), Hiddenness.HIDDEN, 0.0, 0, 0, 0)
         around = self.around(view.problem, target)
-        counts = len(around.in_front), len(around.beside), len(around.taller)
-        group = self.hiddenness(view, target)
-        return Difficulty(len(view.problem.objects), group, view.fraction(target), *counts)
+        return Difficulty(
+            objects=len(view.problem.objects),
+            hiddenness=self.hiddenness(view, target),
+            visible_fraction=view.fraction(target),
+            in_front=len(around.in_front),
+            beside=len(around.beside),
+            taller=len(around.taller),
+        )
 
     @cached_property
     def _eyes(self) -> Pipeline:

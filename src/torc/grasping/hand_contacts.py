@@ -71,9 +71,16 @@ def _found(
     paddings: tuple[float, float],
     hand: HandGeometry,
 ) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
-    grasps = kernel_array(Ts_world_tcp), kernel_array(widths_m), kernel_array(own_ids, np.int64)
-    fixed = kernel_array(fixed).reshape(-1, 6)
-    return _contacts(*grasps, open_boxes(hand), hand.reach_m, voxels, fixed, np.array(paddings))
+    return _contacts(
+        kernel_array(Ts_world_tcp),
+        kernel_array(widths_m),
+        kernel_array(own_ids, np.int64),
+        open_boxes(hand),
+        hand.reach_m,
+        voxels,
+        kernel_array(fixed).reshape(-1, 6),
+        np.array(paddings),
+    )
 
 
 def open_boxes(hand: HandGeometry) -> Float[np.ndarray, "b 6"]:

@@ -153,8 +153,15 @@ class GeometricGraspPlanner:
 
     def _generated(self, cloud: ObjectCloud, clouds: SceneClouds, rng: np.random.Generator) -> Proposals:
         checks, config = self.config.checks, self.config.candidates.for_object(cloud.id)
-        limits = checks.tip_margin_m, checks.min_points_between
-        given = GeneratorInput(cloud, self.hand, clouds.forward, self.support_z_m, *limits, config)
+        given = GeneratorInput(
+            cloud,
+            self.hand,
+            clouds.forward,
+            self.support_z_m,
+            checks.tip_margin_m,
+            checks.min_points_between,
+            config,
+        )
         proposals = [propose(given, rng) for propose in GENERATORS.values()]
         raw = RawCandidates(
             np.concatenate([p.Rs for p in proposals]),

@@ -88,5 +88,7 @@ def line_context(
     def hold() -> Held:
         return held_in_world().moved(invert(T_world_tool0))
 
-    flange = T_world_tool0, T_world_tcp[:3, 2]
-    return LineContext(robot.arm, arrays, world, opening_m, own_id, *flange, width_m, hold)
+    approach_axis = T_world_tcp[:3, 2]
+    return LineContext(
+        robot.arm, arrays, world, opening_m, own_id, T_world_tool0, approach_axis, width_m, hold
+    )

@@ -56,16 +56,16 @@ class SamplingMotionPlanner:
     def warm_up(self, request: PickRequest) -> None:
         """Use every compiled kernel once, to no effect: the path that is shortened need not be free."""
         arm, config, rng = self.robot.arm, self.config, np.random.default_rng(0)
-        rest, limits = arm.rest_qpos, (arm.lower, arm.upper)
+        rest = arm.rest_qpos
         width_m = config.opening(self.robot.gripper.max_width_m)
         T_world_tcp = tcp_pose(self.robot, rest, width_m)
         c = self._context(request, T_world_tcp, width_m, self.held(request))
         c.contacts(rest[None])
-        line = c.T_world_tool0[None], c.approach_axis[None], 0.01
-        follow_lines(arm, c.robot, rest[None], *line, config.cartesian)
+        Ts, directions = c.T_world_tool0[None], c.approach_axis[None]
+        follow_lines(arm, c.robot, rest[None], Ts, directions, 0.01, config.cartesian)
         world = carved(c.world, c.robot, rest, c.width_m, config.carve_margin_m, c.held.possible)
-        space = free_space(c.robot, world, c.width_m, limits, arm.max_speed, c.held.possible)
-        path = np.clip(rest + 0.05 * np.eye(3, arm.dof), *limits)
+        space = free_space(c.robot, world, c.width_m, (arm.lower, arm.upper), arm.max_speed, c.held.possible)
+        path = np.clip(rest + 0.05 * np.eye(3, arm.dof), arm.lower, arm.upper)
         space.collides(path)
         space.edge_free(path[0], path[1])
         tree_search(MotionQuery(space, path[0], path[1:]), replace(config.search, max_iterations=4), rng)

@@ -186,9 +186,19 @@ class Pipeline:
             report = hold_back_unlikely(report, grasps, self.min_score)
             if self.min_score > 0:
                 report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
-        told = wanted.description, history, picks_left, tuple((labels or {}).items()), wanted.size_m
         gripper = self.robot.gripper if isinstance(self.robot, RobotDescription) else self.robot
-        context = PlanningContext(scene, volume, grasps, report, *told, gripper.hand)
+        context = PlanningContext(
+            scene=scene,
+            volume=volume,
+            grasps=grasps,
+            report=report,
+            target_description=wanted.description,
+            history=history,
+            picks_left=picks_left,
+            labels=tuple((labels or {}).items()),
+            target_size_m=wanted.size_m,
+            hand=gripper.hand,
+        )
         return Look(context, view.observation, view.world, view.seconds | clock.seconds)
 
     def measured(self, observation: Observation, rng: np.random.Generator) -> Observation:

@@ -1,10 +1,7 @@
-"""spec.json of a trial: written and read here alone.
-
-Files of torc 0.1 ("torc-trial/1" beside them in result.json) had one flat object without a format; they are read, too.
-"""
+"""spec.json of a trial: written and read here alone."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -12,7 +9,6 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from torc.errors import InputError
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec, TrialSpec
-from torc.vlm.config import VlmConfig
 
 TRIAL_SPEC_FORMAT = "torc-trial-spec/2"
 Sources = Mapping[str, str]
@@ -38,13 +34,11 @@ def to_plain(spec: TrialSpec, sources: Sources) -> dict[str, Any]:
 
 
 def from_plain(data: Any, source: str) -> RecordedSpec:
-    """A spec from plain data of this format or the older one; `source` names it in errors. Raises InputError."""
+    """A spec from plain data ; `source` names it in errors. Raises InputError."""
     if not isinstance(data, Mapping):
         raise InputError(f"{source} holds no spec of a trial. It was not written by torc.")
     found = data.get("format")
-    if found is None:
-        data = _from_flat(data)
-    elif found != TRIAL_SPEC_FORMAT:
+    if found != TRIAL_SPEC_FORMAT:
         raise InputError(
             f"{source} is of format {found!r}; this torc reads {TRIAL_SPEC_FORMAT!r}. A newer torc may have written it."
         )
@@ -70,20 +64,3 @@ class _File(BaseModel):
 
 
 _FILE = TypeAdapter(_File)
-
-
-def _from_flat(data: Mapping[str, Any]) -> dict[str, Any]:
-    """The older format: everything in one object, the sources as ROBOT_source."""
-    around = {f.name for f in fields(Conditions)}
-    planner = {k: data[k] for k in ("vlm", "expert", "outside_view") if data.get(k)}
-    if data.get("planner") == "human" and "outside_view" not in data:
-        planner["outside_view"] = True  # the page always showed the outside then
-    if isinstance(planner.get("vlm"), Mapping):
-        planner["vlm"] = {k: v for k, v in planner["vlm"].items() if k in {f.name for f in fields(VlmConfig)}}
-    return {
-        "problem": data.get("problem"),
-        "planner": {"name": data.get("planner"), **planner},
-        "seed": data.get("seed", 0),
-        "conditions": {k: v for k, v in data.items() if k in around},
-        "sources": {k.removesuffix("_source"): v for k, v in data.items() if k.endswith("_source") and v},
-    }

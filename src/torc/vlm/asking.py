@@ -22,8 +22,15 @@ from torc.vlm.replies import ask_client
 
 Answer = TypeVar("Answer")
 FIELDS = (
-    *("target", "target_state", "target_size", "description", "gripper"),
-    *("history", "picks_left", "objects", "pictures"),
+    "target",
+    "target_state",
+    "target_size",
+    "description",
+    "gripper",
+    "history",
+    "picks_left",
+    "objects",
+    "pictures",
 )
 """What every planner fills in a prompt; `prompt_values` tells with what."""
 _SEEDS = 2**31

@@ -59,7 +59,6 @@ ABLATIONS = {
     "prices.hold": False,
     "prices.dropped": 0.0,
     "prices.loaded": 0.0,
-    "particles.reach_down": False,
     "prices.fallen": 0.0,
     "prices.still_blocking": 0.0,
     "search.depth": 1,

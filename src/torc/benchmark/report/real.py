@@ -25,8 +25,14 @@ from torc.benchmark.rows import Table, TrialRow
 from torc.files.reading import read_text
 
 _HEADER = (
-    *("planner", "trials of", "scenes", "trials", "retrieved", "with no drop"),
-    *("picks to retrieval", "drops"),
+    "planner",
+    "trials of",
+    "scenes",
+    "trials",
+    "retrieved",
+    "with no drop",
+    "picks to retrieval",
+    "drops",
 )
 
 

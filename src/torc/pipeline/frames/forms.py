@@ -30,8 +30,15 @@ MAYBE = ("labels.png", "left.png", "right.png")
 IMAGES = ("rgb", "labels", "depth_m", "depth", "left", "right")
 _PAIR = ("left", "right", "baseline_m")
 SETTINGS = (
-    *("K", "T_world_camera", "pose_estimated", "target", "target_description"),
-    *("support_z_m", "background", "robot", "baseline_m"),
+    "K",
+    "T_world_camera",
+    "pose_estimated",
+    "target",
+    "target_description",
+    "support_z_m",
+    "background",
+    "robot",
+    "baseline_m",
 )
 FILE_KEYS: tuple[str, ...] = (*SETTINGS, "depth_scale", "grid_origin", "grid_voxel_size_m", "grid_shape")
 _MORE = ("intrinsics", "camera_pose", "depth_scale_m", "names", "grid", "version")

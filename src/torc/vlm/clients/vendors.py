@@ -11,8 +11,16 @@ from torc.vlm.protocol import Finish, Question, Reply, Tokens
 from torc.vlm.replies import reply_of
 
 _GEMINI_REFUSALS = (
-    *("SAFETY", "RECITATION", "LANGUAGE", "BLOCKLIST", "PROHIBITED_CONTENT", "SPII", "IMAGE_SAFETY"),
-    *("IMAGE_PROHIBITED_CONTENT", "ESCALATION", "MODEL_ARMOR"),
+    "SAFETY",
+    "RECITATION",
+    "LANGUAGE",
+    "BLOCKLIST",
+    "PROHIBITED_CONTENT",
+    "SPII",
+    "IMAGE_SAFETY",
+    "IMAGE_PROHIBITED_CONTENT",
+    "ESCALATION",
+    "MODEL_ARMOR",
 )
 _FINISHES = {
     **dict.fromkeys(("MAX_TOKENS", "CONTINUATION"), Finish.TRUNCATED),
