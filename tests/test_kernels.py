@@ -92,3 +92,21 @@ def test_nothing_is_compiled_after_a_rehearsal(tmp_path):
     assert found["decided"] == []
     assert found["announced"] == []
     assert found["never"] == UNUSED
+
+
+@pytest.mark.slow
+def test_warming_up_compiles_every_kernel_of_the_shipped_parts(tmp_path):
+    script = (
+        "from contextlib import suppress; from tests.helpers.kernels import all_signatures; from torc.cli.main import main\n"
+        "with suppress(SystemExit): main(['warm-up'])\n"
+        "print(*sorted(name for name, signatures in all_signatures().items() if not signatures))"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=Path(__file__).parents[1],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert set(run.stdout.splitlines()[-1].split()) <= set(UNUSED)

@@ -14,7 +14,7 @@ from torc.pipeline.building import build_pipeline
 from torc.pipeline.frames import Frame
 from torc.pipeline.look import Pipeline
 from torc.pipeline.state import EpisodeState, stage_rng
-from torc.pipeline.warm_up import rehearse_look
+from torc.pipeline.warm_up import announced_compilation, rehearse_look
 from torc.records import Observation, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
@@ -46,7 +46,7 @@ def decide_frame(
     wanted: Wanted | None = None,
     finder: VlmClient | None = None,
 ) -> Answer:
-    """Which object to pick next in a frame.
+    """Decide which object to pick next in a frame. The first call compiles kernels, and says so on stderr.
 
     Args:
         planner: task planner; DG-SELECT by default.
@@ -72,17 +72,13 @@ def decide_frame(
     sought = Sought.LABEL if given else _sought(marked, pipeline.perception, finder)
     if finder is not None:
         pipeline = replace(pipeline, perception=TargetByText(pipeline.perception, finder))
-    look = pipeline.look(
-        frame.observation,
-        None if volume is None else EpisodeState(volume),
-        wanted=marked,
-        seed=seed,
-        labels=given,
-    )
-    scene = look.context.scene
-    if not given:
-        _check_found(scene, wanted)
-    decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
+    before = None if volume is None else EpisodeState(volume)
+    with announced_compilation():
+        look = pipeline.look(frame.observation, before, wanted=marked, seed=seed, labels=given)
+        scene = look.context.scene
+        if not given:
+            _check_found(scene, wanted)
+        decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
     if decision.object_id is not None and decision.object_id not in look.context.scene.ids:
         raise InputError(
             f"Task planner '{planner.name}' named object {decision.object_id}, which is not in sight."

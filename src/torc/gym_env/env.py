@@ -1,6 +1,5 @@
 """The environment `torc/Retrieval-v0`: a step is one pick of the real pipeline, the action names the object."""
 
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
@@ -120,7 +119,7 @@ class EpisodeSimulation(Closing):
         simulated.take_over()
         parts = pick_parts(self._system, simulated)
         if not self._rehearsed:
-            with announced_compilation(lambda text: print(text, file=sys.stderr)):
+            with announced_compilation():
                 rehearse(parts)
             self._rehearsed = True
         return Episode(Steps(parts, wanted_in(self._system, simulated.world.problem), config))

@@ -4,6 +4,7 @@ A rehearsal uses every kernel of the given parts once, on a made-up snapshot, so
 of what is compiled, counts as planning time later. It is short where all is cached.
 """
 
+import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -24,8 +25,9 @@ from torc.workspace.description import Workspace
 MESSAGE = "Compiling numerical kernels: a minute or more, once; they are cached for the next time."
 
 
-def announced_compilation(say: Callable[[str], None]) -> AbstractContextManager[None]:
-    """Says MESSAGE as soon as something has to be compiled within."""
+def announced_compilation(say: Callable[[str], None] | None = None) -> AbstractContextManager[None]:
+    """Say MESSAGE as soon as something has to be compiled within; on stderr by default."""
+    say = say or (lambda text: print(text, file=sys.stderr, flush=True))
     return event.install_listener("numba:compile", _Announcer(say))
 
 
