@@ -97,7 +97,9 @@ def test_nothing_is_compiled_after_a_rehearsal(tmp_path):
 @pytest.mark.slow
 def test_warming_up_compiles_every_kernel_of_the_shipped_parts(tmp_path):
     script = (
-        "from contextlib import suppress; from tests.helpers.kernels import all_signatures; from torc.cli.main import main\n"
+        "from contextlib import suppress\n"
+        "from tests.helpers.kernels import all_signatures\n"
+        "from torc.cli.main import main\n"
         "with suppress(SystemExit): main(['warm-up'])\n"
         "print(*sorted(name for name, signatures in all_signatures().items() if not signatures))"
     )
