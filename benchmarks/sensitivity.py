@@ -144,7 +144,7 @@ def _played(problem_name: str, planner: str, seed: int, condition: Condition) ->
     from torc.pipeline.building import build_system
     from torc.problems.problem import load_problem
     from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
-    from torc.sim.world import build_world
+    from torc.sim.simulated_world import build_world
     from torc.specs.conditions import Conditions
     from torc.task_planning.registry import make_planner
 

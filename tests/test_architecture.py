@@ -15,8 +15,7 @@ import torc
 
 ORDER = [
     "errors",
-    "fingerprints",
-    "files",
+    "io",
     "plugins",
     "stages",
     "processes",
@@ -35,6 +34,7 @@ ORDER = [
     "grasping",
     "motion",
     "task_planning",
+    "drawing",
     "vlm",
     "specs",
     "pipeline",
@@ -44,6 +44,7 @@ ORDER = [
     # Nothing that decides knows the simulation.
     "sim",
     "episode",
+    "oracle",
     "lab",
     "gym_env",
     "exports",

@@ -21,7 +21,7 @@ from torc.stages import CAMERAS, TASK_PLANNERS
 from torc.task_planning.graph import EdgeKind
 from torc.testing.planner_conformance import check_planner
 from torc.testing.vlm_client_conformance import check_client
-from torc.vlm.asking import FIELDS
+from torc.vlm.asker import FIELDS
 from torc.vlm.config import Asking
 from torc.vlm.price_files import parse_prices
 from torc.vlm.prompt_files import parse_prompt

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from tests.helpers.kernels import all_signatures, compiled_since
-from torc.collision.checks import collides, edges_collide
-from torc.collision.world import build_collision_world
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.collision.collision_world import build_collision_world
+from torc.collision.contacts import collides, edges_collide
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception

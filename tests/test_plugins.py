@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from torc.errors import InputError, TorcError, UnknownNameError
-from torc.fingerprints import file_fingerprint, part_source
+from torc.io.digests import file_fingerprint, part_source
 from torc.plugins import PartKind, blamed, load_part, make_part, part_paths, short_part_name, takes
 
 KIND = PartKind("sort of part", "torc.tests", "act(thing)", {"ours": f"{__name__}:Ours"})

@@ -20,7 +20,7 @@ from types import ModuleType
 from typing import Any
 
 from torc.errors import InputError, TorcError, UnknownNameError
-from torc.fingerprints import fingerprint
+from torc.io.digests import fingerprint
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ GRASP_PLANNERS = PartKind(
     "torc.grasp_planners",
     "plan(scene, volume, rng)",
     {
-        "geometric": "torc.grasping.planner:GeometricGraspPlanner",
+        "geometric": "torc.grasping.geometric_planner:GeometricGraspPlanner",
         "graspgenx": "torc.grasping.network.graspgenx:GraspGenXPlanner",
         "contact-graspnet": "torc.grasping.network.contact_graspnet:ContactGraspNetPlanner",
     },
@@ -59,7 +59,7 @@ MOTION_PLANNERS = PartKind(
     "torc.motion_planners",
     "plan_pick(request, rng)",
     {
-        "sampling": "torc.motion.planner:SamplingMotionPlanner",
+        "sampling": "torc.motion.sampling_planner:SamplingMotionPlanner",
         "curobo": "torc.motion.network.planner:CuroboMotionPlanner",
     },
 )
@@ -70,8 +70,8 @@ TASK_PLANNERS = PartKind(
     {
         "random": "torc.task_planning.random_choice:RandomPlanner",
         "dg-select": "torc.task_planning.dg_select:DgSelectPlanner",
-        "belief": "torc.task_planning.belief.planner:BeliefPlanner",
-        "learned": "torc.task_planning.learned.planner:LearnedPlanner",
+        "belief": "torc.task_planning.belief.belief_planner:BeliefPlanner",
+        "learned": "torc.task_planning.learned.learned_planner:LearnedPlanner",
         "vlm-select": "torc.vlm.select:VlmSelectPlanner",
         "vlm-grasps": "torc.vlm.select:VlmGraspsPlanner",
         "vlm-fixes-dg": "torc.vlm.fixes_dg:VlmFixesDgPlanner",

@@ -10,8 +10,8 @@ from PIL import Image
 
 from torc.brain.judging import judge
 from torc.cli.perception import EvaluateCommand
+from torc.drawing.mask_comparison import mask_comparison
 from torc.errors import InputError
-from torc.perception.comparison import mask_comparison
 from torc.perception.scoring import score_masks
 from torc.pipeline.frames.annotated import LAYOUTS, AnnotatedPicture, annotated_pictures
 from torc.pipeline.frames.level import level_pose
@@ -19,7 +19,7 @@ from torc.specs.conditions import PipelineSpec
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SHAPES = (box(0, 0.60, -0.20, (0.06, 0.06, 0.10)), box(4, 0.62, 0.00, (0.05, 0.08, 0.08)))
 OWN = load_workspace().camera

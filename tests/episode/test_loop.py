@@ -13,15 +13,15 @@ from torc.episode.loop import run_episode
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import PickParts
 from torc.errors import InputError
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
+from torc.io.record_files import load_record
 from torc.perception.privileged import LabelPerception
 from torc.pipeline.look import Pipeline
 from torc.pipeline.state import EndReason
 from torc.records import Decision, FeltOutcome, GraspStatus, Observation, PickOutcome, PickResult
-from torc.records.serialization import load_record
 from torc.task_planning.registry import make_planner
 from torc.testing.synthetic import SyntheticBox
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 TALL = SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20))
 SIDE = SyntheticBox(2, (0.62, -0.30, 1.10), (0.05, 0.05, 0.10))

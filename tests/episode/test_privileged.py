@@ -14,7 +14,7 @@ from torc.episode.privileged import Privileged, open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import run_trial
 from torc.errors import UnknownNameError
-from torc.perception.asking import ask_camera
+from torc.perception.checked_scenes import ask_camera
 from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.specs.conditions import Conditions

@@ -9,7 +9,7 @@ from torc.errors import InputError
 from torc.exports.exporting import ExportSpec, export_trials
 from torc.exports.selection import split_of
 from torc.vlm.answers import read_first_pick
-from torc.vlm.asking import fill_prompt
+from torc.vlm.asker import fill_prompt
 from torc.vlm.protocol import Finish, Reply, Tokens
 from torc.vlm.replies import find_json
 

@@ -11,7 +11,7 @@ from torc.episode.recorder import TrialRecorder
 from torc.episode.trial import RESULT_FORMAT, Trial
 from torc.records import PickOutcome
 from torc.robots.loading import load_robot
-from torc.specs.files import to_plain
+from torc.specs.spec_files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.testing.synthetic import Shape, SyntheticBox

@@ -9,8 +9,8 @@ import pytest
 from torc.errors import InputError, UnknownNameError
 from torc.pipeline.building import build_system, make_stage, sources
 from torc.specs.conditions import Conditions
-from torc.specs.files import from_plain, to_plain
 from torc.specs.settings import arguments, changed
+from torc.specs.spec_files import from_plain, to_plain
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.vlm.config import VlmConfig
 from torc.vlm.picture_config import PictureConfig

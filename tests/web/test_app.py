@@ -10,11 +10,11 @@ from tests.helpers.fake_trial import play_fake_trial
 from torc.episode.recorded import BELIEF
 from torc.episode.viewer_links import REPORT, trial_key, trial_link
 from torc.errors import InputError
+from torc.io.results import write_json
 from torc.pipeline.building import sources
-from torc.records.files import write_json
 from torc.robots.schema import EXAMPLE
 from torc.specs.conditions import Conditions
-from torc.specs.files import to_plain
+from torc.specs.spec_files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.web.human_queue import make_queue

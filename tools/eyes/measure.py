@@ -8,14 +8,14 @@ from jaxtyping import Int16
 
 from tools.eyes.collect import BACKGROUND, SavedView, load_view, scene_files
 from tools.eyes.samples import index_views
-from torc.perception.comparison import Compared, mask_comparison
+from torc.drawing.mask_comparison import Compared, mask_comparison
+from torc.io.pictures import write_png
 from torc.perception.embedded.inputs import PIXEL_M, Patch, View, Window, channels, cut
 from torc.perception.embedded.instances import InstanceConfig, find_instances
 from torc.perception.embedded.mirror import both_ways
 from torc.perception.embedded.model import segment_patch
 from torc.perception.embedded.perception import uncut
 from torc.perception.scoring import MaskScore, mean_score, score_masks
-from torc.records.files import write_png
 
 _SHOWN = 8
 

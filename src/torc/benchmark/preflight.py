@@ -7,7 +7,7 @@ from dataclasses import replace
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, problem_fingerprint
 from torc.episode.planners import PRIVILEGED, load_trial_planner, make_spec_planner
 from torc.errors import InputError, TorcError
-from torc.fingerprints import part_source
+from torc.io.digests import part_source
 from torc.pipeline.building import build_system, sources
 from torc.plugins import parameters
 from torc.problems.problem import Problem, load_problem

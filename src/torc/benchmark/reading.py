@@ -16,7 +16,7 @@ from torc.benchmark.vlm_use import vlm_facts
 from torc.episode.recorded import check_directory, picks_of, read_events, read_spec
 from torc.episode.versions import versions_text
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc.objects.library import object_facts
 from torc.problems.problem import Problem, load_problem
 from torc.specs.trial import TrialSpec

@@ -24,11 +24,10 @@ from torc.episode.recorded import LOG
 from torc.episode.trial import RESULT_FORMAT
 from torc.episode.versions import versions
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
+from torc.io.results import try_lock, write_json
 from torc.problems.problem import Problem, save_problem
-from torc.records.directories import try_lock
-from torc.records.files import write_json
-from torc.specs.files import to_plain
+from torc.specs.spec_files import to_plain
 
 SPEC_FORMAT = "torc-bench/2"
 

@@ -15,7 +15,7 @@ from pydantic import AfterValidator, TypeAdapter
 
 from torc.benchmark.rows import PickRow, Table, TrialRow, participant_by_name
 from torc.errors import InputError
-from torc.files.reading import read_plain_text
+from torc.io.reading import read_plain_text
 from torc.records import PickResult
 
 TRIALS_FILE, PICKS_FILE = "trials.csv", "picks.csv"

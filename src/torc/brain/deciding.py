@@ -6,8 +6,8 @@ import numpy as np
 
 from torc.brain.answer import Answer, Sought
 from torc.brain.sizes import size_doubts
+from torc.drawing.label_places import mask_anchor
 from torc.errors import InputError
-from torc.perception.label_places import mask_anchor
 from torc.perception.protocol import Depth, Perception, Wanted
 from torc.perception.segmentation import PerceptionConfig
 from torc.pipeline.building import build_pipeline
@@ -20,13 +20,13 @@ from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import PipelineSpec
-from torc.task_planning.asking import ask_planner, rehearse_planner
+from torc.task_planning.checked_decisions import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.task_planning.registry import make_planner
 from torc.vlm.find_target import TargetByText
 from torc.vlm.protocol import VlmClient
 from torc.workspace.description import Box, Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 # Frames come from any distance: what perception takes for a reading, the volume does too.
 _ANY_DISTANCE_M = PerceptionConfig().max_depth_m

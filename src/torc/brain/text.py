@@ -4,9 +4,9 @@ import textwrap
 
 from torc.brain.answer import Answer, Sought
 from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
+from torc.drawing.graph_picture import by_id
 from torc.errors import InputError
 from torc.records import TARGET_ID, GraspStatus
-from torc.task_planning.drawing import by_id
 
 _WIDTH = 80
 _DOUBTFUL = 0.6

@@ -13,7 +13,7 @@ from torc.plugins import load_part, make_part, part_paths
 from torc.specs.conditions import Conditions
 from torc.specs.settings import arguments, under
 from torc.stages import CAMERAS
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _VIDEO_DEVICES = Path("/sys/class/video4linux")
 SIMULATED = "simulated"

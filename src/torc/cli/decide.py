@@ -80,8 +80,8 @@ class DecideCommand:
         from torc.brain import answer_text, decide_frame, load_frame, rehearse
         from torc.episode.planners import refuse_simulated
         from torc.errors import InputError
+        from torc.io.results import write_json
         from torc.pipeline.warm_up import announced_compilation
-        from torc.records.files import write_json
         from torc.stages import ASKING
         from torc.task_planning.registry import load_planner_class, make_planner
         from torc.vlm.opening import open_client, planner_options

@@ -46,8 +46,8 @@ class ShowCommand:
 
     def run(self) -> int:
         """Print the problem."""
+        from torc.io.record_files import to_plain
         from torc.problems.problem import load_problem, robot_option, robot_wanted
-        from torc.records.serialization import to_plain
 
         problem = load_problem(self.problem)
         if self.json:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from torc.cli.printing import print_json, printable, tell
-from torc.episode.oracle.tree import DEFAULT_BUDGET
 from torc.errors import InputError
+from torc.oracle.tree import DEFAULT_BUDGET
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
 
@@ -182,7 +182,7 @@ class SolveCommand:
 
     def run(self) -> int:
         """Print the answer."""
-        from torc.episode.oracle.solve import solve_problem
+        from torc.oracle.solve import solve_problem
         from torc.pipeline.building import build_system
         from torc.pipeline.warm_up import announced_compilation
         from torc.problems.problem import load_problem, robot_hint

@@ -24,7 +24,7 @@ class WarmUpCommand:
         """Compile, with a line per step."""
         from torc.robots.names import robot_names
         from torc.specs.conditions import Conditions
-        from torc.task_planning.asking import rehearse_planner
+        from torc.task_planning.checked_decisions import rehearse_planner
         from torc.task_planning.registry import make_planner
 
         begin, planners = time.monotonic(), ("dg-select", "belief", "learned")

@@ -19,9 +19,9 @@ from torc.episode.events import (
 )
 from torc.episode.identity import mask_faults, true_ids
 from torc.episode.log_lines import LOG_LINE
+from torc.io.record_files import to_plain
 from torc.pipeline.look import Look
 from torc.records import GraspStatus, PickPlan, PlanFailure
-from torc.records.serialization import to_plain
 
 
 def log_line(event: Event) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from torc.pipeline.state import EndReason, EpisodeState, first_state, stage_rng
 from torc.pipeline.warm_up import rehearse_look
 from torc.plugins import warm_up
 from torc.records import TARGET_ID, Decision
-from torc.task_planning.asking import ask_planner, rehearse_planner
+from torc.task_planning.checked_decisions import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
 
 

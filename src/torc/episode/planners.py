@@ -17,8 +17,8 @@ from torc.vlm.opening import Truth, planner_options
 
 PRIVILEGED: Mapping[str, str] = MappingProxyType(
     {
-        "oracle": "torc.episode.oracle.planner:OraclePlanner",
-        "informed": "torc.episode.oracle.informed:InformedPlanner",
+        "oracle": "torc.oracle.oracle_planner:OraclePlanner",
+        "informed": "torc.oracle.informed:InformedPlanner",
     }
 )
 """Name -> "module:Class" of the planners that only a simulated trial can have."""

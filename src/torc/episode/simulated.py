@@ -12,8 +12,8 @@ from torc.problems.problem import Problem
 from torc.records import TARGET_ID
 from torc.sim.portraits import size_by_ruler, turn_table
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
+from torc.sim.simulated_world import build_world
 from torc.sim.stepping import Observer
-from torc.sim.world import build_world
 
 
 def simulated_robot(

@@ -12,8 +12,8 @@ from torc.objects.library import load_object
 from torc.objects.names import SUFFIX, marked_description
 from torc.problems.problem import Problem
 from torc.sim.settling import COARSE, UNSEEN
+from torc.sim.simulated_world import build_world
 from torc.sim.stillness import StillnessConfig, watch_stillness
-from torc.sim.world import build_world
 
 HIDES = 0.15
 """Share of the target's pixels from which an object counts as hiding it ..."""

@@ -10,11 +10,11 @@ from functools import cached_property
 
 import numpy as np
 
-from torc.collision.world import build_collision_world
+from torc.collision.collision_world import build_collision_world
 from torc.generation.surfaces import placed, surface_cloud
 from torc.geometry.transforms import Pose
 from torc.grasping.config import CloudConfig, GraspConfig, SelectionConfig
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps
 from torc.objects.library import load_object
 from torc.records import (

@@ -25,8 +25,8 @@ from torc.robots.names import DEFAULT_ROBOT, robot_names
 from torc.sim.filled import filled_voxels
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import UNSEEN
+from torc.sim.simulated_world import build_world
 from torc.sim.visibility import Visibility, measure_visibility
-from torc.sim.world import build_world
 from torc.workspace.description import Workspace
 
 BESIDE_M = 0.15

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int64, UInt8, UInt64
 from numba import njit
 
-from torc.collision.world import FREE, SURFACE, CollisionWorld
+from torc.collision.collision_world import FREE, SURFACE, CollisionWorld
 from torc.geometry.transforms import kernel_array
 from torc.grasping.hand import HandGeometry, reach_at
 from torc.records import OcclusionVolume, VoxelGrid
@@ -23,7 +23,7 @@ def hand_contacts(
 ) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
     """Objects (bit masks) and fixed things that the open gripper touches at each grasp.
 
-    As `torc.collision.checks.blockers` counts: voxels hidden by the own object and its surface are left out;
+    As `torc.collision.contacts.blockers` counts: voxels hidden by the own object and its surface are left out;
     occupied voxels without an owner are fixed.
     """
     config = world.config

@@ -9,12 +9,12 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import Bool, Float32, Int8, UInt8
 
+from torc.drawing.marking import mark_image
 from torc.episode.loop import Episode, rehearse
 from torc.episode.simulated import needs_color, pick_parts, simulated_robot, wanted_in
 from torc.episode.steps import EpisodeConfig, Steps
 from torc.errors import InputError, PhysicsError, UnknownNameError
 from torc.occlusion.volume import hidden_volumes_m3
-from torc.perception.marking import mark_image
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason
@@ -26,7 +26,7 @@ from torc.sim.closing import Closing
 from torc.sim.robot import RobotState, SimulatedRobot
 from torc.specs.conditions import Conditions
 from torc.task_planning.graph_building import build_dependency_graph
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SHARES = ("best_score", "pixels", "hidden_volume", "blocked", "tried")
 PER_OBJECT = ("visible", "graspable", "target", *SHARES, "position")

@@ -24,16 +24,16 @@ from torc.lab.protocols import LabError, MotionRefusedError, RobotStoppedError
 from torc.lab.robot import LabRobot
 from torc.lab.supervisor import SupervisedArm
 from torc.lab.ways import tcp_ways, ways_text
-from torc.motion.asking import ask_motion_planner
+from torc.motion.checked_plans import ask_motion_planner
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import build_system, sources
 from torc.pipeline.look import Look
 from torc.pipeline.state import stage_rng
 from torc.pipeline.warm_up import announced_compilation
 from torc.records import Decision, PickOutcome, PickPlan
-from torc.specs.files import to_plain
+from torc.specs.spec_files import to_plain
 from torc.specs.trial import PlannerSpec, TrialSpec
-from torc.task_planning.asking import ask_planner
+from torc.task_planning.checked_decisions import ask_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
 

@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numba import njit
 
-from torc.collision.checks import blockers, robot_arrays, static_contacts
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contacts import blockers, robot_arrays, static_contacts
 from torc.collision.placement import RobotArrays, place_spheres, scratch_for
-from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import kernel_array
 from torc.grasping.validity import tool0_targets
 from torc.motion.config import MotionConfig

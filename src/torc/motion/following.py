@@ -12,7 +12,7 @@ from torc.collision.placement import RobotArrays, forward
 from torc.geometry.transforms import kernel_array
 from torc.motion.config import CartesianConfig
 from torc.robots.description import ArmDescription
-from torc.robots.kernels import jacobian_kernel, pose_error
+from torc.robots.kinematics_kernels import jacobian_kernel, pose_error
 
 _TOLERANCE = 1e-5
 """Metres and radians, per axis."""

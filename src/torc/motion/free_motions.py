@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from torc.collision.checks import carved
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contacts import carved
 from torc.collision.placement import RobotArrays
-from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import invert, make_pose
 from torc.motion.config import MotionConfig
 from torc.motion.cut_extents import cut_extents

@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
-from torc.collision.checks import Contacts, blockers, collides, self_contacts, static_contacts
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contacts import Contacts, blockers, collides, self_contacts, static_contacts
 from torc.collision.placement import RobotArrays
-from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import invert
 from torc.motion.holding import Held
 from torc.robots.description import ArmDescription, RobotDescription

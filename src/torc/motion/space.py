@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from torc.collision.checks import with_attached, world_arrays
-from torc.collision.kernels import contacts_batch, edges_batch
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contact_kernels import contacts_batch, edges_batch
+from torc.collision.contacts import with_attached, world_arrays
 from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays, joint_reach
-from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import kernel_array
 
 

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float32, Int32, UInt64
 from numba import njit
 
 from torc.geometry.transforms import invert, kernel_array
-from torc.occlusion.kernels import FREE, project_voxels
+from torc.occlusion.projection_kernels import FREE, project_voxels
 from torc.records import Observation, VoxelGrid
 
 

@@ -17,7 +17,7 @@ from torc.errors import InputError
 from torc.geometry.pixels import finer
 from torc.geometry.transforms import invert, kernel_array
 from torc.occlusion.holes import bridge_holes
-from torc.occlusion.kernels import (
+from torc.occlusion.projection_kernels import (
     FREE,
     NO_READING,
     OUT_OF_VIEW,

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from torc.collision.world import CollisionWorld, build_collision_world
+from torc.collision.collision_world import CollisionWorld, build_collision_world
 from torc.errors import InputError
-from torc.grasping.asking import ask_grasp_planner
+from torc.grasping.checked_grasps import ask_grasp_planner
 from torc.grasping.protocol import GraspPlanner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
 from torc.motion.config import MotionConfig
 from torc.motion.executable import without_lines
 from torc.occlusion.volume import FIXED_CAMERA, OcclusionConfig, update_volume
-from torc.perception.asking import ask_depth, ask_perception
+from torc.perception.checked_scenes import ask_depth, ask_perception
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import AsMeasured, Depth, Perception, Wanted
 from torc.pipeline.better_bet import BetConfig, hold_back_unlikely, hold_back_worse_bets

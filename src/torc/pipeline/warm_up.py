@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from numba.core import event
 
-from torc.collision.kernels import contacts_batch
+from torc.collision.contact_kernels import contacts_batch
 from torc.geometry.transforms import make_pose
 from torc.perception.stereo import made_up_pair
 from torc.pipeline.look import Look, Pipeline
@@ -49,7 +49,7 @@ class _Announcer(event.Listener):
 def kernel_cache() -> tuple[Path, bool]:
     """Where numba keeps what it compiled of torc, and whether there is something yet."""
     path = Path(contacts_batch.stats.cache_path or ".")
-    return path, any(path.glob("kernels.contacts_batch-*.nbi"))
+    return path, any(path.glob("contact_kernels.contacts_batch-*.nbi"))
 
 
 def rehearse_look(pipeline: Pipeline, qpos: Float[np.ndarray, "dof"] | None = None) -> Look:

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
+from torc.io.record_files import ASIDE
 from torc.records.grasps import GraspReport, GraspSet
 from torc.records.outcomes import PickOutcome
 from torc.records.scene import SegmentedScene
-from torc.records.serialization import ASIDE
 from torc.records.volume import OcclusionVolume
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from torc.records import Decision, PlanningContext
-from torc.task_planning.asking import decision_faults
+from torc.task_planning.checked_decisions import decision_faults
 from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
 from torc.task_planning.random_choice import graspable_ids
 from torc.testing import contexts

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
-from torc.files.reading import read_text
-from torc.records.files import write_json
-from torc.records.serialization import to_plain
+from torc.io.reading import read_text
+from torc.io.record_files import to_plain
+from torc.io.results import write_json
 from torc.vlm.config import VlmConfig
 from torc.vlm.protocol import Finish, Question, Reply, Tokens, VlmClient
 from torc.vlm.replies import ask_client, reply_faults, reply_of

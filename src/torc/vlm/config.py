@@ -9,7 +9,7 @@ from types import MappingProxyType
 from urllib.parse import urlsplit
 
 from torc.errors import InputError
-from torc.files.numbers import take_numbers
+from torc.io.numbers import take_numbers
 from torc.plugins import PartKind, part_paths, short_part_name, unknown_part
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.prices import Prices

@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from torc.drawing.belief_picture import draw_belief
 from torc.errors import InputError
 from torc.geometry.extent import extent
 from torc.records import Decision, KnownObject, PickOutcome, PickResult
 from torc.specs.settings import arguments
+from torc.task_planning.belief.belief_planner import BeliefPlanner
 from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.costs import ways_of
 from torc.task_planning.belief.hidden_target import presence, search_target
 from torc.task_planning.belief.hiding import believe
 from torc.task_planning.belief.particles import boxes_like, propose, unseen_room
-from torc.task_planning.belief.picture import draw_belief
-from torc.task_planning.belief.planner import BeliefPlanner
 from torc.task_planning.belief.settings import (
     BeliefConfig,
     GiveUpConfig,

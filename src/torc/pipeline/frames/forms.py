@@ -11,11 +11,11 @@ from pydantic import (
 )
 
 from torc.errors import InputError
-from torc.files.strict_yaml import explain_faults
 from torc.geometry.transforms import Pose, invert
-from torc.pipeline.frames.checks import check_pose
+from torc.io.strict_yaml import explain_faults
 from torc.pipeline.frames.names import UNUSED, our_names, plain_name
 from torc.pipeline.frames.pixels import as_labels, as_plane, as_rgb
+from torc.pipeline.frames.plausibility import check_pose
 from torc.pipeline.frames.raw_files import read_arrays, read_json, read_pixels
 from torc.pipeline.frames.stored import GridSettings, Settings, StoredFrame
 from torc.pipeline.frames.values import parse_pose, size_beside

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from torc.records.files import data_url, media_type
+from torc.io.pictures import data_url, media_type
 from torc.vlm.config import PROVIDERS, VlmConfig
 from torc.vlm.protocol import Finish, Question, Reply, Tokens
 from torc.vlm.replies import reply_of
