@@ -76,7 +76,7 @@ class TestAnotherRobot:
             ("rest_qpos_rad: [0,", "rest_qpos_rad: [.nan,", "rest_qpos_rad.0.: .*finite"),
             ("mjcf: other.xml", "mjcf: missing.xml", "missing.xml"),
             ("tool0_site: flange", "tool0_site: palm", "'palm'"),
-            ("max_width_m: 0.1", "max_width_m: [", "Cannot read"),
+            ("max_width_m: 0.1", "max_width_m: [", "not readable YAML"),
         ],
     )
     def test_bad_files_are_named_with_their_fault(self, write_other_robot, old, new, words):
