@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import tyro
 
-from torc.episode.ideal import MAX_PICKS, best_hold
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import PhysicsError
@@ -23,6 +22,7 @@ from torc.next_object.making.looks import DRAWS, FURTHER_DRAWS, Looks
 from torc.next_object.making.pricing import Price, first_tries
 from torc.next_object.making.valuing import Gone, Valued, value_choices
 from torc.next_object.making.visits import visits
+from torc.oracle.ideal import MAX_PICKS, best_hold
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import load_problem

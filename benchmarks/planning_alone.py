@@ -21,10 +21,10 @@ from typing import Any
 import tyro
 
 from torc.benchmark.intervals import by_problem, difference, mean
-from torc.episode.ideal import MAX_PICKS, looks_of, retrieve, shortest
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, TorcError
+from torc.oracle.ideal import MAX_PICKS, looks_of, retrieve, shortest
 from torc.pipeline.building import build_system
 from torc.pipeline.planners import is_reference, make_spec_planner
 from torc.problems.problem import load_problem

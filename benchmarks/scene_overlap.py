@@ -21,8 +21,8 @@ from torc.problems.sets import select_problems
 from torc.records import BACKGROUND, Observation
 from torc.robots.loading import load_robot
 from torc.sim.robot import SimulatedCamera
-from torc.sim.world import World, build_world
-from torc.workspace.files import load_workspace
+from torc.sim.simulated_world import World, build_world
+from torc.workspace.workspace_files import load_workspace
 
 _LEAST_PX = 60
 

@@ -145,7 +145,7 @@ def _played(problem_name: str, planner: str, seed: int, condition: Condition) ->
     from torc.pipeline.planners import make_planner
     from torc.problems.problem import load_problem
     from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
-    from torc.sim.world import build_world
+    from torc.sim.simulated_world import build_world
     from torc.specs.conditions import Conditions
 
     system = build_system(Conditions(noise=condition.noise))

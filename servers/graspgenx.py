@@ -30,7 +30,7 @@ from graspgenx.samplers.planner import run_planner_on_object
 from graspgenx.utils.checkpoint_io import load_model_cfg
 from graspgenx.x_grippers import XGripperInfo, get_gripper_info
 
-from torc.fingerprints import fingerprint
+from torc.io.digests import fingerprint
 from torc.networks.fields import request
 from torc.networks.server import serve
 

@@ -16,7 +16,7 @@ from torc.episode.loop import Episode
 from torc.episode.pick_view import view_of
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import run_trial
-from torc.motion.planner import SamplingMotionPlanner
+from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, build_pipeline
 from torc.pipeline.planners import make_planner
@@ -24,9 +24,9 @@ from torc.records import Observation
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
-from torc.task_planning.asking import rehearse_planner
+from torc.task_planning.checked_decisions import rehearse_planner
 from torc.testing.synthetic import random_clutter, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 def main(directory: Path, trials: list[str]) -> dict[str, object]:

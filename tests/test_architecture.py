@@ -15,8 +15,7 @@ import torc
 
 ORDER = [
     "errors",
-    "fingerprints",
-    "files",
+    "io",
     "registry",
     "processes",
     "interrupts",
@@ -34,6 +33,7 @@ ORDER = [
     "grasping",
     "motion",
     "task_planning",
+    "drawing",
     "vlm",
     "specs",
     "pipeline",
@@ -43,12 +43,14 @@ ORDER = [
     # Nothing that decides knows the simulation.
     "sim",
     "episode",
+    "oracle",
     "lab",
     "gym_env",
     "exports",
     "generation",
     "next_object",
     "benchmark",
+    "verbs",
     "web",
     # A folder for each kind of part; found by name, imported by nobody.
     "parts",
@@ -122,7 +124,6 @@ def test_no_modules_import_each_other_in_a_circle():
     [
         ("sklearn", ""),
         ("matplotlib", "benchmark"),
-        ("duckdb", "benchmark"),
         ("pebble", "benchmark"),
         ("ray", "benchmark"),
         ("networkx", ""),
@@ -133,11 +134,10 @@ def test_no_modules_import_each_other_in_a_circle():
         ("starlette", "web"),
         ("uvicorn", "web"),
         ("gymnasium", "gym_env"),
-        ("pyarrow", "exports next_object"),
+        ("pyarrow", "benchmark exports next_object"),
         ("inspect_ai", "next_object"),
         ("datasets", "next_object"),
         ("vlmeval", "next_object"),
-        ("inspect_robots", "gym_env"),
         ("anyio", "next_object"),
         ("pyrealsense2", "cameras"),
         ("pyzed", "cameras"),
@@ -166,9 +166,8 @@ def test_extras_are_imported_only_where_they_are_used(library, package):
         # It runs in the environment of somebody's network.
         ("torc.networks.server", {"zmq", "msgpack", "scipy", "numba", "cv2", "mujoco", "pydantic"}),
         ("torc.perception.sam.perception", {"torch", "torchvision", "transformers", "onnxruntime"}),
-        ("torc.perception.sam.refining", {"torch", "torchvision", "transformers", "onnxruntime"}),
         ("torc.objects.importing", {"trimesh", "coacd", "fast_simplification"}),
-        ("torc.benchmark.report.writing", {"matplotlib", "duckdb"}),
+        ("torc.benchmark.report.writing", {"matplotlib", "pyarrow"}),
         ("torc.cameras.kinds", {"pyrealsense2", "pyzed", "websockets"}),
         ("torc.cameras.ros", {"websockets"}),
         ("torc.lab.robotiq.wires", {"pymodbus", "serial"}),
@@ -192,10 +191,10 @@ def _functions():
                 yield path.relative_to(ROOT).as_posix(), node, kernel
 
 
-def test_only_compiled_kernels_have_no_types_or_many_parameters():
+def test_only_compiled_kernels_have_no_types():
     for path, function, kernel in _functions():
         arguments = [
             a for a in [*function.args.args, *function.args.kwonlyargs] if a.arg not in ("self", "cls")
         ]
         typed = function.returns is not None or any(a.annotation for a in arguments)
-        assert kernel or (typed and len(arguments) <= 8), f"{path}: {function.name}"
+        assert kernel or typed, f"{path}: {function.name}"

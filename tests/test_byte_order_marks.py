@@ -19,7 +19,7 @@ from torc.robots.loading import load_robot
 from torc.robots.names import DATA
 from torc.specs.trial import TrialSpec
 from torc.vlm.prompt_files import load_prompt, shipped_prompt
-from torc.workspace.files import EXAMPLE, load_workspace
+from torc.workspace.workspace_files import EXAMPLE, load_workspace
 
 MARK = b"\xef\xbb\xbf"
 

@@ -23,7 +23,7 @@ from torc.registry.settings import config_class
 from torc.robots import schema
 from torc.testing.planner_conformance import check_planner
 from torc.testing.vlm_client_conformance import check_client
-from torc.vlm.asking import FIELDS
+from torc.vlm.asker import FIELDS
 from torc.vlm.config import Asking
 from torc.vlm.price_files import parse_prices
 from torc.vlm.prompt_files import parse_prompt

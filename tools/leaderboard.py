@@ -16,7 +16,7 @@ import tyro
 import yaml
 
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc.next_object.asking.evaluation import data_digest
 from torc.next_object.asking.standing import FORMAT as SCORES_FORMAT
 from torc.next_object.asking.standing import shown

@@ -24,7 +24,7 @@ from torc.benchmark.report.writing import write_report
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import TRIALS_FILE, read_rows, write_tables
 from torc.errors import InputError
-from torc.records.files import write_json
+from torc.io.results import write_json
 
 ROOT = Path(__file__).parents[1]
 _NOT_KEPT = ("index.html", "*.parquet", "figures/*.png")

@@ -28,7 +28,7 @@ from torc.episode.simulated import episode_in, simulated_robot
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import Recording, Trial, run_trial
 from torc.errors import InputError, UnknownNameError
-from torc.fingerprints import part_source
+from torc.io.digests import part_source
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason

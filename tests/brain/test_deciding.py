@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numba import njit
 
 from tests.helpers.fake_episode import ScriptedPlanner
 from tests.helpers.fake_vlm import ScriptedVlm
@@ -14,6 +15,7 @@ from torc.brain.answer import evidence_in_labels
 from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.errors import InputError
 from torc.pipeline.planners import make_planner
+from torc.pipeline.warm_up import MESSAGE
 from torc.records import Evidence, GraspStatus
 from torc.testing.contexts import box, make_context
 
@@ -22,6 +24,23 @@ def test_the_answer_is_in_the_frames_own_labels(frame_of):
     for object_id, label in ((0, 512), (1, 40_000), (7, 7)):
         assert decide_frame(frame_of(), ScriptedPlanner([object_id])).label == label
     assert decide_frame(frame_of(), ScriptedPlanner([None])).label is None
+
+
+class Compiling(ScriptedPlanner):
+    """Compiles something before it chooses."""
+
+    def decide(self, context, rng):
+        njit(lambda x: x + 1)(1)
+        return super().decide(context, rng)
+
+
+def test_a_decision_that_compiles_says_so(frame_of, capsys):
+    decide_frame(frame_of(), ScriptedPlanner([0]))
+    capsys.readouterr()
+    decide_frame(frame_of(), ScriptedPlanner([0]))
+    assert capsys.readouterr().err == ""
+    decide_frame(frame_of(), Compiling([0]))
+    assert capsys.readouterr().err == f"{MESSAGE}\n"
 
 
 def test_the_same_frame_and_seed_give_the_same_answer(frame_of):

@@ -6,7 +6,7 @@ import numpy as np
 from camera_scenes import COLOR, POSE, seen
 
 from torc.cameras.picture import depth_colors, snapshot_picture
-from torc.perception.marking import mark_image
+from torc.drawing.marking import mark_image
 from torc.perception.privileged import LabelPerception
 
 SEEN = seen(COLOR, POSE)

@@ -210,7 +210,7 @@ def test_a_recorded_pair_is_matched_again(tmp_path, capsys):
     save_observation(tmp_path / "frame", replace(o, pair=made_up_pair(o.depth_m, 600.0)))
     answers = []
     for depth in ("as-measured", "sgbm"):
-        options = ("--depth", depth, "--perception", "regions", "--json")
+        options = ("--depth", depth, "--json")
         code, out, err = run_torc("decide", tmp_path / "frame", *options, capsys=capsys)
         assert code == 0, err
         answers.append(json.loads(out[out.index("{") :]))

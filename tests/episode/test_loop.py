@@ -13,11 +13,11 @@ from torc.episode.loop import Episode, run_episode
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError
+from torc.io.record_files import load_record
 from torc.perception.protocol import Wanted
 from torc.pipeline.planners import make_planner
 from torc.pipeline.state import EndReason
 from torc.records import Decision, FeltOutcome, GraspStatus, Observation, PickOutcome, PickResult
-from torc.records.serialization import load_record
 from torc.testing.synthetic import SyntheticBox
 
 TALL = SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20))

@@ -14,10 +14,10 @@ from torc.objects.importing.storing import add_object
 from torc.objects.library import load_object
 from torc.problems.problem import ObjectPlacement, Problem, save_problem
 from torc.sim.rendering import CameraRenderer
-from torc.sim.world import build_world
+from torc.sim.simulated_world import build_world
 from torc.specs.trial import TrialSpec
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 TABLE_Z = load_workspace().support_z_m
 

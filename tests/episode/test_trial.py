@@ -19,7 +19,7 @@ from torc.pipeline.building import build_system
 from torc.problems.problem import ObjectPlacement, Problem, load_problem, save_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SPEC = TrialSpec.of("structured-04", "dg-select", seed=3, max_picks=1)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from torc.episode.loop import Episode
 from torc.episode.steps import EpisodeConfig
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.motion.protocol import PickRequest
 from torc.perception.privileged import LabelPerception
 from torc.perception.protocol import Perception, Wanted
@@ -34,7 +34,7 @@ from torc.robots.description import RobotDescription
 from torc.robots.protocols import HeldCheck
 from torc.specs.conditions import Conditions
 from torc.testing.synthetic import Shape, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 class FakeRobot:

@@ -13,7 +13,7 @@ from torc.episode.trial import Trial
 from torc.perception.protocol import Wanted
 from torc.records import PickOutcome
 from torc.robots.loading import load_robot
-from torc.specs.files import to_plain
+from torc.specs.spec_files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.testing.synthetic import Shape, SyntheticBox

@@ -12,7 +12,7 @@ from torc.lab.scenes.overlay import overlay, state_of
 from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.records import Observation
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 WORKSPACE = load_workspace()
 GRID, TOP_M = WORKSPACE.grid, WORKSPACE.support_z_m

@@ -5,9 +5,9 @@ import pytest
 
 from tests.helpers.marks import long
 from torc.errors import InputError
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.network.contact_graspnet import ContactGraspNetConfig, ContactGraspNetPlanner
 from torc.grasping.network.graspgenx import GraspGenXConfig, GraspGenXPlanner
-from torc.grasping.planner import GeometricGraspPlanner
 from torc.pipeline.building import make_stage
 from torc.registry.context import BuildContext
 from torc.serving.grasping import grasp_handlers, scene_of_points

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.motion_checker import PlanChecker
-from torc.collision.checks import static_contacts
+from torc.collision.contacts import static_contacts
 from torc.errors import NetworkError
 from torc.motion.config import MotionConfig
 from torc.motion.network.planner import CuroboConfig, CuroboMotionPlanner

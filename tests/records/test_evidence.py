@@ -7,9 +7,9 @@ import pytest
 
 from torc.records import BeliefEvidence, Corrections, Evidence, ModelEvidence
 from torc.records.evidence import ModelTry, Tokens
-from torc.task_planning.belief.planner import BeliefPlanner
+from torc.task_planning.belief.belief_planner import BeliefPlanner
 from torc.task_planning.dg_select import DgSelectPlanner
-from torc.task_planning.learned.planner import LearnedPlanner
+from torc.task_planning.learned.learned_planner import LearnedPlanner
 from torc.testing.contexts import cluttered_context
 
 

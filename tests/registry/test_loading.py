@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from torc.errors import InputError, TorcError, UnknownNameError
-from torc.fingerprints import file_fingerprint, part_source
+from torc.io.digests import file_fingerprint, part_source
 from torc.registry import loading
 from torc.registry.context import BuildContext
 from torc.registry.kinds import CAMERAS, FOLDERS, KINDS, Kind, Traits, declarable

@@ -13,7 +13,7 @@ from torc.registry.settings import REQUIRED, check_names, settings_of
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions, PipelineSpec
 from torc.specs.trial import PlannerSpec
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 def test_a_stage_that_does_not_exist_is_refused_when_conditions_are_written():

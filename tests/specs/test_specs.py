@@ -1,4 +1,4 @@
-"""A trial's spec: to the disk and back, older files, settings of stages, and what conditions are called."""
+"""A trial's spec: to the disk and back, settings of stages, and what conditions are called."""
 
 import json
 import re
@@ -11,7 +11,7 @@ from torc.pipeline.building import build_system, make_stage, sources
 from torc.registry.context import BuildContext
 from torc.registry.settings import arguments, changed
 from torc.specs.conditions import Conditions
-from torc.specs.files import from_plain, to_plain
+from torc.specs.spec_files import from_plain, to_plain
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.vlm.config import VlmConfig
 from torc.vlm.picture_config import PictureConfig
@@ -74,18 +74,6 @@ def test_a_spec_survives_the_disk():
     assert (
         recorded.conditions_text == "grasps b.C (abcdef12), noise, bets.costs [1, 2], occlusion.smooth_px 3"
     )
-
-
-def test_a_file_of_torc_0_1_is_read():
-    old = {"problem": "structured-01", "planner": "vlm-select", "seed": 3, "max_picks": 9, "noise": True}
-    old |= {"robot": "mine.yaml", "vlm": {"provider": "openai", "model": "m", "gone": 1}, "expert": ""}
-    old |= {"min_score": 0.1, "grasps": "geometric", "robot_source": "a1", "grasps_source": ""}
-    recorded = from_plain(old, "here")
-    around = Conditions(robot="mine.yaml", noise=True, min_score=0.1, max_picks=9)
-    assert recorded.spec == TrialSpec(
-        "structured-01", PlannerSpec("vlm-select", VlmConfig("openai", "m")), 3, around
-    )
-    assert recorded.sources == {"robot": "a1"}
 
 
 def test_what_is_no_spec_is_refused():

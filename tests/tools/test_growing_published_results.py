@@ -11,7 +11,7 @@ from torc.benchmark.reading import read_table
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import write_tables
 from torc.errors import InputError
-from torc.records.files import write_json
+from torc.io.results import write_json
 
 PUBLISHED = Path(__file__).parents[2] / "results" / "torc40"
 KEPT = {"structured-01", "structured-02", "unstructured-01"}

@@ -9,7 +9,7 @@ from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
 from torc.pipeline.planners import make_planner, planner_context
 from torc.testing import contexts
-from torc.vlm.asking import fill_prompt
+from torc.vlm.asker import fill_prompt
 from torc.vlm.config import Asking, VlmConfig
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.prompt import Example, Prompt

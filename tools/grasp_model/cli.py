@@ -8,7 +8,7 @@ import tyro
 
 from tools.running import exit_code
 from torc.errors import InputError
-from torc.grasping.planner import MODEL_PATH
+from torc.grasping.geometric_planner import MODEL_PATH
 
 
 @dataclass(frozen=True)

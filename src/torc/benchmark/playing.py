@@ -11,7 +11,7 @@ from torc.benchmark.store import OUTPUT, TRIAL, Store
 from torc.episode.log import TrialResult
 from torc.episode.trial import run_trial
 from torc.errors import InputError
-from torc.fingerprints import part_source
+from torc.io.digests import part_source
 from torc.pipeline.building import sources
 from torc.pipeline.planners import load_planner
 from torc.problems.problem import load_problem

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, problem_fingerprint
 from torc.errors import InputError, TorcError
-from torc.fingerprints import part_source
+from torc.io.digests import part_source
 from torc.pipeline.building import build_system, sources
 from torc.pipeline.planners import load_planner, make_spec_planner
 from torc.problems.problem import Problem, load_problem
@@ -34,8 +34,13 @@ def find_problems(selection: str) -> dict[BenchProblem, Problem]:
                 f"{first} and {name} are both called '{problem.name}', so their trials would be mixed up. Change "
                 "`name:` in one of the files, or leave it out; generated ones are called otherwise with another --seed."
             )
-        facts = problem.name, problem.category, problem_fingerprint(problem), shipped_path(name) is not None
-        found[BenchProblem(*facts)] = problem
+        played = BenchProblem(
+            name=problem.name,
+            category=problem.category,
+            digest=problem_fingerprint(problem),
+            shipped=shipped_path(name) is not None,
+        )
+        found[played] = problem
     return found
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from torc.errors import InputError
-from torc.fingerprints import file_fingerprint, fingerprint
+from torc.io.digests import file_fingerprint, fingerprint
 from torc.objects.library import find_stored, object_facts
 from torc.problems.problem import Problem
 from torc.registry.settings import Settings

@@ -24,14 +24,12 @@ from torc.episode.log import RESULT_FORMAT, TrialResult
 from torc.episode.recorded import LOG, read_result
 from torc.episode.versions import versions
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
+from torc.io.results import try_lock, write_json
 from torc.problems.problem import Problem, save_problem
-from torc.records.directories import try_lock
-from torc.records.files import write_json
-from torc.specs.files import from_plain, to_plain
+from torc.specs.spec_files import to_plain
 
 SPEC_FORMAT = "torc-bench/2"
-_FIRST_FORMAT = "torc-bench/1"
 
 
 def to_json(spec: BenchSpec) -> dict[str, Any]:
@@ -56,20 +54,27 @@ def to_json(spec: BenchSpec) -> dict[str, Any]:
 def from_json(data: Mapping[str, Any], source: str) -> BenchSpec:
     """A spec from plain data; `source` names it in errors. Raises InputError."""
     found = data.get("format") if isinstance(data, Mapping) else None
-    if found not in (SPEC_FORMAT, _FIRST_FORMAT):
+    if found != SPEC_FORMAT:
         raise InputError(
             f"{source} is of format {found!r}; this torc reads {SPEC_FORMAT!r}. A newer torc may have written it."
         )
     try:
-        data = _from_first(data, source) if found == _FIRST_FORMAT else data
         around = _AROUND.validate_python({k: data[k] for k in ("conditions", "sources")})
         problems = [BenchProblem(**p) for p in data["problems"]]
         planners = [_PLANNER.validate_python(p) for p in data["planners"]]
         trials = []
         for t in data["trials"]:
-            problem, planner = problems[t["problem"]], planners[t["planner"]]
-            facts = int(t["seed"]), around.under(planner), str(t["torc"]), str(t["id"])
-            trials.append(PlannedTrial(problem, planner, *facts))
+            planner = planners[t["planner"]]
+            trials.append(
+                PlannedTrial(
+                    problem=problems[t["problem"]],
+                    planner=planner,
+                    seed=int(t["seed"]),
+                    around=around.under(planner),
+                    version=str(t["torc"]),
+                    id=str(t["id"]),
+                )
+            )
     except (KeyError, TypeError, ValueError, IndexError, ValidationError) as error:
         raise InputError(
             f"{source} is damaged ({type(error).__name__}: {error}). Use another --out."
@@ -79,15 +84,6 @@ def from_json(data: Mapping[str, Any], source: str) -> BenchSpec:
 
 _AROUND = TypeAdapter(Around)
 _PLANNER = TypeAdapter(BenchPlanner)
-
-
-def _from_first(data: Mapping[str, Any], source: str) -> dict[str, Any]:
-    """The older format: `settings` with the sources in it, planners flat."""
-    one = from_plain({"problem": "", "planner": "", **data["settings"]}, source)
-    planners = [
-        {"spec": {"name": p["name"], "vlm": p["vlm"]}, "source": p["source"]} for p in data["planners"]
-    ]
-    return {**data, "conditions": one.spec.conditions, "sources": dict(one.sources), "planners": planners}
 
 
 def _index(entries: list[dict[str, Any]], entry: dict[str, Any]) -> int:

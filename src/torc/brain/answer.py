@@ -8,12 +8,12 @@ from types import MappingProxyType
 from typing import Any
 
 from torc.brain.candidates import GRASP_FRAME, Grasp, blockers_of, status_counts, valid_grasps
-from torc.perception.marking import mark_image
+from torc.drawing.belief_picture import draw_belief
+from torc.drawing.graph_picture import draw_decision
+from torc.drawing.marking import mark_image
+from torc.io.pictures import write_png
 from torc.pipeline.look import Look
 from torc.records import TARGET_ID, Decision, Evidence
-from torc.records.files import write_png
-from torc.task_planning.belief.picture import draw_belief
-from torc.task_planning.drawing import draw_decision
 
 HIDDEN = "hidden"
 """The label of a target that no frame has shown."""

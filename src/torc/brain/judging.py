@@ -8,7 +8,7 @@ from jaxtyping import Int16
 from torc.brain.deciding import workspace_of
 from torc.brain.seeing import measured
 from torc.errors import InputError
-from torc.perception.asking import ask_perception
+from torc.perception.checked_scenes import ask_perception
 from torc.perception.protocol import Wanted
 from torc.perception.scoring import MaskScore, score_masks
 from torc.pipeline.building import make_stage

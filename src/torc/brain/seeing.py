@@ -6,11 +6,11 @@ import numpy as np
 
 from torc.brain.deciding import eyes_of, refuse_made_up, workspace_of
 from torc.errors import InputError
-from torc.perception.asking import ask_depth, ask_perception
+from torc.perception.checked_scenes import ask_depth, ask_perception
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import check_settings, make_stage
 from torc.pipeline.frames import frame_of
-from torc.pipeline.frames.checks import clean_depth
+from torc.pipeline.frames.plausibility import clean_depth
 from torc.records import Observation, SegmentedScene
 from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec

@@ -9,11 +9,11 @@ import numpy as np
 
 from torc.cameras.poses import placed, read_pose
 from torc.errors import CameraError
-from torc.pipeline.frames.checks import check_intrinsics, clean_depth
+from torc.pipeline.frames.plausibility import check_intrinsics, clean_depth
 from torc.records import Observation
 from torc.registry.kinds import CameraTraits
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 class RealCamera(ABC, CameraTraits):

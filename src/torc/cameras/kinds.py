@@ -9,7 +9,7 @@ from torc.registry.kinds import CAMERAS
 from torc.registry.loading import load_part, make_part, part_lines
 from torc.registry.settings import under
 from torc.specs.conditions import Conditions
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SIMULATED = "simulated"
 

@@ -57,6 +57,6 @@ def opened(conditions: Conditions) -> Iterator[Any]:
 
 def snapshot(camera: Any) -> Observation:
     """One snapshot. Raises InputError, CameraError, PartError."""
-    from torc.perception.asking import ask_camera
+    from torc.perception.checked_scenes import ask_camera
 
     return ask_camera(camera)

@@ -41,7 +41,7 @@ class ShowCommand:
             return self._live()
         check_picture_name(self.out, ".png")
         from torc.cameras.picture import snapshot_picture
-        from torc.records.files import write_png
+        from torc.io.pictures import write_png
 
         with opened(self.camera.conditions()) as camera:
             sight = self._see(camera)

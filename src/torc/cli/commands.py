@@ -1,23 +1,21 @@
 """Commands by name: a table of names, found before anything of the command itself is parsed or imported."""
 
-import inspect
 import re
 import shutil
 import sys
 import textwrap
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from inspect import cleandoc
 from itertools import groupby
+from pkgutil import resolve_name
 from typing import Any, Protocol, cast, get_type_hints
-
-import tyro
 
 from torc.errors import InputError, UnknownNameError
 from torc.registry.settings import under
 from torc.specs.variants import plain_value
 
 _HELP = ("-h", "--help")
-_CONFIG = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
 _SETTING = re.compile(r"--([a-z]+)\.([A-Za-z][\w.-]*)(?:=(.*))?", re.DOTALL)
 _WIDEST = 100
 
@@ -32,13 +30,23 @@ class Runnable(Protocol):
 
 @dataclass(frozen=True)
 class Group:
-    """Several commands under one name: a line and a class or further group for each; `about` stands above their list,
-    `more` below it.
+    """Several commands under one name.
+
+    Attributes:
+        about: stands above their list.
+        commands: by name a line of help, and a class, a further group, or "module:NAME" of either, which is imported
+            only when the command is used.
+        more: stands below the list.
     """
 
     about: str
-    commands: Mapping[str, tuple[str, "type[Any] | Group"]]
+    commands: Mapping[str, tuple[str, "type[Any] | Group | str"]]
     more: str = ""
+
+    def command(self, name: str) -> "type[Any] | Group":
+        """Return the class or group of a command. Raises KeyError."""
+        _, command = self.commands[name]
+        return resolve_name(command) if isinstance(command, str) else command
 
     def help(self, prog: str) -> str:
         """A line per command."""
@@ -63,17 +71,20 @@ def parse_command(command: "type[Any] | Group", prog: str, arguments: Sequence[s
         name, *rest = arguments
         if name not in command.commands:
             raise UnknownNameError(f"{prog} command", name, [*command.commands])
-        return parse_command(command.commands[name][1], f"{prog} {name}", rest)
+        return parse_command(command.command(name), f"{prog} {name}", rest)
+    import tyro
+
     if any(a in _HELP for a in arguments):
-        print(filled(inspect.cleandoc(command.__doc__ or "")))
+        print(filled(cleandoc(command.__doc__ or "")))
     default = {}
     if hasattr(command, "prepared"):
         given, arguments = command.prepared(arguments)
         required = (f.name for f in fields(command) if f.default is MISSING and f.default_factory is MISSING)
         default = {"default": command(**dict.fromkeys(required, tyro.MISSING), **given)}
     plain, settings = _split_settings(arguments)
+    shown = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
     try:
-        parsed = tyro.cli(command, prog=prog, description="", args=plain, config=_CONFIG, **default)
+        parsed = tyro.cli(command, prog=prog, description="", args=plain, config=shown, **default)
     except SystemExit:
         if any(a in _HELP for a in arguments):
             print("\n".join(_choices(_options(command))))
@@ -130,6 +141,9 @@ def filled(text: str) -> str:
 
 def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     """The other arguments, and the settings by dotted path. Raises InputError for one without a value."""
+    if not any(a.startswith("--") and "." in a for a in arguments):
+        return list(arguments), {}
+
     rest, settings = [], {}
     waiting = iter(arguments)
     for argument in waiting:
@@ -147,6 +161,9 @@ def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]
 
 def _with_settings(command: Any, settings: Mapping[str, Any]) -> Any:
     """A command with these settings in its conditions. Raises InputError for settings that it does not take."""
+    if not settings:
+        return command
+
     if of_planner := under(settings, "planner"):
         if not hasattr(command, "planner_settings"):
             raise InputError(

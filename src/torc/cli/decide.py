@@ -78,6 +78,7 @@ class DecideCommand:
         """Print the decision; the exit code is 3 if there is nothing to pick."""
         from torc.brain import answer_text, decide_frame, load_frame, rehearse
         from torc.errors import InputError
+        from torc.io.results import write_json
         from torc.pipeline.planners import (
             asking_planners,
             asks_model,
@@ -87,7 +88,6 @@ class DecideCommand:
             refuse_simulated,
         )
         from torc.pipeline.warm_up import announced_compilation
-        from torc.records.files import write_json
         from torc.specs.trial import PlannerSpec
 
         refuse_simulated(self.planner)

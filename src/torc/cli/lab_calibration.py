@@ -145,7 +145,7 @@ class CalibrateCommand:
 
         from torc.lab.calibration.hand_eye import solve_hand_eye
         from torc.lab.calibration.stored import views_of_pictures
-        from torc.pipeline.frames.checks import check_intrinsics
+        from torc.pipeline.frames.plausibility import check_intrinsics
 
         board = self.options.board()
         frame = self._frame_of_list()

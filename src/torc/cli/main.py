@@ -1,6 +1,6 @@
 """Entry point of the `torc` command: parses, runs, and turns errors into one clear line and an exit code.
 
-Imports of the working parts stay inside the commands, so that `torc --help` answers at once.
+A command is imported when it is used, and the working parts within it, so that `torc --help` answers at once.
 """
 
 import io
@@ -9,52 +9,40 @@ import sys
 from collections.abc import Sequence
 
 import torc
-from torc.cli.bench import BenchCommand
-from torc.cli.camera import CAMERA
 from torc.cli.commands import Group, Runnable, parse_command
-from torc.cli.decide import DecideCommand
-from torc.cli.doctor import DoctorCommand
-from torc.cli.export import ExportCommand
-from torc.cli.human import HumanCommand
-from torc.cli.lab import LAB
-from torc.cli.next_object import NEXT_OBJECT
-from torc.cli.objects import OBJECTS
-from torc.cli.perception import PERCEPTION
 from torc.cli.printing import tell
-from torc.cli.problems import PROBLEMS
-from torc.cli.report import ReportCommand
-from torc.cli.retrieve import RetrieveCommand
-from torc.cli.robots import ROBOTS
-from torc.cli.run import RunCommand
-from torc.cli.serve import ServeCommand
-from torc.cli.settings import SettingsCommand
-from torc.cli.view import ViewCommand
-from torc.cli.vlm_eval import VlmEvalCommand
 from torc.errors import InputError, TorcError
 from torc.interrupts import ended_like_ctrl_c
 
 TORC = Group(
     "Find and retrieve one object from clutter, one pick after another.",
     {
-        "run": ("one retrieval in simulation, with pictures", RunCommand),
-        "bench": ("task planners against each other on many problems", BenchCommand),
-        "report": ("which of them is best: a page, figures, tables", ReportCommand),
-        "vlm-eval": ("how well a VLM chooses objects, on recorded decisions", VlmEvalCommand),
-        "human": ("choose the objects yourself, in a browser", HumanCommand),
-        "view": ("look at recorded trials, pick by pick, in a browser", ViewCommand),
-        "export": ("recorded trials as data to train on", ExportCommand),
-        "next-object": ("which object first: a data set, scored without a simulator", NEXT_OBJECT),
-        "decide": ("only the decision, for your own camera's frame", DecideCommand),
-        "retrieve": ("one retrieval with a real robot, or its twin", RetrieveCommand),
-        "lab": ("real arm, gripper and camera; twins to rehearse with", LAB),
-        "perception": ("how well objects are found in pictures", PERCEPTION),
-        "camera": ("real cameras: list, show, record what they see", CAMERA),
-        "problems": ("problems to play: list, make, check, solve them", PROBLEMS),
-        "objects": ("what can lie on the table; import adds your meshes", OBJECTS),
-        "robots": ("robots: list them, try one of your own", ROBOTS),
-        "serve": ("torc's own parts as a server, in place of neural networks", ServeCommand),
-        "settings": ("what can be set in each stage", SettingsCommand),
-        "doctor": ("what is missing on this machine, and how to get it", DoctorCommand),
+        "run": ("one retrieval in simulation, with pictures", "torc.cli.run:RunCommand"),
+        "bench": ("task planners against each other on many problems", "torc.cli.bench:BenchCommand"),
+        "report": ("which of them is best: a page, figures, tables", "torc.cli.report:ReportCommand"),
+        "vlm-eval": (
+            "how well a VLM chooses objects, on recorded decisions",
+            "torc.cli.vlm_eval:VlmEvalCommand",
+        ),
+        "human": ("choose the objects yourself, in a browser", "torc.cli.human:HumanCommand"),
+        "view": ("look at recorded trials, pick by pick, in a browser", "torc.cli.view:ViewCommand"),
+        "export": ("recorded trials as data to train on", "torc.cli.export:ExportCommand"),
+        "next-object": (
+            "which object first: a data set, scored without a simulator",
+            "torc.cli.next_object:NEXT_OBJECT",
+        ),
+        "decide": ("only the decision, for your own camera's frame", "torc.cli.decide:DecideCommand"),
+        "retrieve": ("one retrieval with a real robot, or its twin", "torc.cli.retrieve:RetrieveCommand"),
+        "lab": ("real arm, gripper and camera; twins to rehearse with", "torc.cli.lab:LAB"),
+        "perception": ("how well objects are found in pictures", "torc.cli.perception:PERCEPTION"),
+        "camera": ("real cameras: list, show, record what they see", "torc.cli.camera:CAMERA"),
+        "problems": ("problems to play: list, make, check, solve them", "torc.cli.problems:PROBLEMS"),
+        "objects": ("what can lie on the table; import adds your meshes", "torc.cli.objects:OBJECTS"),
+        "robots": ("robots: list them, try one of your own", "torc.cli.robots:ROBOTS"),
+        "serve": ("torc's own parts as a server, in place of neural networks", "torc.cli.serve:ServeCommand"),
+        "warm-up": ("compile all kernels once, so that no later run waits", "torc.cli.warm_up:WarmUpCommand"),
+        "settings": ("what can be set in each stage", "torc.cli.settings:SettingsCommand"),
+        "doctor": ("what is missing on this machine, and how to get it", "torc.cli.doctor:DoctorCommand"),
     },
     "Begin with `torc run`. `torc --version` says which version this is.",
 )

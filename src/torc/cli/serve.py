@@ -32,7 +32,7 @@ class ServeCommand:
         from torc.networks.server import serve
         from torc.robots.loading import load_robot
         from torc.serving.parts import own_handlers
-        from torc.workspace.files import load_workspace
+        from torc.workspace.workspace_files import load_workspace
 
         robot, workspace = load_robot(self.robot), load_workspace(self.workspace)
         handlers = own_handlers(robot, workspace, split_names(self.actions))

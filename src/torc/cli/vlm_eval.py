@@ -12,7 +12,7 @@ import tyro
 from torc.cli.printing import print_json, printable, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc.next_object.data.sample import CAVEAT, SAMPLE
 
 if TYPE_CHECKING:
@@ -118,10 +118,10 @@ class VlmEvalCommand:
     def _results(self, config: VlmConfig, rows: Sequence[Row], asked: Asked) -> int:
         from datetime import UTC, datetime
 
+        from torc.io.results import write_json
         from torc.next_object.asking.mistakes import mistakes_page, worst_mistakes
         from torc.next_object.asking.standing import FORMAT, standing
         from torc.next_object.prompting import prompt_name, version_of
-        from torc.records.files import write_json
 
         if not asked.replies:
             tell(

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from torc.perception.asking import ask_recognition
+from torc.perception.checked_scenes import ask_recognition
 from torc.perception.in_hand import held_mask
 from torc.perception.protocol import Wanted
 from torc.pipeline.look import Look, Pipeline

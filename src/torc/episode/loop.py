@@ -13,7 +13,7 @@ from torc.pipeline.warm_up import rehearse_look
 from torc.records import TARGET_ID, Decision, PickOutcome, PickPlan, PlanFailure
 from torc.registry.kinds import MOTION_PLANNERS
 from torc.robots.protocols import Robot
-from torc.task_planning.asking import ask_planner, rehearse_planner
+from torc.task_planning.checked_decisions import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
 
 Resume = Callable[[PickHaltedError], None]

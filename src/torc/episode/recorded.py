@@ -26,8 +26,8 @@ from torc.episode.log import (
 )
 from torc.episode.pick_view import PickView, load_view
 from torc.errors import InputError
-from torc.files.reading import read_bytes, read_plain_text
-from torc.specs.files import RecordedSpec, from_plain
+from torc.io.reading import read_bytes, read_plain_text
+from torc.specs.spec_files import RecordedSpec, from_plain
 from torc.specs.trial import TrialSpec
 
 LOG, VIDEO = "events.jsonl", "video.mp4"

@@ -17,8 +17,8 @@ from torc.registry.context import BuildContext
 from torc.registry.kinds import CAMERAS, DEPTHS, PERCEPTIONS
 from torc.sim.portraits import size_by_ruler, turn_table
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
+from torc.sim.simulated_world import build_world
 from torc.sim.stepping import Observer
-from torc.sim.world import build_world
 
 
 def simulated_robot(

@@ -31,9 +31,9 @@ from torc.problems.problem import load_problem, robot_hint
 from torc.records import PlanningContext
 from torc.registry.kinds import PERCEPTIONS, TASK_PLANNERS
 from torc.sim.robot import SimulatedRobot
+from torc.sim.simulated_world import World
 from torc.sim.stepping import Observer
-from torc.sim.world import World
-from torc.specs.files import to_plain
+from torc.specs.spec_files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.task_planning.relations import find_adjacencies

@@ -15,7 +15,7 @@ from torc.episode.log import LookedLine
 from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.exports.selection import EXPERTS, SPLITS, Source, split_of, succeeded
 from torc.records import TARGET_ID
-from torc.vlm.asking import filled_prompt
+from torc.vlm.asker import filled_prompt
 from torc.vlm.config import DEFAULT_QUESTIONS
 from torc.vlm.select import VlmSelectPlanner
 

@@ -39,8 +39,8 @@ from torc.robots.description import RobotDescription
 from torc.robots.gripper import GripperDescription
 from torc.robots.names import DEFAULT_ROBOT
 from torc.sim.settling import UNSEEN, with_poses_of
+from torc.sim.simulated_world import build_world
 from torc.sim.stillness import StillnessConfig, watch_stillness
-from torc.sim.world import build_world
 from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
 from torc.workspace.description import Workspace
 

@@ -5,19 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torc.episode.oracle.solve import solve_problem
-from torc.episode.oracle.tree import DEFAULT_BUDGET, check_budget
 from torc.errors import InputError, PhysicsError
 from torc.generation.clutter import MAX_OVERLAP_M
 from torc.generation.families import scene_family
 from torc.generation.inspection import Difficulty, Inspector, SceneView
+from torc.oracle.solve import solve_problem
+from torc.oracle.tree import DEFAULT_BUDGET, check_budget
 from torc.problems.problem import Problem
 from torc.registry.kinds import SCENE_FAMILIES
 from torc.registry.loading import part_paths
 from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import UNSEEN
+from torc.sim.simulated_world import World, build_world
 from torc.sim.stillness import StillnessConfig, watch_stillness
-from torc.sim.world import World, build_world
 
 FEWEST_PICKS = 2
 _SAME_FRACTION = 0.02

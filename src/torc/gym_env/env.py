@@ -1,6 +1,5 @@
 """The environment `torc/Retrieval-v0`: a step is one pick of the real pipeline, the action names the object."""
 
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
@@ -10,12 +9,12 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import Bool, Float32, Int8, UInt8
 
+from torc.drawing.marking import mark_image
 from torc.episode.loop import Episode
 from torc.episode.simulated import episode_in, needs_color, simulated_robot
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, PhysicsError, UnknownNameError
 from torc.occlusion.volume import hidden_volumes_m3
-from torc.perception.marking import mark_image
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason
@@ -27,7 +26,7 @@ from torc.sim.closing import Closing
 from torc.sim.robot import RobotState, SimulatedRobot
 from torc.specs.conditions import Conditions
 from torc.task_planning.graph_building import build_dependency_graph
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SHARES = ("best_score", "pixels", "hidden_volume", "blocked", "tried")
 PER_OBJECT = ("visible", "graspable", "target", *SHARES, "position")
@@ -120,7 +119,7 @@ class EpisodeSimulation(Closing):
         simulated.take_over()
         episode = episode_in(simulated, self._system, config)
         if not self._rehearsed:
-            with announced_compilation(lambda text: print(text, file=sys.stderr)):
+            with announced_compilation():
                 episode.rehearse()
             self._rehearsed = True
         return episode

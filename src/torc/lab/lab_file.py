@@ -11,8 +11,8 @@ from jaxtyping import Float
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from torc.errors import InputError, UnknownNameError
-from torc.files.reading import read_text
-from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
+from torc.io.reading import read_text
+from torc.io.strict_yaml import Number, explain_faults, parse_plain_yaml
 from torc.lab.checks import REDUCED_SPEED_M_S
 from torc.lab.identity import check_settings
 from torc.lab.kinds import ARM_DRIVERS, GRIPPER_DRIVERS
@@ -24,7 +24,7 @@ from torc.robots.kinematics import tool0_poses
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _MAX_BYTES = 100_000
 _REMEDY = "`torc lab example NAME` prints one to begin with."

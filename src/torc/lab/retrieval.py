@@ -29,7 +29,7 @@ from torc.pipeline.planners import make_spec_planner, refuse_simulated
 from torc.pipeline.warm_up import announced_compilation
 from torc.records import PickOutcome, PickPlan, PlanFailure
 from torc.registry.kinds import PERCEPTIONS
-from torc.specs.files import to_plain
+from torc.specs.spec_files import to_plain
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig

@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import Float
 
-from torc.collision.world import CollisionWorld
+from torc.collision.collision_world import CollisionWorld
 from torc.records import (
     GraspReport,
     GraspSet,

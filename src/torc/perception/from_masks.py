@@ -32,7 +32,7 @@ from torc.records import BACKGROUND, MAX_OBJECTS, TARGET_ID, KnownObject, Observ
 from torc.registry.kinds import PerceptionTraits
 from torc.registry.settings import ConfigTraits
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _EXACT = replace(PerceptionConfig(), rim_px=2, piece_px=5)
 """Masks are a pixel or two off, whatever the depth: there they hold readings of what lies behind."""

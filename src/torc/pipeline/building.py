@@ -5,7 +5,7 @@ from pkgutil import resolve_name
 from typing import Any
 
 from torc.errors import InputError
-from torc.fingerprints import part_source
+from torc.io.digests import part_source
 from torc.motion.config import MotionConfig
 from torc.motion.protocol import MotionPlanner
 from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, OcclusionConfig
@@ -23,7 +23,7 @@ from torc.robots.gripper import GripperDescription
 from torc.robots.loading import load_robot, own_source
 from torc.specs.conditions import Conditions, PipelineSpec
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace, own_workspace_source
+from torc.workspace.workspace_files import load_workspace, own_workspace_source
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,11 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from torc.io.record_files import ASIDE, to_plain
 from torc.records.evidence import Evidence
 from torc.records.grasps import GraspReport, GraspSet, GraspStatus
 from torc.records.outcomes import PickOutcome
 from torc.records.scene import SegmentedScene
-from torc.records.serialization import ASIDE, to_plain
 from torc.records.volume import OcclusionVolume
 
 

@@ -7,8 +7,8 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from torc.errors import InputError
+from torc.io.record_files import to_plain
 from torc.records.graph import DependencyGraph
-from torc.records.serialization import to_plain
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from pydantic import TypeAdapter
 
 from torc.errors import InputError
-from torc.records.serialization import to_plain
+from torc.io.record_files import to_plain
 
 _VERSION = 1
 

@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from torc.errors import InputError, TorcError, UnknownNameError
-from torc.fingerprints import fingerprint
+from torc.io.digests import fingerprint
 from torc.registry.context import BuildContext, signature_of
 from torc.registry.kinds import FOLDERS, KINDS, Kind, declarable
 from torc.registry.settings import arguments, check_names

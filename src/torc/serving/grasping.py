@@ -8,8 +8,8 @@ from jaxtyping import Float, Float32, Int
 from scipy.spatial import cKDTree
 
 from torc.geometry.transforms import invert, transform_points
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.network.frames import PANDA_TIP_M, along_axes, fingertips
-from torc.grasping.planner import GeometricGraspPlanner
 from torc.networks.fields import Fields, request
 from torc.networks.server import Handler
 from torc.occlusion.volume import empty_volume

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError, UnknownNameError
-from torc.files.numbers import plain_values, take_numbers
+from torc.io.numbers import plain_values, take_numbers
 from torc.registry.kinds import CONFIGURED, STAGES
 from torc.registry.loading import short_part_name
 from torc.registry.settings import Settings

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torc.perception.asking import ask_camera
+from torc.perception.checked_scenes import ask_camera
 from torc.registry.kinds import CAMERAS
 from torc.robots.protocols import Camera
 from torc.testing.conformance import require, trait_faults, unit_faults

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.perception.asking import observation_faults
+from torc.perception.checked_scenes import observation_faults
 from torc.perception.protocol import Depth
 from torc.perception.stereo import made_up_pair
 from torc.records import Observation
@@ -14,7 +14,7 @@ from torc.registry.kinds import DEPTHS
 from torc.testing.conformance import called_twice, made, require, trait_faults, unit_faults
 from torc.testing.contexts import box, small_mount
 from torc.testing.synthetic import synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 def check_depth(make: Callable[..., Depth]) -> None:

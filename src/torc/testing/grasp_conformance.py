@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from torc.grasping.asking import grasp_faults
+from torc.grasping.checked_grasps import grasp_faults
 from torc.grasping.protocol import GraspPlanner
 from torc.records import GraspSet
 from torc.registry.context import BuildContext
@@ -18,7 +18,7 @@ from torc.robots.loading import load_robot
 from torc.testing.conformance import Case, called_twice, made, require
 from torc.testing.contexts import box
 from torc.testing.views import View, view_of, view_of_clutter
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _BASE, _TOP = box(0, 0.65, -0.1, (0.12, 0.12, 0.06)), box(1, 0.65, -0.1, (0.05, 0.05, 0.06), on=0.06)
 _BACK, _FRONT = box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12))

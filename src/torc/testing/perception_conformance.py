@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.perception.asking import scene_faults
+from torc.perception.checked_scenes import scene_faults
 from torc.perception.protocol import Perception, Wanted
 from torc.records import SegmentedScene
 from torc.registry.kinds import PERCEPTIONS

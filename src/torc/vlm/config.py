@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from urllib.parse import urlsplit
 
 from torc.errors import InputError
-from torc.files.numbers import take_numbers
+from torc.io.numbers import take_numbers
 from torc.registry.kinds import CLIENTS
 from torc.registry.loading import part_paths, short_part_name, unknown_part
 from torc.vlm.picture_config import PictureConfig

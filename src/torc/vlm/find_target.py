@@ -1,14 +1,14 @@
 """The target by its description: a model is asked which of the numbered objects it is, or none of them."""
 
+from torc.drawing.marking import mark_image
 from torc.errors import InputError
-from torc.perception.marking import mark_image
+from torc.io.pictures import png_bytes
 from torc.perception.protocol import Perception, Wanted
 from torc.records import Exchange, Observation, SegmentedScene
-from torc.records.files import png_bytes
 from torc.registry.kinds import PERCEPTIONS, PerceptionTraits
 from torc.task_planning.protocol import MAX_ATTEMPTS
 from torc.vlm.answers import Useless
-from torc.vlm.asking import fill_prompt
+from torc.vlm.asker import fill_prompt
 from torc.vlm.numerals import whole_number
 from torc.vlm.protocol import Question, Reply, VlmClient
 from torc.vlm.replies import ask_client

@@ -13,7 +13,7 @@ from torc.task_planning.dg_select import DgSelectConfig, DgSelectPlanner, decide
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.vlm.answers import RELATIONS_SCHEMA, Useless, read_corrections
-from torc.vlm.asking import Asker, Form
+from torc.vlm.asker import Asker, Form
 from torc.vlm.config import Asking
 from torc.vlm.protocol import VlmClient
 

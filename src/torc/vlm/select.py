@@ -8,7 +8,7 @@ import numpy as np
 from torc.records import Decision, PlanningContext
 from torc.registry.kinds import TaskPlannerTraits
 from torc.vlm.answers import PLAN_SCHEMA, Useless, read_first_pick
-from torc.vlm.asking import Asker, Form
+from torc.vlm.asker import Asker, Form
 from torc.vlm.config import Asking
 from torc.vlm.protocol import Reply, VlmClient
 from torc.vlm.question_facts import counted_grasp_facts

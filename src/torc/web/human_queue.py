@@ -13,7 +13,7 @@ from torc.episode.viewer_links import PARTIAL, trial_key
 from torc.errors import InputError
 from torc.pipeline.building import sources
 from torc.specs.conditions import Conditions
-from torc.specs.files import RecordedSpec
+from torc.specs.spec_files import RecordedSpec
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.web.expert import NAME
 from torc.web.session import Phase, Session

@@ -5,13 +5,13 @@ from typing import Any
 
 from scipy.ndimage import find_objects
 
+from torc.drawing.graph_layout import lay_out
+from torc.drawing.palette import object_color
 from torc.episode.log import LookedLine
 from torc.episode.pick_view import LIKELY, ObjectView, PickView
 from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.errors import InputError
-from torc.perception.palette import object_color
 from torc.records import MAX_OBJECTS, DependencyGraph, Evidence, GraspStatus
-from torc.task_planning.layout import lay_out
 from torc.web.tags import find_tags
 
 MAX_EDGES = 1500

@@ -15,7 +15,7 @@ from torc.perception.sam.weights import KNOWN, known_weights
 from torc.pipeline.building import make_stage
 from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 PAGE = (Path(__file__).parents[3] / "docs" / "segmentation_networks.md").read_text()
 

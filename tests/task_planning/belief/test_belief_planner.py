@@ -6,18 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from torc.drawing.belief_picture import draw_belief
 from torc.errors import InputError
 from torc.geometry.extent import extent
 from torc.pipeline.planners import make_planner
 from torc.records import BeliefEvidence, Decision, Evidence, KnownObject, PickOutcome, PickResult
 from torc.registry.settings import arguments
+from torc.task_planning.belief.belief_planner import BeliefPlanner
 from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.costs import ways_of
 from torc.task_planning.belief.hidden_target import presence, search_target
 from torc.task_planning.belief.hiding import believe
 from torc.task_planning.belief.particles import boxes_like, propose, unseen_room
-from torc.task_planning.belief.picture import draw_belief
-from torc.task_planning.belief.planner import BeliefPlanner
 from torc.task_planning.belief.settings import (
     BeliefConfig,
     GiveUpConfig,
@@ -59,7 +59,6 @@ ABLATIONS = {
     "prices.hold": False,
     "prices.dropped": 0.0,
     "prices.loaded": 0.0,
-    "particles.reach_down": False,
     "prices.fallen": 0.0,
     "prices.still_blocking": 0.0,
     "search.depth": 1,

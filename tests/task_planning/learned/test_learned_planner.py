@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
+from torc.io.record_files import save_record
 from torc.records import TARGET_ID
-from torc.records.serialization import save_record
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.learned.features import FEATURE_NAMES, features_of
+from torc.task_planning.learned.learned_planner import LearnedConfig, LearnedPlanner
 from torc.task_planning.learned.model import MODEL_PATH, PickerModel, load_picker
-from torc.task_planning.learned.planner import LearnedConfig, LearnedPlanner
 from torc.testing.contexts import cluttered_context, empty_context
 
 

@@ -22,7 +22,7 @@ from torc.vlm.answers import (
     read_corrections,
     read_first_pick,
 )
-from torc.vlm.asking import fill_prompt
+from torc.vlm.asker import fill_prompt
 from torc.vlm.config import VlmConfig
 from torc.vlm.fixes_dg import VlmFixesDgPlanner
 from torc.vlm.protocol import Finish, Question

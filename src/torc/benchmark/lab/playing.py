@@ -14,13 +14,13 @@ from torc.benchmark.spec import BenchSpec, PlannedTrial
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Event, Executed, Halted, Looked
 from torc.errors import InputError, TorcError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
+from torc.io.results import write_json
 from torc.lab.lab_file import Lab
 from torc.lab.person import Confirming, Person
 from torc.lab.retrieval import Operation, retrieve
 from torc.lab.scenes.laying_out import THRESHOLD, Layout, Screen, lay_out
 from torc.lab.scenes.scene import Scene
-from torc.records.files import write_json
 from torc.vlm.cache import CacheConfig
 
 

@@ -8,9 +8,9 @@ from jaxtyping import Float32, Int16
 
 from torc.geometry.transforms import Pose, invert, transform_points
 from torc.grasping.clouds import SceneClouds
+from torc.grasping.geometric_planner import GeometricGraspPlanner, Proposals, Rngs
 from torc.grasping.network.frames import measured_widths, tcp_of_contact_graspnet
 from torc.grasping.network.proposing import NetworkGraspConfig, most_confident, proposals, sent_points
-from torc.grasping.planner import GeometricGraspPlanner, Proposals, Rngs
 from torc.grasping.protocol import GraspScorer
 from torc.networks.addresses import ServerConfig
 from torc.networks.client import NetworkClient

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.grasping.clouds import ObjectCloud, SceneClouds
+from torc.grasping.geometric_planner import GeometricGraspPlanner, Proposals, Rngs
 from torc.grasping.network.frames import along_axes, fingertips, gripper_config, measured_widths
 from torc.grasping.network.proposing import NetworkGraspConfig, most_confident, proposals, sent_points
-from torc.grasping.planner import GeometricGraspPlanner, Proposals, Rngs
 from torc.grasping.protocol import GraspScorer
 from torc.networks.answers import Grasps
 from torc.networks.client import NetworkClient

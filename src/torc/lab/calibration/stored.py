@@ -12,14 +12,14 @@ import numpy as np
 
 from torc.cameras.easy_handeye import transform
 from torc.errors import InputError
-from torc.files.reading import read_bytes, read_plain_text
-from torc.files.strict_yaml import parse_plain_yaml
 from torc.geometry.transforms import Pose, invert
+from torc.io.reading import read_bytes, read_plain_text
+from torc.io.strict_yaml import parse_plain_yaml
 from torc.lab.calibration.board import Board
 from torc.lab.calibration.board_views import BoardView
 from torc.lab.calibration.noisy_arm import Mounting, PoseView
 from torc.lab.calibration.pose_frames import PoseFrame
-from torc.pipeline.frames.checks import check_pose
+from torc.pipeline.frames.plausibility import check_pose
 from torc.pipeline.frames.values import parse_pose
 
 _MAX_BYTES, _MAX_PICTURE_BYTES, _MAX_ENTRIES = 2_000_000, 100_000_000, 1000

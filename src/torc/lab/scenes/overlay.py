@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
-from torc.episode.pictures import crop_around_objects
+from torc.drawing.marking import rim, write_numbers
+from torc.drawing.strip import crop_around_objects
 from torc.lab.scenes.overlap import Overlap
-from torc.perception.marking import rim, write_numbers
 from torc.records import Observation
 
 _GHOST = 0.45

@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc.lab.identity import hardware_of
 from torc.lab.lab_file import Lab
 from torc.lab.twin.franka import FrankaHandTwin

@@ -4,14 +4,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from torc.collision.checks import robot_arrays
+from torc.collision.contacts import robot_arrays
 from torc.collision.placement import RobotArrays
 from torc.motion.config import MotionConfig
 from torc.motion.free_motions import FreeMotions
 from torc.motion.network.checking import UnusableMotionError, stays_free, usable_trajectory
 from torc.motion.network.world import world_fields
-from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import NoMotionError
+from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.motion.space import MotionQuery
 from torc.networks.addresses import ServerConfig
 from torc.networks.client import NetworkClient

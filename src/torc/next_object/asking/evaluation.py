@@ -11,10 +11,10 @@ from threading import Event
 from typing import Any
 
 from torc.errors import InputError, TorcError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
+from torc.io.results import write_json
 from torc.next_object.asking.recorded_replies import RecordedReply, ReplyFile, recorded_reply
 from torc.next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures
-from torc.records.files import write_json
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import FailureKind, VlmError
 from torc.vlm.protocol import Question, VlmClient

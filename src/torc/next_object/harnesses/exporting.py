@@ -12,10 +12,10 @@ from typing import Any
 import yaml
 
 from torc.errors import InputError
+from torc.io.pictures import data_url
 from torc.next_object.data.opening import open_rows
 from torc.next_object.prompting import VARIANTS, prompt_name, prompt_text, sent_pictures, version_of
 from torc.next_object.scoring import COLUMNS
-from torc.records.files import data_url
 
 LMMS_EVAL, VLMEVALKIT, INSPECT = "lmms-eval", "vlmevalkit", "inspect"
 _TEMPLATE = "_next_object_template_yaml"

@@ -137,8 +137,8 @@ class _Table:
 
     def turn(self, variant: str) -> _Turn | None:
         """The next question; None at the end."""
+        from torc.io.pictures import data_url, jpeg_bytes
         from torc.next_object.making.rows import PICTURE, told_of
-        from torc.records.files import data_url, jpeg_bytes
         from torc.vlm.pictures import drawn_pictures
 
         self._look = self._episode.look()

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from torc.episode.ideal import MAX_PICKS
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import situation_of
 from torc.errors import InputError
+from torc.io.pictures import jpeg_bytes
 from torc.next_object.making.baselines import Baselines
 from torc.next_object.making.known_values import KnownValues
 from torc.next_object.making.looks import Looks
@@ -26,11 +26,11 @@ from torc.next_object.making.visits import visits
 from torc.next_object.prompting import VERSIONS
 from torc.next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
 from torc.objects.library import load_object
+from torc.oracle.ideal import MAX_PICKS
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import Problem, problem_text
 from torc.problems.sets import problem_names
 from torc.records import TARGET_ID, PlanningContext
-from torc.records.files import jpeg_bytes
 from torc.sim.portraits import turn_table
 from torc.specs.conditions import Conditions
 from torc.task_planning.relations import behind_candidates, find_adjacencies

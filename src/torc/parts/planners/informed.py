@@ -1,5 +1,5 @@
 """A reference: tries picks out in the simulation, but does not foresee luck."""
 
-from torc.episode.oracle.informed import InformedPlanner
+from torc.oracle.informed import InformedPlanner
 
 PART = InformedPlanner

@@ -1,5 +1,5 @@
 """A reference: tries picks out in the simulation."""
 
-from torc.episode.oracle.planner import OraclePlanner
+from torc.oracle.oracle_planner import OraclePlanner
 
 PART = OraclePlanner

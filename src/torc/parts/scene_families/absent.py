@@ -7,8 +7,8 @@ from torc.generation.families import SceneFamily
 from torc.generation.inspection import Inspector
 from torc.problems.problem import Problem
 from torc.sim.settling import UNSEEN
+from torc.sim.simulated_world import build_world
 from torc.sim.stillness import StillnessConfig, watch_stillness
-from torc.sim.world import build_world
 
 
 class Absent(SceneFamily):
