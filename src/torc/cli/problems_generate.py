@@ -55,7 +55,7 @@ class GenerateCommand:
     family: Literal[
         "usual", "absent", "absent-twin", "look-alikes", "ungraspable", "large", "fragile", "cupboard"
     ] = "usual"
-    """Family of harder problems (docs/generation.md): absent (the target is not there), absent-twin (the same scenes
+    """Family of harder problems (docs/problems.md): absent (the target is not there), absent-twin (the same scenes
     with it), look-alikes (with copies that lack the target's mark), ungraspable (what is in the way cannot be grasped),
     large (buried in a pile; 30-40 objects if --objects is not given), fragile (towers and leaning things before it),
     cupboard (sorted by kind, the target behind others of its sort)."""
@@ -72,7 +72,7 @@ class GenerateCommand:
     (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
     """Table, bin, camera and walls: paper, deep-box (a box on the table, for piles), deep-shelf (a shelf with a roof;
-    --structured), or a workspace file of your own (docs/workspaces.md)."""
+    --structured), or a workspace file of your own (docs/robots.md)."""
     attempts: int = 60
     """Scenes tried for each problem before it is given up."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("problems")

@@ -12,7 +12,7 @@ from torc.plugins import blamed, kind_of_value
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, SegmentedScene
 from torc.robots.protocols import Camera, Robot
 
-_HELP = "torc.testing.perception_conformance checks a perception against all rules (docs/stages.md)."
+_HELP = "torc.testing.perception_conformance checks a perception against all rules (docs/extending.md)."
 _UNIT_TOLERANCE = 1e-3
 
 
@@ -43,7 +43,7 @@ def ask_depth(depth: Depth, observation: Observation) -> Observation:
 def _observation(kind: str, part: object, method: str, ask: Callable[[], Any]) -> Observation:
     what = f"{kind} {type(part).__name__}"
     remedy = (
-        f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/stages.md)."
+        f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/extending.md)."
     )
     with blamed(what, PartError, remedy):
         observation: Any = ask()

@@ -6,7 +6,7 @@ At some looks an object has a good grasp and at others none, because grasps are 
 left (`torc.task_planning.expected_picks`).
 
 The interval of a price allows for an error of p(hold): CALIBRATION_ERROR, which is the difference between promised and
-delivered of the grasp model with masks and depth (docs/grasp_model.md), rounded up, and what so few looks may be off.
+delivered of the grasp model with masks and depth (results/grasp-model/README.md), rounded up, and what so few looks may be off.
 """
 
 from collections.abc import Sequence

@@ -22,7 +22,7 @@ _STD = np.array([0.229, 0.224, 0.225], np.float32)
 """Of ImageNet's colours, as SAM 2.1 was trained with."""
 _AT_ONCE = 32
 _REMEDY = (
-    "`python -m tools.sam2_onnx --out DIR` in torc's checkout writes both files (docs/segmentation_networks.md); then "
+    "`python -m tools.sam2_onnx --out DIR` in torc's checkout writes both files (docs/networks.md); then "
     "name the folder: --perception.folder DIR."
 )
 
