@@ -170,7 +170,9 @@ def test_the_page_on_cameras_names_every_camera_and_its_settings(name):
     text = (ROOT / "docs" / "cameras.md").read_text()
     assert f"`{name}`" in text
     config = config_class(load_part(CAMERAS, name))
-    named = {f.name for f in fields(config) if re.search(rf"`(camera\.)?{f.name}`|--camera\.{f.name}\b", text)}
+    named = {
+        f.name for f in fields(config) if re.search(rf"`(camera\.)?{f.name}`|--camera\.{f.name}\b", text)
+    }
     assert named == {f.name for f in fields(config)}
 
 

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-_LINK = re.compile(r"(\]\()([^)#\s]+)(#[^)\s]*)?(\))")
+_LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]+)(#[^)\s]*)?\)")
 _SHOWN = ("*.md", "*.png", "*.jpg", "*.svg")
 
 
@@ -26,7 +26,7 @@ def on_files(files: Any, config: Any) -> Any:
         source = docs / page.src_uri
         if not source.exists():
             source = docs.parent / page.src_uri
-        for _, target, _, _ in _LINK.findall(page.content_string):
+        for _, _, target, _ in _LINK.findall(page.content_string):
             path = (source.parent / target).resolve()
             if path.is_file() and path.is_relative_to(docs.parent) and not path.is_relative_to(docs):
                 add(path)
@@ -39,12 +39,14 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
     source = Path(page.file.abs_src_path).resolve()
 
     def rewritten(link: re.Match[str]) -> str:
-        start, target, anchor, end = link.groups()
+        mark, text, target, anchor = link.groups()
         path = (source.parent / target).resolve()
         if target.startswith(("http:", "https:")) or not path.is_relative_to(docs.parent):
             return link.group()
-        site = _on_site(path, docs) if path.is_file() else "index.md"
-        return f"{start}{os.path.relpath(site, Path(page.file.src_uri).parent)}{anchor or ''}{end}"
+        if not path.is_file():
+            return text
+        address = os.path.relpath(_on_site(path, docs), Path(page.file.src_uri).parent)
+        return f"{mark}[{text}]({address}{anchor or ''})"
 
     return _LINK.sub(rewritten, markdown)
 

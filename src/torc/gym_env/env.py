@@ -35,7 +35,7 @@ PER_OBJECT = ("visible", "graspable", "target", *SHARES, "position")
 
 
 def observed(context: PlanningContext, max_picks: int) -> dict[str, np.ndarray]:
-    """The features of a look, by the keys of the environment's observation space; docs/learning.md has their meaning."""
+    """Return a look's features by the keys of the observation space, which docs/learning.md explains."""
     scene, report, grasps, ids = context.scene, context.report, context.grasps, list(context.scene.ids)
     rows: dict[str, np.ndarray] = {
         "visible": _ones(ids),

@@ -42,9 +42,7 @@ def ask_depth(depth: Depth, observation: Observation) -> Observation:
 
 def _observation(kind: str, part: object, method: str, ask: Callable[[], Any]) -> Observation:
     what = f"{kind} {type(part).__name__}"
-    remedy = (
-        f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/extending.md)."
-    )
+    remedy = f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/extending.md)."
     with blamed(what, PartError, remedy):
         observation: Any = ask()
     for fault in observation_faults(observation, method):
