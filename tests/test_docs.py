@@ -40,7 +40,7 @@ from torc.vlm.select import VlmSelectPlanner
 from torc.vlm.simulated.profiles import PROFILES
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
 PAGES += [p for p in sorted((ROOT / "results").rglob("*.md")) if p.name != "report.md"]
 NAMES = [str(p.relative_to(ROOT)) for p in PAGES]
 VLM = (ROOT / "docs" / "vlm.md").read_text()
