@@ -176,6 +176,15 @@ def test_the_page_on_cameras_names_every_camera_and_its_settings(name):
     assert named == {f.name for f in fields(config)}
 
 
+@pytest.mark.parametrize("kind", [ARM_DRIVERS, GRIPPER_DRIVERS], ids=lambda kind: kind.what)
+def test_the_page_on_the_laboratory_names_every_driver_and_its_settings(kind):
+    text = (ROOT / "docs" / "laboratory.md").read_text()
+    for name in kind.built_in:
+        assert f"| `{name}` |" in text
+        settings = {f.name for f in fields(config_class(load_part(kind, name)))}
+        assert {s for s in settings if f"`{s}`" not in text} == set()
+
+
 @pytest.mark.long
 def test_the_robot_on_the_page_works(beside_the_examples, capsys):
     for name, language in (("my_robot.yaml", "yaml"), ("my_robot.xml", "xml")):
