@@ -1,4 +1,4 @@
-"""Write the table of what can be exchanged into docs/stages.md: `python -m tools.extension_points`."""
+"""Write the table of what can be exchanged into docs/extending.md: `python -m tools.extension_points`."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from torc.registry.kinds import KINDS, declarable
 from torc.registry.loading import shipped_paths
 
-PAGE = Path(__file__).parents[1] / "docs" / "stages.md"
+PAGE = Path(__file__).parents[1] / "docs" / "extending.md"
 _BLOCK = re.compile(r"(<!-- extension points -->\n).*?(<!-- end -->)", re.DOTALL)
 
 

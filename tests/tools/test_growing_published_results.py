@@ -79,5 +79,5 @@ def test_a_page_gets_the_rows_of_its_columns_and_pairs():
 @pytest.mark.parametrize("name", ["torc-hard", "torc40"])
 def test_the_pages_are_as_they_are_made(name):
     table = read_table(PUBLISHED.parent / name)
-    page = (PUBLISHED.parents[1] / "docs" / f"{name}.md").read_text()
+    page = (PUBLISHED.parent / name / "README.md").read_text()
     assert with_tables(page, table) == page

@@ -46,7 +46,7 @@ class ValidateCommand:
     robot: str = DEFAULT_ROBOT
     """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
-    """Table, bin and camera: paper, or a workspace file of your own (docs/workspaces.md)."""
+    """Table, bin and camera: paper, or a workspace file of your own (docs/robots.md)."""
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
     def run(self) -> int:
@@ -123,7 +123,7 @@ class GalleryCommand:
     robot: str = DEFAULT_ROBOT
     """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
-    """Table, bin and camera: paper, or a workspace file of your own (docs/workspaces.md)."""
+    """Table, bin and camera: paper, or a workspace file of your own (docs/robots.md)."""
     title: str = ""
     """Heading of the pages; made of SELECTION if not given."""
     json: Annotated[bool, tyro.conf.arg(help="Print what the cards say as JSON.")] = False

@@ -53,7 +53,7 @@ class GenerateCommand:
     """How much of the target is in sight at first: visible (75 % or more), partly, hidden (too little for perception to
     find it), or any (prefers targets that are not visible)."""
     family: str = "usual"
-    """Family of harder problems (docs/generation.md), or your own as module:Class or path/to/file.py:Class."""
+    """Family of harder problems (docs/problems.md), or your own as module:Class or path/to/file.py:Class."""
     held_out: Literal["any", "only", "none"] = "any"
     """Whether to use the object kinds that the grasp score was not trained on."""
     kinds: Annotated[str, tyro.conf.arg(metavar="KIND,...")] = ""
@@ -67,7 +67,7 @@ class GenerateCommand:
     (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
     """Table, bin, camera and walls: paper, deep-box (a box on the table, for piles), deep-shelf (a shelf with a roof;
-    --structured), or a workspace file of your own (docs/workspaces.md)."""
+    --structured), or a workspace file of your own (docs/robots.md)."""
     attempts: int = 60
     """Scenes tried for each problem before it is given up."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("problems")

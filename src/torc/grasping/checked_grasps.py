@@ -11,7 +11,7 @@ from torc.grasping.protocol import GraspPlanner
 from torc.records import GraspSet, OcclusionVolume, SegmentedScene
 from torc.registry.loading import blamed, kind_of_value
 
-_HELP = "torc.testing.grasp_conformance checks a grasp planner against all rules (docs/grasp_planners.md)."
+_HELP = "torc.testing.grasp_conformance checks a grasp planner against all rules (docs/extending.md)."
 _SHAPES = {
     "Ts_world_tcp": (4, 4),
     "widths_m": (),

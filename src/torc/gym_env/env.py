@@ -34,7 +34,7 @@ PER_OBJECT = ("visible", "graspable", "target", *SHARES, "position")
 
 
 def observed(context: PlanningContext, max_picks: int) -> dict[str, np.ndarray]:
-    """The features of a look, by the keys of the environment's observation space; docs/gym.md has their meaning."""
+    """Return a look's features by the keys of the observation space, which docs/learning.md explains."""
     scene, report, grasps, ids = context.scene, context.report, context.grasps, list(context.scene.ids)
     rows: dict[str, np.ndarray] = {
         "visible": _ones(ids),
@@ -134,7 +134,7 @@ class EpisodeSimulation(Closing):
 class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
     """Retrieve the target: every step looks, picks the object that the action names, and looks again.
 
-    docs/gym.md describes observations, rewards and ends.
+    docs/learning.md describes observations, rewards and ends.
 
     Args:
         problems: as `torc problems list` names them: sets, problems, files, directories; comma-separated or a sequence.

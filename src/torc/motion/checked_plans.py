@@ -10,7 +10,7 @@ from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.records import GraspStatus, PickPlan, PlanFailure, Trajectory
 from torc.registry.loading import blamed, kind_of_value
 
-_HELP = "torc.testing.motion_conformance checks a motion planner against all rules (docs/stages.md)."
+_HELP = "torc.testing.motion_conformance checks a motion planner against all rules (docs/extending.md)."
 MOTIONS = ("free", "approach", "lift", "transfer", "home")
 """The motions of a plan, in order."""
 _JOINED_RAD = 1e-3

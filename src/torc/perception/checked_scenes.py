@@ -14,7 +14,7 @@ from torc.registry.kinds import PERCEPTIONS
 from torc.registry.loading import blamed, kind_of_value
 from torc.robots.protocols import Camera, Robot
 
-_HELP = "torc.testing.perception_conformance checks a perception against all rules (docs/stages.md)."
+_HELP = "torc.testing.perception_conformance checks a perception against all rules (docs/extending.md)."
 _UNIT_TOLERANCE = 1e-3
 
 
@@ -47,9 +47,7 @@ def ask_depth(depth: Depth, observation: Observation) -> Observation:
 
 def _observation(kind: str, part: object, method: str, ask: Callable[[], Any]) -> Observation:
     what = f"{kind} {type(part).__name__}"
-    remedy = (
-        f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/stages.md)."
-    )
+    remedy = f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/extending.md)."
     with blamed(what, PartError, remedy):
         observation: Any = ask()
     for fault in observation_faults(observation, method):

@@ -62,7 +62,7 @@ class Conditions(PipelineSpec):
     robot: str = DEFAULT_ROBOT
     """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
-    """Table, bin and camera pose: paper, or a workspace file of your own (docs/workspaces.md)."""
+    """Table, bin and camera pose: paper, or a workspace file of your own (docs/robots.md)."""
     noise: bool = False
     """Add the noise of a stereo camera: depth errors that grow with distance, lost edges, eroded masks."""
     friction: float = 1.0

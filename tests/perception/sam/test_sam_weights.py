@@ -17,7 +17,7 @@ from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
 from torc.workspace.workspace_files import load_workspace
 
-PAGE = (Path(__file__).parents[3] / "docs" / "segmentation_networks.md").read_text()
+PAGE = (Path(__file__).parents[3] / "docs" / "networks.md").read_text()
 
 
 def test_the_defaults_are_known_and_every_licence_is_named():
@@ -65,7 +65,7 @@ def test_weights_that_are_not_here_say_how_to_get_them(torch):
     for part in (
         "Apache-2.0",
         "hf download facebook/sam2.1-hiera-tiny --local-dir",
-        "docs/segmentation_networks.md",
+        "docs/networks.md",
     ):
         assert part in text
     assert "gated" not in text

@@ -135,7 +135,7 @@ def check_root(root: Path) -> None:
     if not (root / "scenes").is_dir():
         raise InputError(
             f"{root} has no folder scenes/: it is not the root of GraspClutter6D. Give the directory that holds "
-            "scenes/ and models_obj_m/, unpacked (see docs/graspclutter6d.md)."
+            "scenes/ and models_obj_m/, unpacked (see docs/problems.md)."
         )
 
 

@@ -5,8 +5,8 @@ At some looks an object has a good grasp and at others none, because grasps are 
 0 where a look finds none: such a pick is wasted. A failed try at the target may lose it, and with it all picks that are
 left (`torc.task_planning.belief.costs`).
 
-The interval of a price allows for an error of p(hold): CALIBRATION_ERROR, which is the difference between promised and
-delivered of the grasp model with masks and depth (docs/grasp_model.md), rounded up, and what so few looks may be off.
+The interval of a price allows for an error of p(hold) and for the small number of looks. CALIBRATION_ERROR is the grasp
+model's difference between promised and delivered (results/grasp-model/README.md), rounded up.
 """
 
 from collections.abc import Sequence
