@@ -1,5 +1,3 @@
 """Hand-written rules in place of the networks of embedded."""
 
-from torc.perception.embedded.regions import RegionPerception
-
-PART = RegionPerception
+from torc.perception.embedded.regions import RegionPerception as PART

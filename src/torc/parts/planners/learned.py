@@ -1,5 +1,3 @@
 """A small model trained on what simulated picks led to."""
 
-from torc.task_planning.learned.planner import LearnedPlanner
-
-PART = LearnedPlanner
+from torc.task_planning.learned.planner import LearnedPlanner as PART

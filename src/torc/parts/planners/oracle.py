@@ -1,5 +1,3 @@
 """A reference: tries picks out in the simulation."""
 
-from torc.episode.oracle.planner import OraclePlanner
-
-PART = OraclePlanner
+from torc.episode.oracle.planner import OraclePlanner as PART
