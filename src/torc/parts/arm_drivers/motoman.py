@@ -1,5 +1,3 @@
 """Yaskawa controllers with MotoROS, by simple message."""
 
-from torc.lab.simple_message.arm import MotomanArm
-
-PART = MotomanArm
+from torc.lab.simple_message.arm import MotomanArm as PART

@@ -1,5 +1,3 @@
 """Candidates by Contact-GraspNet, from a server."""
 
-from torc.grasping.network.contact_graspnet import ContactGraspNetPlanner
-
-PART = ContactGraspNetPlanner
+from torc.grasping.network.contact_graspnet import ContactGraspNetPlanner as PART

@@ -1,5 +1,3 @@
 """Candidates by GraspGenX, from a server."""
 
-from torc.grasping.network.graspgenx import GraspGenXPlanner
-
-PART = GraspGenXPlanner
+from torc.grasping.network.graspgenx import GraspGenXPlanner as PART

@@ -1,5 +1,3 @@
 """The hand of a Franka arm, by rosbridge."""
 
-from torc.lab.ros.franka_hand import FrankaHand
-
-PART = FrankaHand
+from torc.lab.ros.franka_hand import FrankaHand as PART

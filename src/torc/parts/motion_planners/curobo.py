@@ -1,5 +1,3 @@
 """Free motions by cuRobo, from a server."""
 
-from torc.motion.network.planner import CuroboMotionPlanner
-
-PART = CuroboMotionPlanner
+from torc.motion.network.planner import CuroboMotionPlanner as PART

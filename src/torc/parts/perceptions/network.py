@@ -1,5 +1,3 @@
 """Masks from a server."""
 
-from torc.perception.network.perception import NetworkPerception
-
-PART = NetworkPerception
+from torc.perception.network.perception import NetworkPerception as PART
