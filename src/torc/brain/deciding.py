@@ -49,13 +49,15 @@ def decide_frame(
     """Decide which object to pick next in a frame. The first call compiles kernels, and says so on stderr.
 
     Args:
+        frame: the picture, its depth, and masks if it has any.
         planner: task planner; DG-SELECT by default.
-        robot: whose reach counts (a description, or its name or path); None checks only the gripper (a Robotiq
-            2F-85) and takes every pose as reachable.
-        volume: the occlusion volume after the frame before, None for the first frame.
+        robot: the robot whose reach counts (a description, or its name or path); None checks only the gripper (a
+            Robotiq 2F-85) and takes every pose as reachable.
+        volume: the occlusion volume after the previous frame; None for the first frame.
+        seed: decides all random draws.
         stages: depth, perception, grasp planner and their settings; the defaults if not given. For a frame without
             masks the default perception is torc's own eyes.
-        wanted: the target, for a frame without masks; the frame's own description by default.
+        wanted: the target, for a frame without masks; the frame's description by default.
         finder: a model that looks for the target by its description, in a frame without masks.
 
     Raises:

@@ -36,7 +36,15 @@ def workspace_names() -> tuple[str, ...]:
 
 
 def load_workspace(name_or_path: str | Path = "paper") -> Workspace:
-    """A shipped workspace by name, or any by the path of its YAML. Raises InputError."""
+    """Load a workspace: table, bin, camera and watched region.
+
+    Args:
+        name_or_path: name of a shipped workspace ("paper"), or path of a YAML file.
+
+    Raises:
+        UnknownNameError: it is neither.
+        InputError: the file is wrong; the message names file, field and remedy.
+    """
     path = Path(name_or_path)
     if path.suffix in {".yaml", ".yml"} and path.is_file():
         return _read(path)

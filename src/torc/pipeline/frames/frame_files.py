@@ -31,10 +31,15 @@ _FEWEST_POINTS = 30
 
 
 def load_frame(path: str | Path) -> Frame:
-    """The frame at a .npz file or directory; the package's text says what they hold.
+    """Load an RGB-D frame from an .npz file or a directory; docs/frames.md lists what they may hold.
 
-    Labels keep their numbers where those are 1..63; the target becomes 0, and every other object gets the lowest id
-    that is free. Raises InputError, naming file, key and remedy, for whatever cannot be used.
+    Labels from 1 to 63 keep their numbers; the target becomes 0, and other objects get the lowest free id.
+
+    Args:
+        path: the file or directory.
+
+    Raises:
+        InputError: something cannot be used; the message names file, key and remedy.
     """
     stored = read_frame(Path(path))
     given = stored.settings
