@@ -125,9 +125,9 @@ def _focus_shadow(world: World, center: Float[np.ndarray, "3"]) -> None:
     world.model.vis.map.shadowclip = _SHADOW_REACH_M / world.model.stat.extent
 
 
-_EYE_M, _FOV_RAD = (1.6, -2.0, 1.3), 0.85
+_ROBOT_EYE_M, _ROBOT_FOV_RAD = (1.6, -2.0, 1.3), 0.85
 """Where the camera stands, from the middle between the table and the robot's base."""
-_SIZE_PX = (960, 720)
+_ROBOT_WIDTH_PX, _ROBOT_HEIGHT_PX = 960, 720
 _ON_THE_TABLE = "mug_red"
 
 
@@ -142,7 +142,8 @@ def robot_portrait(robot: RobotDescription, workspace: Workspace) -> UInt8[np.nd
     world = build_world(Problem(robot.name, "structured", "", "thing", (mug,)), robot, workspace)
     _show_what_collides(world.model, robot)
     middle = (np.array(center) + robot.arm.T_world_base[:3, 3]) / 2
-    mount = CameraMount(look_at(middle + np.array(_EYE_M), middle), *_SIZE_PX, _FOV_RAD)
+    T_world_camera = look_at(middle + np.array(_ROBOT_EYE_M), middle)
+    mount = CameraMount(T_world_camera, _ROBOT_WIDTH_PX, _ROBOT_HEIGHT_PX, _ROBOT_FOV_RAD)
     with CameraRenderer(world, mount) as renderer:
         return renderer.render_color()
 
