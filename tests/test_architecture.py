@@ -156,17 +156,17 @@ def test_extras_are_imported_only_where_they_are_used(library, package):
     ("module", "libraries"),
     [
         ("torc", {"numpy", "mujoco", "numba", "torch", "transformers"}),
-        ("torc.networks.client", {"zmq", "msgpack"}),
+        ("torc_networks.client", {"zmq", "msgpack"}),
         # It runs in the environment of somebody's network.
-        ("torc.networks.server", {"zmq", "msgpack", "scipy", "numba", "cv2", "mujoco", "pydantic"}),
-        ("torc.perception.sam.perception", {"torch", "torchvision", "transformers", "onnxruntime"}),
-        ("torc.perception.sam.refining", {"torch", "torchvision", "transformers", "onnxruntime"}),
+        ("torc_networks.server", {"zmq", "msgpack", "scipy", "numba", "cv2", "mujoco", "pydantic"}),
+        ("torc_networks.sam.perception", {"torch", "torchvision", "transformers", "onnxruntime"}),
+        ("torc_networks.sam.refining", {"torch", "torchvision", "transformers", "onnxruntime"}),
         ("torc.objects.importing", {"trimesh", "coacd", "fast_simplification"}),
         ("torc.benchmark.report.writing", {"matplotlib", "duckdb"}),
-        ("torc.cameras.kinds", {"pyrealsense2", "pyzed", "websockets"}),
-        ("torc.cameras.ros", {"websockets"}),
-        ("torc.lab.robotiq.wires", {"pymodbus", "serial"}),
-        ("torc.lab.ur.arm", {"rtde_control", "rtde_receive"}),
+        ("torc_lab.cameras.kinds", {"pyrealsense2", "pyzed", "websockets"}),
+        ("torc_lab.cameras.ros", {"websockets"}),
+        ("torc_lab.robotiq.wires", {"pymodbus", "serial"}),
+        ("torc_lab.ur.arm", {"rtde_control", "rtde_receive"}),
     ],
 )
 def test_importing_a_module_needs_none_of_these_libraries(module, libraries):

@@ -10,26 +10,26 @@ from collections.abc import Sequence
 
 import torc
 from torc.cli.bench import BenchCommand
-from torc.cli.camera import CAMERA
+from torc_lab.cli.camera import CAMERA
 from torc.cli.commands import Group, Runnable, parse_command
 from torc.cli.decide import DecideCommand
 from torc.cli.doctor import DoctorCommand
 from torc.cli.export import ExportCommand
 from torc.cli.human import HumanCommand
-from torc.cli.lab import LAB
-from torc.cli.next_object import NEXT_OBJECT
+from torc_lab.cli.lab import LAB
+from torc_next_object.cli.next_object import NEXT_OBJECT
 from torc.cli.objects import OBJECTS
 from torc.cli.perception import PERCEPTION
 from torc.cli.printing import tell
 from torc.cli.problems import PROBLEMS
 from torc.cli.report import ReportCommand
-from torc.cli.retrieve import RetrieveCommand
+from torc_lab.cli.retrieve import RetrieveCommand
 from torc.cli.robots import ROBOTS
 from torc.cli.run import RunCommand
-from torc.cli.serve import ServeCommand
+from torc_networks.serving.command import ServeCommand
 from torc.cli.settings import SettingsCommand
 from torc.cli.view import ViewCommand
-from torc.cli.vlm_eval import VlmEvalCommand
+from torc_next_object.cli.vlm_eval import VlmEvalCommand
 from torc.errors import InputError, TorcError
 from torc.interrupts import ended_like_ctrl_c
 

@@ -16,7 +16,7 @@ from torc.benchmark.report.cells import Link, address_of
 from torc.benchmark.report.figures import Picture, draw_all
 from torc.benchmark.report.pages import Section, html_page, markdown_page
 from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
-from torc.benchmark.report.real import real_sections
+from torc_lab.bench.report import real_sections
 from torc.benchmark.report.scores import BOUNDS, give_ups_table, score_summary, scores_table, within_table
 from torc.benchmark.report.sets import sets_table
 from torc.benchmark.report.trials import KEY, failures, openings, trial_board
