@@ -8,11 +8,7 @@ import pytest
 
 from tests.helpers.fake_trial import play_fake_trial
 from torc.benchmark.reading import read_table
-from torc_next_object.cli.next_object import read_replies
 from torc.episode.recorded import read_trial
-from torc_lab.lab_file import example_labs, load_lab
-from torc_next_object.asking.recorded_replies import RecordedReply, ReplyFile
-from torc_next_object.making.known_values import KnownValues
 from torc.problems.problem import load_problem, problem_text
 from torc.robots.loading import load_robot
 from torc.robots.names import DATA
@@ -20,6 +16,10 @@ from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.vlm.prompt_files import load_prompt, shipped_prompt
 from torc.workspace.files import EXAMPLE, load_workspace
+from torc_lab.lab_file import example_labs, load_lab
+from torc_next_object.asking.recorded_replies import RecordedReply, ReplyFile
+from torc_next_object.cli.next_object import read_replies
+from torc_next_object.making.known_values import KnownValues
 
 MARK = b"\xef\xbb\xbf"
 

@@ -9,11 +9,12 @@ import inspect
 import os
 import sys
 import traceback
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path, PurePath
 from types import ModuleType
@@ -21,6 +22,7 @@ from typing import Any
 
 from torc.errors import InputError, TorcError, UnknownNameError
 from torc.fingerprints import fingerprint
+from torc.satellites import not_installed, satellite_of_part
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,10 @@ class PartKind:
         """Name of the method."""
         return self.call.partition("(")[0]
 
+    def ships(self, name: str) -> bool:
+        """Whether the part of that name comes with torc or a satellite, so that its version stands for its code."""
+        return name in self.built_in or satellite_of_part(self.group, name) is not None
+
 
 def unknown_part(kind: PartKind, name: str, known: Iterable[str]) -> UnknownNameError:
     """The error for a name that nobody registered; says how a part of one's own is named."""
@@ -59,8 +65,15 @@ def short_part_name(name: str) -> str:
 
 
 def part_paths(kind: PartKind) -> dict[str, str]:
-    """All known names with their "module:Class": the shipped ones and those of installed packages."""
-    installed = {point.name: point.value for point in entry_points(group=kind.group)}
+    """All known names with their "module:Class": the shipped ones and those of installed packages.
+
+    No other package can take a shipped name, nor that of a satellite.
+    """
+    installed = {}
+    for point in entry_points(group=kind.group):
+        owner = satellite_of_part(kind.group, point.name)
+        if owner is None or point.value.startswith(f"{owner.module}."):
+            installed[point.name] = point.value
     return installed | dict(kind.built_in)
 
 
@@ -98,9 +111,11 @@ def load_part(kind: PartKind, name: str) -> Any:
     """What makes the part of that name, imported but not called. Raises as `make_part`."""
     # To ask all installed packages takes 15 ms, and a trial makes a dozen parts.
     known = kind.built_in if name in kind.built_in else part_paths(kind)
+    what = f"{kind.title} '{name}'"
+    if name not in known and (owner := satellite_of_part(kind.group, name)):
+        raise not_installed(what, owner, owner.parts[kind.group][name])
     if name not in known and ":" not in name:
         raise unknown_part(kind, name, known)
-    what = f"{kind.title} '{name}'"
     module_name, _, attribute = known.get(name, name).partition(":")
     if not module_name or not attribute:
         raise InputError(f"{what} must be written module:Class, e.g. my_package.my_module:MyClass.")
@@ -125,6 +140,25 @@ def load_part(kind: PartKind, name: str) -> Any:
     if not callable(found):
         raise InputError(f"{what} is a {type(found).__name__}, not a class.")
     return found
+
+
+def registered(group: str) -> dict[str, Callable[[], Any]]:
+    """Return what installed packages registered in a group of entry points: what loads it, by name, in order of names.
+
+    Loading raises InputError for what cannot be imported.
+    """
+    points = sorted(entry_points(group=group), key=lambda point: point.name)
+    return {point.name: partial(_loaded, point) for point in points}
+
+
+def _loaded(point: EntryPoint) -> Any:
+    try:
+        return point.load()
+    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+        raise InputError(
+            f"'{point.name}' of an installed package ({point.value}) cannot be imported: {type(error).__name__}: "
+            f"{error}. Repair the package, or uninstall it."
+        ) from error
 
 
 def takes(kind: PartKind, name: str, argument: str) -> bool:

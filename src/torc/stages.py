@@ -13,10 +13,6 @@ CAMERAS = PartKind(
     "capture()",
     {
         "simulated": "torc.sim.robot:as_simulated",
-        "realsense": "torc_lab.cameras.realsense:RealSenseCamera",
-        "zed-uvc": "torc_lab.cameras.zed_uvc:ZedUvcCamera",
-        "zed": "torc_lab.cameras.zed_sdk:ZedCamera",
-        "ros": "torc_lab.cameras.ros:RosCamera",
         "recorded": "torc.cameras.recorded:RecordedCamera",
     },
 )
@@ -28,10 +24,6 @@ PERCEPTIONS = PartKind(
         "labels": "torc.perception.privileged:LabelPerception",
         "embedded": "torc.perception.embedded.perception:EmbeddedPerception",
         "regions": "torc.perception.embedded.regions:RegionPerception",
-        "network": "torc_networks.perception:NetworkPerception",
-        "grounded-sam2": "torc_networks.sam.perception:GroundedSam2Perception",
-        "sam3": "torc_networks.sam.perception:Sam3Perception",
-        "sam2-onnx": "torc_networks.sam.refining:Sam2OnnxPerception",
     },
 )
 DEPTHS = PartKind(
@@ -42,7 +34,6 @@ DEPTHS = PartKind(
         "as-measured": "torc.perception.protocol:AsMeasured",
         "sgbm": "torc.perception.stereo:SgbmDepth",
         "tof": "torc.perception.tof:TofDepth",
-        "network": "torc_networks.depth:NetworkDepth",
         "onnx": "torc.perception.onnx_stereo:OnnxDepth",
     },
 )
@@ -52,8 +43,6 @@ GRASP_PLANNERS = PartKind(
     "plan(scene, volume, rng)",
     {
         "geometric": "torc.grasping.planner:GeometricGraspPlanner",
-        "graspgenx": "torc_networks.grasping.graspgenx:GraspGenXPlanner",
-        "contact-graspnet": "torc_networks.grasping.contact_graspnet:ContactGraspNetPlanner",
     },
 )
 MOTION_PLANNERS = PartKind(
@@ -62,7 +51,6 @@ MOTION_PLANNERS = PartKind(
     "plan_pick(request, rng)",
     {
         "sampling": "torc.motion.planner:SamplingMotionPlanner",
-        "curobo": "torc_networks.motion.planner:CuroboMotionPlanner",
     },
 )
 TASK_PLANNERS = PartKind(

@@ -26,7 +26,8 @@ def run_in_harness(
     name: str, arguments: list[str], tmp_path: Path, more_paths: tuple[Path, ...] = (), **variables: str
 ) -> dict:
     """Runs a module or script there; the JSON on its last line."""
-    paths = os.pathsep.join(map(str, (*more_paths, ROOT / "src", ROOT)))
+    packages = [p / name for p in (ROOT / "packages").iterdir() for name in ("src", "tests")]
+    paths = os.pathsep.join(map(str, (*more_paths, ROOT / "src", *packages, ROOT)))
     environment = {
         **{k: v for k, v in os.environ.items() if "API_KEY" not in k},
         "PYTHONPATH": paths,

@@ -12,9 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import tyro
 
-from torc_lab.scenes.laying_out import THRESHOLD
-from torc_lab.scenes.overlap import measure_overlap
-from torc_lab.scenes.scene import PICTURES, median_picture
 from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
@@ -23,6 +20,9 @@ from torc.robots.loading import load_robot
 from torc.sim.robot import SimulatedCamera
 from torc.sim.world import World, build_world
 from torc.workspace.files import load_workspace
+from torc_lab.scenes.laying_out import THRESHOLD
+from torc_lab.scenes.overlap import measure_overlap
+from torc_lab.scenes.scene import PICTURES, median_picture
 
 _LEAST_PX = 60
 

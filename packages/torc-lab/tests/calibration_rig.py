@@ -9,6 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from test_lab_file import TEXT
 from torc.geometry.transforms import intrinsics, invert, make_pose
+from torc.records import Observation, Trajectory
+from torc.robots.ik import solve_ik
+from torc.robots.kinematics import tool0_poses
 from torc_lab.calibration.board import Board
 from torc_lab.calibration.guided import collect_guided
 from torc_lab.calibration.marker import MARKER_M, marker_picture
@@ -17,9 +20,6 @@ from torc_lab.checks import motion_faults, stretch_for, stretched
 from torc_lab.devices import limits, planned_for
 from torc_lab.empty_table import empty_space
 from torc_lab.lab_file import load_lab
-from torc.records import Observation, Trajectory
-from torc.robots.ik import solve_ik
-from torc.robots.kinematics import tool0_poses
 
 K, SIZE = intrinsics(1280, 720, 0.8), (1280, 720)
 BOARD = Board()

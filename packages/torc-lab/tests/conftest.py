@@ -5,12 +5,12 @@ from functools import partial
 
 import pytest
 
+from torc.problems.problem import load_problem
 from torc_lab import supervisor
 from torc_lab.devices import connect_arm, connect_gripper
 from torc_lab.lab_file import example_labs, load_lab
 from torc_lab.supervisor import SupervisorConfig
 from torc_lab.twin.rehearsal import rehearsal, write_lab
-from torc.problems.problem import load_problem
 
 
 @pytest.fixture(autouse=True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from torc_lab.protocols import ArmStatus, LabError
 from torc.records import Trajectory
+from torc_lab.protocols import ArmStatus, LabError
 
 
 @dataclass

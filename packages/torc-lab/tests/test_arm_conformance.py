@@ -4,17 +4,17 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from fake_arm import FakeArmDriver
 
+from fake_arm import FakeArmDriver
 from lab_helpers.behind_twins import ObedientArm
+from torc.testing.conformance import NonConformanceError
 from torc_lab.ros.arm import RosArm, RosArmConfig
 from torc_lab.simple_message.arm import MotomanArm, MotomanConfig
+from torc_lab.testing.arm_conformance import check_arm_driver
 from torc_lab.twin.motoman import MotomanTwin
 from torc_lab.twin.ros import RosTwin
 from torc_lab.twin.ur import UrTwin
 from torc_lab.ur.arm import UrArm, UrConfig
-from torc_lab.testing.arm_conformance import check_arm_driver
-from torc.testing.conformance import NonConformanceError
 
 
 @contextmanager

@@ -8,17 +8,17 @@ import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from torc_lab.cameras.poses import read_pose
 from torc.errors import InputError
 from torc.geometry.transforms import intrinsics, invert, look_at, make_pose
+from torc.records import Observation
+from torc.robots.kinematics import tool0_poses
 from torc_lab.calibration.board import Board, FoundCorners
 from torc_lab.calibration.board_views import BoardView
 from torc_lab.calibration.hand_eye import check_views, error_at, solve_hand_eye
 from torc_lab.calibration.printing import write_board
 from torc_lab.calibration.session import calibration_text, collect_views
+from torc_lab.cameras.poses import read_pose
 from torc_lab.protocols import LabError
-from torc.records import Observation
-from torc.robots.kinematics import tool0_poses
 
 K = intrinsics(1280, 720, 0.8)
 BOARD = Board()

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from test_supervisor import WIDE
 
 from lab_helpers.behind_twins import Miswired, ObedientArm
+from test_supervisor import WIDE
 from torc_lab import checking_motions
 from torc_lab.checking_motions import TURN_RAD, check_motions, turn_fault
 from torc_lab.checks import limits_of

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from test_supervisor import motion, supervised
 
 from lab_helpers.behind_twins import ObedientArm
+from test_supervisor import motion, supervised
 from torc_lab.checking import check_lab
 from torc_lab.exclusive import ControllerLock
 from torc_lab.protocols import LabError, RobotStoppedError

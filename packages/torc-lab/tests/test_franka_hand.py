@@ -5,13 +5,13 @@ import pytest
 
 from lab_helpers.behind_twins import ObedientArm, TimedFingers
 from torc.errors import InputError
+from torc.robots.protocols import Gripper
 from torc_lab.protocols import LabError
 from torc_lab.robotiq.gripper import WidthScale
 from torc_lab.ros.arm import RosArm, RosArmConfig
 from torc_lab.ros.franka_hand import FrankaHand, FrankaHandConfig
 from torc_lab.twin.franka import FrankaHandTwin
 from torc_lab.twin.ros import RosTwin
-from torc.robots.protocols import Gripper
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 SCALE = WidthScale(max_width_m=0.08)

@@ -6,10 +6,10 @@ import pytest
 
 from torc.episode.events import Started
 from torc.episode.log_writing import log_line
-from torc_lab.guarding import WITHOUT_GUARD, guarded
 from torc.pipeline.building import build_system
 from torc.robots.execution import ExecutionConfig
 from torc.specs.conditions import Conditions
+from torc_lab.guarding import WITHOUT_GUARD, guarded
 
 FEELS, NUMB = ExecutionConfig(), ExecutionConfig(free_guard=None, approach_guard=None)
 

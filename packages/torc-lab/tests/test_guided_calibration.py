@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from calibration_rig import (  # noqa: F401
     BOARD,
     SIZE,
@@ -16,11 +18,10 @@ from calibration_rig import (  # noqa: F401
     held,
     lab,
 )
-from scipy.spatial.transform import Rotation
-
 from tests.helpers.full_geometry import FullGeometry, solid_boxes
 from torc.errors import InputError
 from torc.geometry.transforms import invert
+from torc.robots.kinematics import tool0_poses
 from torc_lab.calibration.guided import collect_guided
 from torc_lab.calibration.hand_eye import check_views, solve_hand_eye
 from torc_lab.calibration.proposals import calibration_space, in_sight, proposed, tour
@@ -29,7 +30,6 @@ from torc_lab.checks import motion_faults, stretch_for, stretched
 from torc_lab.devices import limits, planned_for
 from torc_lab.empty_table import motion_above
 from torc_lab.protocols import LabError
-from torc.robots.kinematics import tool0_poses
 
 # ruff: noqa: F811
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
+from torc.robots.kinematics import tool0_poses
 from torc_lab.devices import limits, planned_for
 from torc_lab.lab_file import example_labs, load_lab
-from torc.robots.kinematics import tool0_poses
 
 TEXT = example_labs()["sda10f-ros1"]
 

@@ -4,14 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from test_supervisor import motion
 
+from test_supervisor import motion
 from tests.helpers.fake_robot import FakeArm, FakeGripper
-from torc_lab.protocols import LabError
-from torc_lab.robot import LabRobot
 from torc.records import TARGET_ID, PickPlan, PickResult, Trajectory
 from torc.robots.protocols import Robot
 from torc.testing.synthetic import synthetic_observation
+from torc_lab.protocols import LabError
+from torc_lab.robot import LabRobot
 
 REST = np.zeros(3)
 STOPS = [0.0, 0.3, 0.4, 0.3, 0.6, 0.0]

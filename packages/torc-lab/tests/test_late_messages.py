@@ -6,9 +6,9 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from test_supervisor import QUICK, motion, supervised
 
 from lab_helpers.behind_twins import ObedientArm
+from test_supervisor import QUICK, motion, supervised
 from torc_lab.protocols import LabError
 from torc_lab.ros.arm import RosArm, RosArmConfig
 from torc_lab.ros.arrivals import Arrivals

@@ -7,10 +7,10 @@ import pytest
 
 from torc.errors import InputError
 from torc.geometry.transforms import invert, make_pose
-from torc_lab.robotiq.registers import Object
-from torc_lab.twin.world import LiveWorld
 from torc.problems.problem import load_problem
 from torc.robots.ik import solve_ik
+from torc_lab.robotiq.registers import Object
+from torc_lab.twin.world import LiveWorld
 
 
 @pytest.fixture(scope="module")

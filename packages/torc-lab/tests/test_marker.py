@@ -5,9 +5,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from calibration_rig import BOARD, ErringArm, K, Photographer, calibrated, held, lab  # noqa: F401
 from scipy.spatial.transform import Rotation
 
+from calibration_rig import BOARD, ErringArm, K, Photographer, calibrated, held, lab  # noqa: F401
 from torc.errors import InputError
 from torc.geometry.transforms import make_pose
 from torc_lab.calibration.hand_eye import solve_hand_eye

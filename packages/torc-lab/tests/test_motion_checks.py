@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from fake_arm import FakeArmDriver
 from test_supervisor import QUICK, WIDE, motion, supervised
-
+from torc.records import Trajectory
+from torc.robots.kinematics import sphere_centers, tool0_poses
 from torc_lab.checks import elbow_link, limits_of, motion_faults, stretch_for, stretched
 from torc_lab.protocols import MotionRefusedError
 from torc_lab.supervisor import SupervisedArm
-from torc.records import Trajectory
-from torc.robots.kinematics import sphere_centers, tool0_poses
 
 
 def test_the_fingertips_keep_to_reduced_speed_and_joints_to_their_acceleration(robot):

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc_lab.scenes.hints import hint, shift_m
-from torc_lab.scenes.overlap import measure_overlap
-from torc_lab.scenes.overlay import overlay, state_of
 from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.records import Observation
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 from torc.workspace.files import load_workspace
+from torc_lab.scenes.hints import hint, shift_m
+from torc_lab.scenes.overlap import measure_overlap
+from torc_lab.scenes.overlay import overlay, state_of
 
 WORKSPACE = load_workspace()
 GRID, TOP_M = WORKSPACE.grid, WORKSPACE.support_z_m

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from test_lab_robot import plan
 from test_supervisor import WIDE
-
+from torc.records import PickPlan, PlanFailure, PlanStage
 from torc_lab.checks import limits_of
 from torc_lab.planning import LimitedMotionPlanner
-from torc.records import PickPlan, PlanFailure, PlanStage
 
 POINTS = np.zeros((0, 3), np.float32)
 REQUEST = SimpleNamespace(scene=SimpleNamespace(object=lambda object_id: SimpleNamespace(points=POINTS)))

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_supervisor import motion
 
+from test_supervisor import motion
 from torc_lab.ros.arm import RosArm, RosArmConfig
 from torc_lab.twin.ros import RosTwin
 

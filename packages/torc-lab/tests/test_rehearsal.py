@@ -12,13 +12,13 @@ from torc.episode.events import Planned
 from torc.episode.recorded import read_events
 from torc.episode.simulated import pictured_target
 from torc.errors import InputError
+from torc.perception.protocol import Wanted
+from torc.problems.problem import load_problem
+from torc.specs.trial import PlannerSpec
 from torc_lab.checking import check_lab
 from torc_lab.lab_file import example_labs
 from torc_lab.retrieval import Operation, lab_spec, retrieve
 from torc_lab.twin.faults import FAULTS, recover
-from torc.perception.protocol import Wanted
-from torc.problems.problem import load_problem
-from torc.specs.trial import PlannerSpec
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 pytest.importorskip("pymodbus", reason="pymodbus is not installed")

@@ -11,12 +11,12 @@ import pytest
 
 from lab_helpers.behind_twins import TimedFingers
 from torc.errors import InputError
+from torc.robots.protocols import Gripper
 from torc_lab.protocols import LabError
 from torc_lab.robotiq.gripper import RobotiqGripper, WidthScale
 from torc_lab.robotiq.registers import ACTIVATE, FAULTS, RESET, GripperCommand, Object, status_of
 from torc_lab.robotiq.wires import ModbusWire, UrcapWire
 from torc_lab.twin.robotiq import ModbusTwin, RobotiqTwin, UrcapTwin
-from torc.robots.protocols import Gripper
 
 pytest.importorskip("pymodbus")
 

@@ -7,9 +7,9 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from test_supervisor import QUICK, motion, supervised
 
 from lab_helpers.behind_twins import ObedientArm
+from test_supervisor import QUICK, motion, supervised
 from torc.errors import InputError
 from torc_lab.checks import thinned
 from torc_lab.protocols import ArmDriver, LabError

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc_lab.scenes.laying_out import THRESHOLD, View, lay_out, open_eyes
-from torc_lab.scenes.overlay import overlay
-from torc_lab.scenes.scene import FACTS, REFERENCE, load_scene, record_scene, save_scene
 from torc.objects.library import load_object
 from torc.perception.protocol import Wanted
 from torc.problems.problem import load_problem
 from torc.sim.portraits import turn_table
+from torc_lab.scenes.laying_out import THRESHOLD, View, lay_out, open_eyes
+from torc_lab.scenes.overlay import overlay
+from torc_lab.scenes.scene import FACTS, REFERENCE, load_scene, record_scene, save_scene
 from torc_lab.testing.operator import ScriptedOperator
 
 pytest.importorskip("websockets", reason="websockets is not installed")

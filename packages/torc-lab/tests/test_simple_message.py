@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_supervisor import WIDE, motion, supervised
 
 from lab_helpers.behind_twins import ObedientArm
+from test_supervisor import WIDE, motion, supervised
 from tests.helpers.marks import long
 from torc_lab.checks import limits_of
 from torc_lab.protocols import ArmDriver, LabError, RobotStoppedError

@@ -9,8 +9,6 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from test_calibration import BOARD, T_BASE_CAMERA, T_FLANGE_BOARD, K, error_ahead_m, views
-from torc_lab.cameras.poses import read_pose
-from torc_lab.cli.calibration import CalibrateCommand
 from torc.errors import InputError
 from torc.geometry.transforms import invert, make_pose, wxyz_from_rotation
 from torc_lab.calibration.board_views import pose_views
@@ -18,6 +16,8 @@ from torc_lab.calibration.hand_eye import solve_hand_eye, solve_samples
 from torc_lab.calibration.pose_frames import PoseFrame
 from torc_lab.calibration.session import calibration_text
 from torc_lab.calibration.stored import samples_of_easy_handeye, views_of_pictures
+from torc_lab.cameras.poses import read_pose
+from torc_lab.cli.calibration import CalibrateCommand
 from torc_lab.lab_file import example_labs, load_lab
 
 

@@ -7,14 +7,14 @@ import time
 
 import numpy as np
 import pytest
-from fake_arm import FakeArmDriver
 
+from fake_arm import FakeArmDriver
 from torc.interrupts import ended_like_ctrl_c
+from torc.records import Trajectory
+from torc.robots.protocols import Arm, ContactGuard
 from torc_lab.checks import limits_of
 from torc_lab.protocols import ArmDriver, LabError, MotionRefusedError, RobotStoppedError
 from torc_lab.supervisor import SupervisedArm, SupervisorConfig, off_path_rad
-from torc.records import Trajectory
-from torc.robots.protocols import Arm, ContactGuard
 
 WIDE = np.array([-3.0, -3.0, 0.0]), np.array([3.0, 3.0, 3.0])
 QUICK = SupervisorConfig(period_s=0.005, late_s=0.3, rest_s=0.3)

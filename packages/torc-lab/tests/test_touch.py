@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from torc.robots.kinematics import tcp_pose
 from torc_lab.calibration.marker import TableMarker
 from torc_lab.calibration.touch import ABOVE_M, touch_motion
 from torc_lab.checks import motion_faults, stretch_for, stretched
 from torc_lab.devices import limits
 from torc_lab.lab_file import example_labs, load_lab
-from torc.robots.kinematics import tcp_pose
 
 
 @pytest.fixture(scope="module")

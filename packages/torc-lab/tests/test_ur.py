@@ -5,16 +5,16 @@ import time
 
 import numpy as np
 import pytest
-from test_supervisor import supervised
 
 from lab_helpers.behind_twins import ObedientArm
+from test_supervisor import supervised
 from torc.errors import InputError
-from torc_lab.protocols import ArmDriver, LabError
-from torc_lab.twin.ur import UrTwin
-from torc_lab.ur.arm import UrArm, UrConfig, set_points, ur_fault
 from torc.robots.loading import load_robot
 from torc.robots.protocols import ContactGuard
+from torc_lab.protocols import ArmDriver, LabError
 from torc_lab.testing.arm_conformance import motion_on
+from torc_lab.twin.ur import UrTwin
+from torc_lab.ur.arm import UrArm, UrConfig, set_points, ur_fault
 
 pytest.importorskip("rtde_control", reason="ur_rtde is not installed")
 SERVO_J, SERVO_STOP = 11, 16

@@ -7,21 +7,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from test_lab_robot import plan
 from test_supervisor import WIDE
-
 from tests.helpers.fake_trial import play_fake_trial
 from torc.episode.events import Planned
 from torc.episode.log_writing import log_line
 from torc.episode.recorded import read_trial
-from torc_lab.checks import limits_of
-from torc_lab.retrieval import _LabTrial
-from torc_lab.ways import MOTIONS, tcp_ways, ways_text
 from torc.records import PickPlan
 from torc.robots.kinematics import tcp_pose
 from torc.specs.trial import TrialSpec
 from torc.task_planning.registry import make_planner
 from torc.web.pick_page import pick_page
+from torc_lab.checks import limits_of
+from torc_lab.retrieval import _LabTrial
+from torc_lab.ways import MOTIONS, tcp_ways, ways_text
 
 
 @pytest.fixture

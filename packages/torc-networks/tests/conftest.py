@@ -6,9 +6,9 @@ from scipy.spatial.transform import Rotation
 
 from network_helpers.network_servers import serving
 from torc.geometry.transforms import make_pose
-from torc_networks.addresses import ServerConfig
 from torc.testing.contexts import box
 from torc.testing.views import view_of
+from torc_networks.addresses import ServerConfig
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import pytest
 from tools.grippers import write_slides
 from torc.geometry.transforms import invert, make_pose
 from torc.grasping.hand import hand_geometry
+from torc.robots.loading import load_robot
 from torc_networks.grasping.frames import (
     PANDA_TIP_M,
     along_axes,
@@ -14,7 +15,6 @@ from torc_networks.grasping.frames import (
     measured_widths,
     tcp_of_contact_graspnet,
 )
-from torc.robots.loading import load_robot
 
 DOWN = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
 """Closing along world y, approaching straight down."""

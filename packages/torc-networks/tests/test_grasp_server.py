@@ -5,13 +5,13 @@ import pytest
 
 from tests.helpers.marks import long
 from torc.errors import InputError
-from torc_networks.grasping.contact_graspnet import ContactGraspNetConfig, ContactGraspNetPlanner
-from torc_networks.grasping.graspgenx import GraspGenXConfig, GraspGenXPlanner
 from torc.grasping.planner import GeometricGraspPlanner
 from torc.pipeline.building import make_stage
-from torc_networks.serving.grasping import grasp_handlers, scene_of_points
 from torc.specs.conditions import PipelineSpec
 from torc.testing.grasp_conformance import CASES, check_case
+from torc_networks.grasping.contact_graspnet import ContactGraspNetConfig, ContactGraspNetPlanner
+from torc_networks.grasping.graspgenx import GraspGenXConfig, GraspGenXPlanner
+from torc_networks.serving.grasping import grasp_handlers, scene_of_points
 
 NAN = float("nan")
 

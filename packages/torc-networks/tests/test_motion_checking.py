@@ -8,11 +8,11 @@ from scipy.interpolate import CubicHermiteSpline
 
 from torc.collision.checks import robot_arrays
 from torc.motion.config import MotionConfig, TimingConfig
-from torc_networks.motion.checking import UnusableMotionError, stays_free, usable_trajectory
 from torc.motion.space import MotionQuery, free_space
-from torc_networks.answers import Motion
 from torc.records import Trajectory
 from torc.testing.motion_conformance import requests
+from torc_networks.answers import Motion
+from torc_networks.motion.checking import UnusableMotionError, stays_free, usable_trajectory
 
 CONFIG = MotionConfig()
 

@@ -9,13 +9,13 @@ from tests.helpers.motion_checker import PlanChecker
 from torc.collision.checks import static_contacts
 from torc.errors import NetworkError
 from torc.motion.config import MotionConfig
-from torc_networks.motion.planner import CuroboConfig, CuroboMotionPlanner
 from torc.pipeline.building import build_system, make_stage
 from torc.records import PickPlan, PlanFailure, PlanStage
 from torc.robots.kinematics import tool0_poses
-from torc_networks.serving.planning import plan_handler
 from torc.specs.conditions import Conditions
 from torc.testing.motion_conformance import check_motion_planner, requests
+from torc_networks.motion.planner import CuroboConfig, CuroboMotionPlanner
+from torc_networks.serving.planning import plan_handler
 
 FREE_MOTIONS = ("free", "transfer", "home")
 

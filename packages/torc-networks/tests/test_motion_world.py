@@ -7,10 +7,10 @@ from torc.collision.checks import robot_arrays
 from torc.collision.world import FREE, SURFACE, UNKNOWN
 from torc.errors import InputError
 from torc.motion.config import MotionConfig
-from torc_networks.motion.world import attached_spheres, voxel_esdf, world_fields
 from torc.motion.space import free_space
-from torc_networks.serving.planning import plan_handler
 from torc.testing.motion_conformance import requests
+from torc_networks.motion.world import attached_spheres, voxel_esdf, world_fields
+from torc_networks.serving.planning import plan_handler
 
 
 @pytest.fixture

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError, NetworkError
-from torc_networks.addresses import ServerConfig
-from torc_networks.depth import NetworkDepth, NetworkDepthConfig
 from torc.perception.stereo import SgbmConfig, SgbmDepth, made_up_pair
 from torc.pipeline.building import build_pipeline, make_stage
 from torc.records import Observation, StereoPair
-from torc_networks.serving.seeing import stereo_handler
 from torc.specs.conditions import PipelineSpec
 from torc.testing.contexts import box, small_mount
 from torc.testing.depth_conformance import check_depth
 from torc.testing.synthetic import synthetic_observation
+from torc_networks.addresses import ServerConfig
+from torc_networks.depth import NetworkDepth, NetworkDepthConfig
+from torc_networks.serving.seeing import stereo_handler
 
 FX, BASELINE, SHAPE = 200.0, 0.1, (6, 60)
 """So a disparity of 20 px is 1 m."""

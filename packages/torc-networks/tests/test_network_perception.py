@@ -5,15 +5,15 @@ import pytest
 
 from torc.errors import InputError, NetworkError
 from torc.perception.embedded.perception import EmbeddedPerception
-from torc_networks.perception import NetworkPerception, NetworkPerceptionConfig
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import REAL_CAMERA
 from torc.pipeline.building import make_stage
-from torc_networks.serving.seeing import segment_handler
 from torc.specs.conditions import PipelineSpec
 from torc.testing.contexts import box, small_mount
 from torc.testing.perception_conformance import check_perception
 from torc.testing.synthetic import synthetic_observation
+from torc_networks.perception import NetworkPerception, NetworkPerceptionConfig
+from torc_networks.serving.seeing import segment_handler
 
 THINGS = (
     box(0, 0.72, -0.1, (0.06, 0.06, 0.2)),

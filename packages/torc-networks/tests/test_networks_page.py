@@ -7,17 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from torc.plugins import part_paths
+from torc.stages import STAGES
+from torc_networks.depth import NetworkDepthConfig
 from torc_networks.grasping.contact_graspnet import ContactGraspNetConfig
 from torc_networks.grasping.graspgenx import GraspGenXConfig
 from torc_networks.motion.planner import CuroboConfig
-from torc_networks.depth import NetworkDepthConfig
 from torc_networks.perception import NetworkPerceptionConfig
 from torc_networks.serving.parts import ACTIONS
-from torc.stages import STAGES
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
+SERVERS_FOLDER = Path(__file__).parents[1] / "servers"
 PAGE = (ROOT / "docs" / "networks.md").read_text()
-SERVERS = sorted((ROOT / "servers").glob("*.py"))
+SERVERS = sorted(SERVERS_FOLDER.glob("*.py"))
 PORTS = {
     "--perception network": (NetworkPerceptionConfig, {"sam"}),
     "--depth network": (NetworkDepthConfig, {"foundation_stereo", "fast_foundation_stereo"}),
@@ -48,9 +50,9 @@ def test_a_stage_asks_where_its_servers_listen(option):
     port = config().server.address.rsplit(":", 1)[1]
     assert re.search(rf"\| `{option}` \|.*\| {port} \|", PAGE)
     for name in names:
-        assert f'"--port", type=int, default={port}' in (ROOT / "servers" / f"{name}.py").read_text()
+        assert f'"--port", type=int, default={port}' in (SERVERS_FOLDER / f"{name}.py").read_text()
     stage, part = option.removeprefix("--").split()
-    assert part in STAGES[stage].built_in
+    assert part in part_paths(STAGES[stage])
 
 
 def test_every_action_is_on_the_page():

@@ -9,8 +9,8 @@ import yaml
 
 from torc.collision.world import CollisionConfig
 from torc.geometry.transforms import make_pose, rotation_about
-from torc_networks.motion.robot_files import write_curobo_robot
 from torc.robots.kinematics import link_poses, sphere_centers
+from torc_networks.motion.robot_files import write_curobo_robot
 
 
 @pytest.fixture(scope="module")

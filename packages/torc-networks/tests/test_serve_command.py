@@ -9,10 +9,10 @@ import pytest
 
 from network_helpers.network_servers import config_for
 from torc.cli.main import main, parse
-from torc_networks.serving.command import ServeCommand
 from torc.errors import UnknownNameError
 from torc_networks.client import NetworkClient
 from torc_networks.serving import parts
+from torc_networks.serving.command import ServeCommand
 from torc_networks.serving.parts import ACTIONS, own_handlers
 
 

@@ -17,10 +17,10 @@ from scipy.stats import spearmanr
 
 from torc.benchmark.reading import read_tables
 from torc.benchmark.rows import TrialRow
+from torc.records import Decision, PlanningContext
 from torc_next_object.data.opening import open_rows
 from torc_next_object.making.baselines import largest, nearest
 from torc_next_object.scoring import score_answer
-from torc.records import Decision, PlanningContext
 
 _RESAMPLES = 2000
 

@@ -19,16 +19,16 @@ from torc.episode.ideal import MAX_PICKS, best_hold
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import PhysicsError
-from torc_next_object.making.looks import DRAWS, FURTHER_DRAWS, Looks
-from torc_next_object.making.pricing import Price, first_tries
-from torc_next_object.making.valuing import Gone, Valued, value_choices
-from torc_next_object.making.visits import visits
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
 from torc.records import TARGET_ID
 from torc.specs.conditions import Conditions
+from torc_next_object.making.looks import DRAWS, FURTHER_DRAWS, Looks
+from torc_next_object.making.pricing import Price, first_tries
+from torc_next_object.making.valuing import Gone, Valued, value_choices
+from torc_next_object.making.visits import visits
 
 _SEEDS = 10
 _SIGNS = 1.96

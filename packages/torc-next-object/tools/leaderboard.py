@@ -25,7 +25,7 @@ from torc_next_object.prompting import VARIANTS
 from torc_next_object.scoring import score_baselines
 
 FORMAT = "torc-leaderboard/1"
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[3]
 FILE, PAGE = ROOT / "results" / "leaderboard.yaml", ROOT / "docs" / "leaderboard.md"
 SPLIT = "test"
 SCORES = ("rows", "scenes", "regret", "regret_low", "regret_high", "top1", "lost", "invalid")

@@ -14,15 +14,15 @@ import numpy as np
 import tyro
 
 from torc.errors import InputError
+from torc.problems.problem import load_problem
+from torc.problems.sets import problem_names, set_of
 from torc_next_object.data.checking import set_faults
 from torc_next_object.data.sample import write_sample
 from torc_next_object.data.tables import read_rows
 from torc_next_object.making.rows import MakingConfig, RowMaker
 from torc_next_object.schema import NextObjectRow
-from torc.problems.problem import load_problem
-from torc.problems.sets import problem_names, set_of
 
-FILE = Path(__file__).parents[1] / "src" / "torc" / "next_object" / "sample.zip"
+FILE = Path(__file__).parents[1] / "src" / "torc_next_object" / "sample.zip"
 _SETS = ("torc40", "torc-hard")
 _SPLIT = "test"
 

@@ -37,7 +37,7 @@ class Group:
     """
 
     about: str
-    commands: Mapping[str, tuple[str, "type[Any] | Group"]]
+    commands: Mapping[str, "Entry"]
     more: str = ""
 
     def help(self, prog: str) -> str:
@@ -48,6 +48,10 @@ class Group:
         return "\n".join(
             [f"usage: {prog} COMMAND ...\n", filled(self.about), *lines, "", filled(more).rstrip()]
         )
+
+
+Entry = tuple[str, type[Any] | Group]
+"""One line of help and the command, or the group of commands. An entry point of the group `torc.commands` names one."""
 
 
 def parse_command(command: "type[Any] | Group", prog: str, arguments: Sequence[str]) -> Runnable:

@@ -6,32 +6,29 @@ Imports of the working parts stay inside the commands, so that `torc --help` ans
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import torc
 from torc.cli.bench import BenchCommand
-from torc_lab.cli.camera import CAMERA
-from torc.cli.commands import Group, Runnable, parse_command
+from torc.cli.commands import Entry, Group, Runnable, parse_command
 from torc.cli.decide import DecideCommand
 from torc.cli.doctor import DoctorCommand
 from torc.cli.export import ExportCommand
 from torc.cli.human import HumanCommand
-from torc_lab.cli.lab import LAB
-from torc_next_object.cli.next_object import NEXT_OBJECT
 from torc.cli.objects import OBJECTS
 from torc.cli.perception import PERCEPTION
 from torc.cli.printing import tell
 from torc.cli.problems import PROBLEMS
 from torc.cli.report import ReportCommand
-from torc_lab.cli.retrieve import RetrieveCommand
 from torc.cli.robots import ROBOTS
 from torc.cli.run import RunCommand
-from torc_networks.serving.command import ServeCommand
 from torc.cli.settings import SettingsCommand
 from torc.cli.view import ViewCommand
-from torc_next_object.cli.vlm_eval import VlmEvalCommand
 from torc.errors import InputError, TorcError
 from torc.interrupts import ended_like_ctrl_c
+from torc.plugins import registered
+from torc.satellites import SATELLITES, not_installed, satellite_of_command
 
 TORC = Group(
     "Find and retrieve one object from clutter, one pick after another.",
@@ -39,25 +36,21 @@ TORC = Group(
         "run": ("one retrieval in simulation, with pictures", RunCommand),
         "bench": ("task planners against each other on many problems", BenchCommand),
         "report": ("which of them is best: a page, figures, tables", ReportCommand),
-        "vlm-eval": ("how well a VLM chooses objects, on recorded decisions", VlmEvalCommand),
         "human": ("choose the objects yourself, in a browser", HumanCommand),
         "view": ("look at recorded trials, pick by pick, in a browser", ViewCommand),
         "export": ("recorded trials as data to train on", ExportCommand),
-        "next-object": ("which object first: a data set, scored without a simulator", NEXT_OBJECT),
         "decide": ("only the decision, for your own camera's frame", DecideCommand),
-        "retrieve": ("one retrieval with a real robot, or its twin", RetrieveCommand),
-        "lab": ("real arm, gripper and camera; twins to rehearse with", LAB),
         "perception": ("how well objects are found in pictures", PERCEPTION),
-        "camera": ("real cameras: list, show, record what they see", CAMERA),
         "problems": ("problems to play: list, make, check, solve them", PROBLEMS),
         "objects": ("what can lie on the table; import adds your meshes", OBJECTS),
         "robots": ("robots: list them, try one of your own", ROBOTS),
-        "serve": ("torc's own parts as a server, in place of neural networks", ServeCommand),
         "settings": ("what can be set in each stage", SettingsCommand),
         "doctor": ("what is missing on this machine, and how to get it", DoctorCommand),
     },
     "Begin with `torc run`. `torc --version` says which version this is.",
 )
+COMMANDS = "torc.commands"
+"""Group of the entry points by which packages add commands: each names an `Entry`."""
 _READER_GONE = 141
 """128 + SIGPIPE, as shells give it for tools that the signal ends."""
 _NO_CACHE = (
@@ -86,7 +79,37 @@ def main(arguments: list[str] | None = None) -> None:
 
 def parse(arguments: Sequence[str]) -> Runnable:
     """The command that a command line means. Exits the process with a message where it means none."""
-    return parse_command(TORC, "torc", arguments)
+    name = arguments[0] if arguments else ""
+    if name in TORC.commands:
+        return parse_command(TORC, "torc", arguments)
+    # To ask all installed packages takes 15 ms, which commands of torc itself need not wait for.
+    added = registered(COMMANDS)
+    if name in added:
+        entry = added[name]()
+        if not (isinstance(entry, tuple) and len(entry) == 2):
+            raise InputError(
+                f"The command '{name}' must be registered as a line of help and a class, or a Group."
+            )
+        return parse_command(Group("", {name: entry}), "torc", arguments)
+    if owner := satellite_of_command(name):
+        raise not_installed(f"`torc {name}`", owner)
+    return parse_command(_with_added(added), "torc", arguments)
+
+
+def _with_added(added: Mapping[str, Callable[[], Entry]]) -> Group:
+    """The table with the commands of installed packages, for help; and in a line, those that could be installed."""
+    entries: dict[str, Entry] = {}
+    for name, load in added.items():
+        if name in TORC.commands:
+            continue
+        try:
+            entries[name] = load()
+        except InputError as error:
+            entries[name] = str(error), Group("", {})
+    missing = [s for s in SATELLITES if not {*s.commands} & {*added}]
+    more = "; ".join(f"{', '.join(s.commands)}: scripts/setup {s.extra}" for s in missing)
+    more = f"Further commands, and what installs them: {more}. " if more else ""
+    return replace(TORC, commands={**TORC.commands, **entries}, more=more + TORC.more)
 
 
 def _run(arguments: list[str]) -> str | int | None:

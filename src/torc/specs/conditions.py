@@ -29,8 +29,8 @@ class PipelineSpec:
     errors of a time-of-flight camera, in simulation); or your own as module:Class or path/to/file.py:Class."""
     perception: str = "labels"
     """Perception: labels (masks that come with the picture; a frame without them is read by embedded), embedded (torc's
-    own eyes), regions (the same by hand-written rules), sam2-onnx, grounded-sam2, sam3 (large networks of others),
-    network (masks by a server), or your own."""
+    own eyes), regions (the same by hand-written rules), grounded-sam2, sam3 (large networks of others), network (masks
+    by a server), or your own."""
     grasps: str = "geometric"
     """Grasp planner: geometric, graspgenx or contact-graspnet (candidates by a server), or your own."""
     min_score: float = DEFAULT_MIN_SCORE

@@ -7,11 +7,12 @@ from typing import Any, cast
 import cv2
 import numpy as np
 
-from torc_lab.cameras.kinds import open_camera
-from torc_lab.cameras.poses import placed
 from torc.errors import InputError, TorcError
+from torc.plugins import blamed
 from torc_lab.calibration.marker import MOVED_M, marker_shift_m
 from torc_lab.calibration.noted import is_calibrated, marker_of_lab
+from torc_lab.cameras.kinds import open_camera
+from torc_lab.cameras.poses import placed
 from torc_lab.checking_motions import check_motions
 from torc_lab.devices import (
     close_arm,
@@ -31,7 +32,6 @@ from torc_lab.person import Ask
 from torc_lab.protocols import ArmDriver, GripperDriver, LabError, NeedsActivation, PowersServos
 from torc_lab.robotiq.gripper import RobotiqGripper
 from torc_lab.supervisor import SupervisorConfig
-from torc.plugins import blamed
 
 _WATCH_S, _POWERED_S, _APART_S = 1.0, 0.5, 0.5
 _LEAST_READ = 0.5

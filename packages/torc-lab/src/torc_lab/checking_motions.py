@@ -6,6 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from torc.records import Trajectory
+from torc.robots.description import RobotDescription
+from torc.robots.execution import reverse
+from torc.robots.kinematics import tcp_pose
 from torc_lab.calibration.noted import is_calibrated, marker_of_lab
 from torc_lab.calibration.touch import ABOVE_M, touch_motion
 from torc_lab.devices import limits
@@ -14,10 +18,6 @@ from torc_lab.lab_file import Lab
 from torc_lab.person import Ask
 from torc_lab.protocols import ArmDriver, RobotStoppedError
 from torc_lab.supervisor import SupervisedArm
-from torc.records import Trajectory
-from torc.robots.description import RobotDescription
-from torc.robots.execution import reverse
-from torc.robots.kinematics import tcp_pose
 
 TURN_RAD = 0.08
 """Each joint turns by this: well above the noise of encoders, and a hand's breadth at arm's length."""

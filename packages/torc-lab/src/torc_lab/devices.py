@@ -7,6 +7,10 @@ from typing import Any, cast
 
 import numpy as np
 
+from torc.plugins import blamed, make_part
+from torc.robots.description import RobotDescription
+from torc.robots.execution import ExecutionConfig
+from torc.robots.protocols import ContactGuard
 from torc_lab.cameras.kinds import open_camera
 from torc_lab.checks import MotionLimits, limits_of
 from torc_lab.identity import check_standing
@@ -22,10 +26,6 @@ from torc_lab.protocols import (
 )
 from torc_lab.robot import LabRobot
 from torc_lab.supervisor import Confirm, SupervisedArm, SupervisorConfig
-from torc.plugins import blamed, make_part
-from torc.robots.description import RobotDescription
-from torc.robots.execution import ExecutionConfig
-from torc.robots.protocols import ContactGuard
 
 _MEND_DRIVER = "Mend the driver; `torc_lab.testing.arm_conformance` checks it."
 _CARRYING_N = 60.0

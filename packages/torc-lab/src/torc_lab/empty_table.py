@@ -7,7 +7,6 @@ from jaxtyping import Bool, Float
 
 from torc.collision.checks import robot_arrays
 from torc.collision.world import CollisionConfig, CollisionWorld, world_from_voxels
-from torc_lab.checks import MotionLimits
 from torc.motion.config import MotionConfig
 from torc.motion.geometry import rounded_path
 from torc.motion.space import FreeSpace, MotionQuery, free_space
@@ -16,6 +15,7 @@ from torc.motion.timing import join, time_path
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.workspace.description import Workspace
+from torc_lab.checks import MotionLimits
 
 LIMIT_RAD = 0.05
 """Kept from the joint limits beyond the margin of the lab file."""

@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import Any
 
 from torc.errors import InputError
-from torc_lab.protocols import ArmDriver, LabError, SeesOtherJoints
 from torc.robots.description import ArmDescription
+from torc_lab.protocols import ArmDriver, LabError, SeesOtherJoints
 
 _HEARD_S = 0.5
 _HELD_WITHIN_RAD = 0.01

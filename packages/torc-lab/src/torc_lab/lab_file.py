@@ -13,9 +13,6 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError,
 from torc.errors import InputError, UnknownNameError
 from torc.files.reading import read_text
 from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
-from torc_lab.checks import REDUCED_SPEED_M_S
-from torc_lab.identity import check_settings
-from torc_lab.kinds import ARM_DRIVERS, GRIPPER_DRIVERS
 from torc.plugins import PartKind, load_part
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
@@ -24,6 +21,9 @@ from torc.specs.conditions import Conditions
 from torc.specs.settings import config_class
 from torc.workspace.description import Workspace
 from torc.workspace.files import load_workspace
+from torc_lab.checks import REDUCED_SPEED_M_S
+from torc_lab.identity import check_settings
+from torc_lab.kinds import ARM_DRIVERS, GRIPPER_DRIVERS
 
 _MAX_BYTES = 100_000
 _REMEDY = "`torc lab example NAME` prints one to begin with."

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from torc.episode.events import Event, Planned
-from torc_lab.protocols import LabError
 from torc.records import Trajectory
+from torc_lab.protocols import LabError
 
 Confirming = Literal["motion", "pick", "never"]
 Ask = Callable[[str], bool]

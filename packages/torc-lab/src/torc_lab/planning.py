@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from torc.geometry.transforms import invert, transform_points
-from torc_lab.checks import MotionLimits, motion_faults, outside_box, stretch_for, stretched
 from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.plugins import warm_up
 from torc.records import PickPlan, PlanFailure, PlanStage
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
+from torc_lab.checks import MotionLimits, motion_faults, outside_box, stretch_for, stretched
 
 _STAGES = (PlanStage.FREE, PlanStage.APPROACH, PlanStage.LIFT, PlanStage.TRANSFER, PlanStage.TRANSFER)
 

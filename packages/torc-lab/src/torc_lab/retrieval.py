@@ -14,16 +14,6 @@ from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig, PickParts, Steps, checked_choice, pick_request
 from torc.episode.trial import Trial, recorded_trial
 from torc.errors import InputError, TorcError
-from torc_lab.checks import stretch_for
-from torc_lab.devices import is_at_rest_pose, limits, opened_lab, planned_for
-from torc_lab.guarding import Guarded, guarded
-from torc_lab.lab_file import Lab
-from torc_lab.person import Ask, Confirmation, Confirming, ask_in_terminal
-from torc_lab.planning import LimitedMotionPlanner
-from torc_lab.protocols import LabError, MotionRefusedError, RobotStoppedError
-from torc_lab.robot import LabRobot
-from torc_lab.supervisor import SupervisedArm
-from torc_lab.ways import tcp_ways, ways_text
 from torc.motion.asking import ask_motion_planner
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import build_system, sources
@@ -36,6 +26,16 @@ from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.asking import ask_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
+from torc_lab.checks import stretch_for
+from torc_lab.devices import is_at_rest_pose, limits, opened_lab, planned_for
+from torc_lab.guarding import Guarded, guarded
+from torc_lab.lab_file import Lab
+from torc_lab.person import Ask, Confirmation, Confirming, ask_in_terminal
+from torc_lab.planning import LimitedMotionPlanner
+from torc_lab.protocols import LabError, MotionRefusedError, RobotStoppedError
+from torc_lab.robot import LabRobot
+from torc_lab.supervisor import SupervisedArm
+from torc_lab.ways import tcp_ways, ways_text
 
 
 @dataclass(frozen=True)

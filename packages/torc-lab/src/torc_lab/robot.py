@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from torc_lab.protocols import LabError
 from torc.records import Observation, PickOutcome, PickPlan
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, PhaseTrace, execute_pick
 from torc.robots.protocols import Arm, Camera, Gripper, HeldCheck
+from torc_lab.protocols import LabError
 
 
 class LabRobot:

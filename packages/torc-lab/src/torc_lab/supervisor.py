@@ -13,13 +13,13 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.interrupts import interrupts_held
-from torc_lab.checks import MotionLimits, form_faults, motion_faults, stretch_for, stretched
-from torc_lab.protocols import ArmDriver, ArmStatus, LabError, MotionRefusedError, RobotStoppedError
 from torc.records import Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.execution import reverse, starting_from
 from torc.robots.kinematics import tool0_poses
 from torc.robots.protocols import ContactGuard, FollowResult
+from torc_lab.checks import MotionLimits, form_faults, motion_faults, stretch_for, stretched
+from torc_lab.protocols import ArmDriver, ArmStatus, LabError, MotionRefusedError, RobotStoppedError
 
 _NOT_OURS = "still moves, and not by torc: somebody else commands it, or it cannot be stopped from here. Use the e-stop"
 _STILL = 0.25

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from torc_lab.checks import MotionLimits, stretch_for
 from torc.records import PickPlan, Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
+from torc_lab.checks import MotionLimits, stretch_for
 
 _POINTS = 40
 """Per motion: enough for a curve on a screen."""

@@ -6,18 +6,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from torc_lab.bench.judging import UNJUDGED, Verdict, ask_verdict, judged, unjudged
-from torc_lab.bench.planning import plan_lab_bench
 from torc.benchmark.preflight import find_planner
 from torc.benchmark.spec import BenchPlanner
 from torc.errors import InputError
-from torc_lab.scenes.scene import Scene
 from torc.perception.protocol import Wanted
 from torc.records import Observation
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
-from torc_lab.testing.operator import ScriptedOperator
 from torc.vlm.config import VlmConfig, parse_vlm
+from torc_lab.bench.judging import UNJUDGED, Verdict, ask_verdict, judged, unjudged
+from torc_lab.bench.planning import plan_lab_bench
+from torc_lab.scenes.scene import Scene
+from torc_lab.testing.operator import ScriptedOperator
 
 LAB = SimpleNamespace(conditions=Conditions())
 RESULT = {

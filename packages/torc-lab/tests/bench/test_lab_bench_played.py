@@ -5,17 +5,16 @@ import time
 
 import pytest
 
-from conftest import patient, rehearsed  # noqa: F401  # fixtures
-from torc_lab.bench.planning import plan_lab_bench
-from torc_lab.bench.playing import LabBench
 from torc.benchmark.preflight import find_planner
 from torc.benchmark.reading import read_table
 from torc.benchmark.store import Store
 from torc.episode.simulated import pictured_target
-from torc_lab.scenes.laying_out import open_eyes
-from torc_lab.scenes.scene import record_scene
 from torc.problems.problem import load_problem
 from torc.specs.trial import PlannerSpec
+from torc_lab.bench.planning import plan_lab_bench
+from torc_lab.bench.playing import LabBench
+from torc_lab.scenes.laying_out import open_eyes
+from torc_lab.scenes.scene import record_scene
 from torc_lab.testing.operator import ScriptedOperator
 
 pytest.importorskip("websockets", reason="websockets is not installed")
@@ -30,7 +29,7 @@ def scene_of(lab):
 
 
 @pytest.mark.long
-def test_two_planners_in_a_scene_interrupted_and_gone_on_with(rehearsed, patient, tmp_path):  # noqa: F811
+def test_two_planners_in_a_scene_interrupted_and_gone_on_with(rehearsed, patient, tmp_path):
     said = []
 
     def lays_out():

@@ -11,6 +11,9 @@ import pytest
 from torc.benchmark.comparison import sign_flip_p
 from torc.benchmark.paper import METHODS, REAL_METHODS, REAL_TRIALS, paper_method
 from torc.benchmark.reading import read_table
+from torc.benchmark.report.writing import write_report
+from torc.benchmark.rows import REAL, Table
+from torc.benchmark.table_files import read_rows, write_tables
 from torc_lab.bench.report import (
     least_p,
     real_sections,
@@ -19,9 +22,6 @@ from torc_lab.bench.report import (
     side_by_side,
     successes_apart,
 )
-from torc.benchmark.report.writing import write_report
-from torc.benchmark.rows import REAL, Table
-from torc.benchmark.table_files import read_rows, write_tables
 
 
 @pytest.fixture

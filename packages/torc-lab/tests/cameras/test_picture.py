@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from camera_scenes import COLOR, POSE, seen
 
-from torc_lab.cameras.picture import depth_colors, snapshot_picture
 from torc.perception.marking import mark_image
 from torc.perception.privileged import LabelPerception
+from torc_lab.cameras.picture import depth_colors, snapshot_picture
 
 SEEN = seen(COLOR, POSE)
 W, GAP = COLOR.width, 6

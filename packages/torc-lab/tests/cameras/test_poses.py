@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from camera_scenes import COLOR, DEPTH, POSE, seen
 
-from torc_lab.cameras.poses import placed, read_pose
 from torc.errors import InputError
 from torc.geometry.transforms import make_pose, rotation_about, wxyz_from_rotation
 from torc.perception.stereo import made_up_pair
 from torc.specs.settings import changed
 from torc.specs.variants import plain_value
+from torc_lab.cameras.poses import placed, read_pose
 
 ROWS = ",".join(str(v) for v in POSE.ravel())
 

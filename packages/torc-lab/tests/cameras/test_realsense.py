@@ -11,12 +11,12 @@ rs = pytest.importorskip("pyrealsense2", reason="pyrealsense2 is not installed",
 from camera_scenes import COLOR, DEPTH, POSE, T_COLOR_DEPTH, realsense, seen  # noqa: E402
 
 from lab_helpers.realsense_feeder import Lens, SoftwareRealSense  # noqa: E402
-from torc_lab.cameras.realsense import RealSenseCamera  # noqa: E402
-from torc_lab.cameras.realsense_device import RealSenseConfig  # noqa: E402
 from torc.errors import CameraError, InputError, MissingDependencyError  # noqa: E402
 from torc.geometry.transforms import invert, project, unproject  # noqa: E402
 from torc.perception.stereo import SgbmDepth, made_up_pair  # noqa: E402
 from torc.testing.camera_conformance import check_camera  # noqa: E402
+from torc_lab.cameras.realsense import RealSenseCamera  # noqa: E402
+from torc_lab.cameras.realsense_device import RealSenseConfig  # noqa: E402
 
 QUICK = RealSenseConfig(warm_up=0)
 

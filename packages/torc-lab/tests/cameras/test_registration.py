@@ -6,8 +6,8 @@ import pytest
 from camera_scenes import COLOR, DEPTH, POSE, T_COLOR_DEPTH, realsense, seen
 
 from lab_helpers.realsense_feeder import Lens
-from torc_lab.cameras.registration import registered_colors, registered_depth
 from torc.geometry.transforms import invert, make_pose, rotation_about
+from torc_lab.cameras.registration import registered_colors, registered_depth
 
 FINE, COARSE = Lens(640, 480, 480.0), Lens(160, 120, 110.0)
 

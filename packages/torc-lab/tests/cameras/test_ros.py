@@ -12,9 +12,9 @@ pytest.importorskip("websockets", reason="websockets is not installed")
 from camera_scenes import COLOR, POSE, seen
 
 from lab_helpers.rosbridge_server import Broken, FakeRosbridge, image_message, info_message
-from torc_lab.cameras.ros import RosCamera, RosConfig
 from torc.errors import CameraError, InputError
 from torc.testing.camera_conformance import check_camera
+from torc_lab.cameras.ros import RosCamera, RosConfig
 
 TRUTH = seen(COLOR, POSE)
 INFO = info_message(COLOR.K, COLOR.width, COLOR.height)

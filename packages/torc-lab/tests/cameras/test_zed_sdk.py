@@ -8,9 +8,9 @@ import pytest
 from camera_scenes import COLOR, POSE, seen
 
 from lab_helpers.fake_pyzed import ErrorCode, FakeSl
-from torc_lab.cameras.zed_sdk import ZedCamera, ZedConfig
 from torc.errors import CameraError, InputError, MissingDependencyError
 from torc.testing.camera_conformance import check_camera
+from torc_lab.cameras.zed_sdk import ZedCamera, ZedConfig
 
 SEEN = seen(COLOR, POSE)
 

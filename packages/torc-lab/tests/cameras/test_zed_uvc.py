@@ -16,12 +16,12 @@ from zed_scene import (
     write_calibration,
 )
 
-from torc.cameras import zed_uvc
-from torc_lab.cameras.zed_calibration import Rectifier, read_calibration
-from torc_lab.cameras.zed_uvc import ZedUvcCamera, ZedUvcConfig
 from torc.errors import CameraError, InputError
 from torc.perception.stereo import SgbmDepth
 from torc.testing.camera_conformance import check_camera
+from torc_lab.cameras import zed_uvc
+from torc_lab.cameras.zed_calibration import Rectifier, read_calibration
+from torc_lab.cameras.zed_uvc import ZedUvcCamera, ZedUvcConfig
 
 
 @pytest.fixture(scope="module")

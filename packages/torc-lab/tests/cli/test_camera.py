@@ -6,16 +6,16 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from torc_command import run_torc
 
 from lab_helpers.realsense_feeder import Lens, SoftwareRealSense
-from torc.cameras import kinds
+from tests.helpers.torc_command import run_torc
 from torc.geometry.transforms import invert, look_at, make_pose, rotation_about
 from torc.perception.stereo import made_up_pair
 from torc.pipeline.frames import load_frame, save_observation
 from torc.testing.contexts import box
 from torc.testing.synthetic import SyntheticCylinder, synthetic_observation
 from torc.workspace.description import CameraMount
+from torc_lab.cameras import kinds
 
 SHAPES = (
     box(1, 0.62, -0.02, (0.07, 0.07, 0.12)),

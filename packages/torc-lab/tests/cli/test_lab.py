@@ -3,8 +3,8 @@
 import json
 
 import pytest
-from torc_command import run_torc
 
+from tests.helpers.torc_command import run_torc
 from torc_lab.cli.lab import _obey
 from torc_lab.lab_file import example_labs
 

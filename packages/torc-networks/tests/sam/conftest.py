@@ -10,6 +10,7 @@ import pytest
 
 from network_helpers.tiny_sam import SAVERS, import_torchvision
 from torc.perception.proposals import LayoutConfig
+from torc.perception.target import Certainty
 from torc_networks.sam.network import GROUNDING_DINO, SAM2, SAM3, Runtime, load_network
 from torc_networks.sam.perception import (
     GroundedSam2Config,
@@ -17,7 +18,6 @@ from torc_networks.sam.perception import (
     Sam3Config,
     Sam3Perception,
 )
-from torc.perception.target import Certainty
 
 ANY = LayoutConfig(rising_share=0.0, most_share=1.0, left=0.05)
 """Random masks lie anywhere."""

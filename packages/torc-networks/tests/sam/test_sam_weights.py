@@ -8,15 +8,15 @@ from pathlib import Path
 import pytest
 
 from torc.errors import InputError, MissingDependencyError
+from torc.pipeline.building import make_stage
+from torc.specs.conditions import PipelineSpec
+from torc.workspace.files import load_workspace
 from torc_networks.sam.network import GROUNDING_DINO, SAM2, SAM3, Kind, Runtime, load_network
 from torc_networks.sam.perception import GroundedSam2Config, GroundedSam2Perception, Sam3Config
 from torc_networks.sam.sam2 import masks_in_boxes
 from torc_networks.sam.weights import KNOWN, known_weights
-from torc.pipeline.building import make_stage
-from torc.specs.conditions import PipelineSpec
-from torc.workspace.files import load_workspace
 
-PAGE = (Path(__file__).parents[3] / "docs" / "segmentation_networks.md").read_text()
+PAGE = (Path(__file__).parents[4] / "docs" / "segmentation_networks.md").read_text()
 
 
 def test_the_defaults_are_known_and_every_licence_is_named():

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from decisions_and_picks import correlation, whole
+
 from torc.benchmark.rows import TrialRow
 
 

@@ -1,15 +1,15 @@
 """Continuations whose outcomes are drawn, against the closed form."""
 
+import next_object_values
 import numpy as np
 import pytest
-
-from benchmarks import next_object_values
 from next_object_values import continued, followed, within
-from torc_next_object.making.pricing import Price
-from torc_next_object.making.valuing import Valued
+
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID
 from torc.task_planning.expected_picks import expected_picks
+from torc_next_object.making.pricing import Price
+from torc_next_object.making.valuing import Valued
 
 
 class Looks:

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from tests.helpers.harness_environments import run_in_harness
 from next_object_helpers.tiny_next_object import tiny_replies, tiny_rows, write_tiny
+from tests.helpers.harness_environments import run_in_harness
 from torc_next_object.replies import read_number
 from torc_next_object.scoring import score_answer, score_answers
 
@@ -60,7 +60,12 @@ def test_inspect_counts_a_row_once_however_often_it_is_asked(prepared):
 
 @pytest.mark.long
 def test_inspect_plays_a_retrieval_with_a_picture_every_turn(tmp_path):
-    arguments = ["-m", "next_object_helpers.run_inspect_retrieval", "validation-structured-01", tmp_path / "logs"]
+    arguments = [
+        "-m",
+        "next_object_helpers.run_inspect_retrieval",
+        "validation-structured-01",
+        tmp_path / "logs",
+    ]
     replies = ["Answer: 99", "Answer: 1", "I would rather not.", "Answer: 2"]
     found = run_in_harness("inspect", [*map(str, arguments), *replies], tmp_path)
     asked = found["asked"]

@@ -4,10 +4,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from torc.records import TARGET_ID
 from torc_next_object.making import looks as looks_module
 from torc_next_object.making.looks import DRAWS, FURTHER_DRAWS, Looks
 from torc_next_object.making.pricing import NEVER, price_of
-from torc.records import TARGET_ID
 
 
 class Context(dict):

@@ -9,6 +9,12 @@ from torc.cli.main import parse
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError
+from torc.pipeline.building import build_system
+from torc.problems.problem import load_problem
+from torc.records import TARGET_ID, GraspStatus
+from torc.specs.conditions import Conditions
+from torc.task_planning.random_choice import graspable_ids
+from torc.vlm.select import grasp_facts
 from torc_next_object.data.checking import check_directory
 from torc_next_object.making import rows as rows_module
 from torc_next_object.making.looks import Looks
@@ -16,12 +22,6 @@ from torc_next_object.making.numbering import drawn_numbers, renumbered
 from torc_next_object.making.rows import MakingConfig, RowMaker
 from torc_next_object.making.valuing import Valued
 from torc_next_object.making.visits import MOST_DEEP, visits
-from torc.pipeline.building import build_system
-from torc.problems.problem import load_problem
-from torc.records import TARGET_ID, GraspStatus
-from torc.specs.conditions import Conditions
-from torc.task_planning.random_choice import graspable_ids
-from torc.vlm.select import grasp_facts
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from torc_next_object.making import pricing
-from torc_next_object.making.pricing import CALIBRATION_ERROR, Price, Try, first_tries, price_of
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID
 from torc.task_planning.expected_picks import expected_picks
+from torc_next_object.making import pricing
+from torc_next_object.making.pricing import CALIBRATION_ERROR, Price, Try, first_tries, price_of
 
 LOST = BetConfig().lost_share
 

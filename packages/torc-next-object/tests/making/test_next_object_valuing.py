@@ -6,9 +6,9 @@ from itertools import chain, combinations
 import numpy as np
 import pytest
 
+from torc.records import TARGET_ID
 from torc_next_object.making.pricing import CALIBRATION_ERROR, NEVER, Price, Try
 from torc_next_object.making.valuing import Seen, value_choices
-from torc.records import TARGET_ID
 
 
 class MadeUp:

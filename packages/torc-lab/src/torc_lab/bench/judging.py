@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from torc_lab.person import Person
-from torc_lab.scenes.scene import Scene
 from torc.pipeline.state import EndReason
 from torc.records import MAX_OBJECTS, TARGET_ID
+from torc_lab.person import Person
+from torc_lab.scenes.scene import Scene
 
 UNJUDGED = "unjudged"
 """Status of a trial that was played, and of which nobody has told yet what came of it."""

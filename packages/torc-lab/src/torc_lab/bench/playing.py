@@ -9,19 +9,19 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from torc_lab.bench.judging import UNJUDGED, ask_verdict, judged, unjudged
 from torc.benchmark.spec import BenchSpec, PlannedTrial
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Event, Executed, Halted, Looked
 from torc.errors import InputError, TorcError
 from torc.files.reading import read_text
+from torc.records.files import write_json
+from torc.vlm.cache import CacheConfig
+from torc_lab.bench.judging import UNJUDGED, ask_verdict, judged, unjudged
 from torc_lab.lab_file import Lab
 from torc_lab.person import Confirming, Person
 from torc_lab.retrieval import Operation, retrieve
 from torc_lab.scenes.laying_out import THRESHOLD, Layout, Screen, lay_out
 from torc_lab.scenes.scene import Scene
-from torc.records.files import write_json
-from torc.vlm.cache import CacheConfig
 
 
 @dataclass(frozen=True)

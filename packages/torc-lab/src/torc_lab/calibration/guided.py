@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from torc_lab.cameras.poses import LEVEL, read_pose
 from torc.geometry.transforms import Pose
+from torc.motion.space import FreeSpace
+from torc.robots.protocols import Arm
 from torc_lab.calibration.board import Board
 from torc_lab.calibration.board_views import board_in_camera
 from torc_lab.calibration.hand_eye import LEAST_VIEWS
@@ -17,13 +18,12 @@ from torc_lab.calibration.noisy_arm import Mounting
 from torc_lab.calibration.proposals import Sight, calibration_space, proposed, tour
 from torc_lab.calibration.session import Album, Photographer, take_view
 from torc_lab.calibration.turns import room_around_hand, rough_camera, small_turns
+from torc_lab.cameras.poses import LEVEL, read_pose
 from torc_lab.devices import limits, planned_for
 from torc_lab.empty_table import empty_space, motion_above, trusting
 from torc_lab.lab_file import Lab
 from torc_lab.person import Ask
 from torc_lab.protocols import LabError
-from torc.motion.space import FreeSpace
-from torc.robots.protocols import Arm
 
 _SPARE = 10
 _MISSES = 4

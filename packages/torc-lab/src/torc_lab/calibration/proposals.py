@@ -12,16 +12,16 @@ from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
 from torc.geometry.transforms import Pose, invert, transform_points
-from torc_lab.calibration.board import Board
-from torc_lab.calibration.noisy_arm import Mounting
-from torc_lab.checks import MotionLimits
-from torc_lab.empty_table import LIMIT_RAD, empty_space, trusting
 from torc.motion.holding import hull_spheres
 from torc.motion.space import FreeSpace
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
 from torc.robots.kinematics import tool0_poses
 from torc.workspace.description import Workspace
+from torc_lab.calibration.board import Board
+from torc_lab.calibration.noisy_arm import Mounting
+from torc_lab.checks import MotionLimits
+from torc_lab.empty_table import LIMIT_RAD, empty_space, trusting
 
 _DRAWN, _BATCH = 3000, 300
 _TURN_RAD = 0.6

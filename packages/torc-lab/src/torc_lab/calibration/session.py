@@ -10,18 +10,18 @@ import numpy as np
 import yaml
 from jaxtyping import Float
 
-from torc_lab.cameras.poses import ON_HAND
 from torc.errors import InputError
 from torc.geometry.transforms import Pose
+from torc.records import Observation
+from torc.robots.description import ArmDescription
+from torc.robots.kinematics import tool0_poses
 from torc_lab.calibration.board import Board
 from torc_lab.calibration.board_views import BoardView
 from torc_lab.calibration.hand_eye import LEAST_VIEWS, HandEye
 from torc_lab.calibration.marker import TableMarker, find_marker
 from torc_lab.calibration.noisy_arm import Mounting
+from torc_lab.cameras.poses import ON_HAND
 from torc_lab.person import Ask
-from torc.records import Observation
-from torc.robots.description import ArmDescription
-from torc.robots.kinematics import tool0_poses
 
 _STILL_RAD = 0.002
 _WORN_RAD, _WORN_M = float(np.deg2rad(0.15)), 0.0015

@@ -10,17 +10,17 @@ from typing import Any
 import cv2
 import numpy as np
 
-from torc_lab.cameras.easy_handeye import transform
 from torc.errors import InputError
 from torc.files.reading import read_bytes, read_plain_text
 from torc.files.strict_yaml import parse_plain_yaml
 from torc.geometry.transforms import Pose, invert
+from torc.pipeline.frames.checks import check_pose
+from torc.pipeline.frames.values import parse_pose
 from torc_lab.calibration.board import Board
 from torc_lab.calibration.board_views import BoardView
 from torc_lab.calibration.noisy_arm import Mounting, PoseView
 from torc_lab.calibration.pose_frames import PoseFrame
-from torc.pipeline.frames.checks import check_pose
-from torc.pipeline.frames.values import parse_pose
+from torc_lab.cameras.easy_handeye import transform
 
 _MAX_BYTES, _MAX_PICTURE_BYTES, _MAX_ENTRIES = 2_000_000, 100_000_000, 1000
 _SAMPLE_VARIANCE = np.repeat([1e-3**2, 5e-4**2], 3)

@@ -6,12 +6,12 @@ It tries all at once: where the camera is, where the robot's base is in the worl
 import numpy as np
 
 from torc.geometry.transforms import Pose, invert, make_pose
+from torc.records import Trajectory
+from torc.robots.ik import solve_ik
 from torc_lab.calibration.marker import TableMarker
 from torc_lab.devices import limits, planned_for
 from torc_lab.empty_table import empty_space, motion_above
 from torc_lab.lab_file import Lab
-from torc.records import Trajectory
-from torc.robots.ik import solve_ik
 
 ABOVE_M = 0.05
 _TURNS = 8

@@ -11,14 +11,14 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from torc.geometry.transforms import Pose, invert, make_pose
+from torc.robots.description import RobotDescription
+from torc.robots.kinematics import tool0_poses
 from torc_lab.calibration.board import Board
 from torc_lab.calibration.board_views import BoardView, board_in_camera
 from torc_lab.calibration.closed_form import park
 from torc_lab.calibration.proposals import reached_flanges
 from torc_lab.checks import MotionLimits
 from torc_lab.protocols import LabError
-from torc.robots.description import RobotDescription
-from torc.robots.kinematics import tool0_poses
 
 LEAST_TURNED = 4
 """Views, the first one too, that a rough pose takes."""

@@ -7,12 +7,12 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from torc_lab.cameras.poses import placed, read_pose
 from torc.errors import CameraError
 from torc.pipeline.frames.checks import check_intrinsics, clean_depth
 from torc.records import Observation
 from torc.workspace.description import Workspace
 from torc.workspace.files import load_workspace
+from torc_lab.cameras.poses import placed, read_pose
 
 
 class RealCamera(ABC):

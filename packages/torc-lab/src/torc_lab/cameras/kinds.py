@@ -6,14 +6,14 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from torc_lab.cameras.realsense_device import realsense_devices, realsense_library
-from torc_lab.cameras.zed_sdk import zed_library
 from torc.errors import InputError, MissingDependencyError, TorcError, extra_remedy
 from torc.plugins import load_part, make_part, part_paths
 from torc.specs.conditions import Conditions
 from torc.specs.settings import arguments, under
 from torc.stages import CAMERAS
 from torc.workspace.files import load_workspace
+from torc_lab.cameras.realsense_device import realsense_devices, realsense_library
+from torc_lab.cameras.zed_sdk import zed_library
 
 _VIDEO_DEVICES = Path("/sys/class/video4linux")
 SIMULATED = "simulated"

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from torc_lab.cameras.easy_handeye import is_easy_handeye, pose_of_easy_handeye
 from torc.errors import InputError
 from torc.files.reading import read_plain_text
 from torc.files.strict_yaml import parse_plain_yaml
@@ -20,6 +19,7 @@ from torc.pipeline.frames.level import level_pose
 from torc.pipeline.frames.values import parse_pose
 from torc.records import Observation
 from torc.workspace.description import Workspace
+from torc_lab.cameras.easy_handeye import is_easy_handeye, pose_of_easy_handeye
 
 WORKSPACE, LEVEL = "workspace", "level"
 ON_HAND = "T_tool0_camera"

@@ -1,6 +1,6 @@
 """The camera `realsense`: Intel RealSense D400 and its kin, by pyrealsense2.
 
-Depth is registered to the colour picture (torc_lab.cameras.registration), so that both are of the colour camera, with the
+Depth is registered to the colour picture (torc_lab.cameras.registration), so both are of the colour camera, with the
 lens's distortion taken out; intrinsics, extrinsics and the unit of depth come from the device. With `infrared` all is
 of the left infrared camera instead, which depth belongs to, and the observation holds both infrared pictures: `--depth
 sgbm` can match them. Colour is then missing where depth is.
@@ -11,14 +11,14 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from torc_lab.cameras.base import RealCamera
-from torc_lab.cameras.lens import PinholeMap, brown_conrady, pinhole_map
-from torc_lab.cameras.realsense_device import FrameSets, Opener, PipelineFrames, RealSenseConfig
-from torc_lab.cameras.registration import registered_colors, registered_depth
 from torc.errors import CameraError
 from torc.geometry.transforms import make_pose
 from torc.records import Observation, StereoPair
 from torc.workspace.description import Workspace
+from torc_lab.cameras.base import RealCamera
+from torc_lab.cameras.lens import PinholeMap, brown_conrady, pinhole_map
+from torc_lab.cameras.realsense_device import FrameSets, Opener, PipelineFrames, RealSenseConfig
+from torc_lab.cameras.registration import registered_colors, registered_depth
 
 _MOST_SETS = 30
 """Sets of pictures that may lack a stream, one after another."""

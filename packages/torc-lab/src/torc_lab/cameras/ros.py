@@ -11,13 +11,13 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from torc_lab.cameras.base import RealCamera
-from torc_lab.cameras.ros_messages import RosImage, RosLens, read_image, read_lens
 from torc.errors import CameraError, InputError
 from torc.records import Observation
+from torc.workspace.description import Workspace
+from torc_lab.cameras.base import RealCamera
+from torc_lab.cameras.ros_messages import RosImage, RosLens, read_image, read_lens
 from torc_lab.rosbridge.client import Rosbridge, RosbridgeError
 from torc_lab.rosbridge.topics import published
-from torc.workspace.description import Workspace
 
 _PICTURES = tuple(
     f"sensor_msgs/{form}{kind}"

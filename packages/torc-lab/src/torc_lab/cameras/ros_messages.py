@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float, Float32, UInt8
 
-from torc_lab.cameras.lens import PinholeMap, brown_conrady, pinhole_map
 from torc.errors import InputError
+from torc_lab.cameras.lens import PinholeMap, brown_conrady, pinhole_map
 
 _PIXELS: Mapping[str, tuple[str, int]] = {
     "rgb8": ("u1", 3),

@@ -12,10 +12,10 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from torc_lab.cameras.base import RealCamera
 from torc.errors import CameraError, InputError, MissingDependencyError
 from torc.records import Observation, StereoPair
 from torc.workspace.description import Workspace
+from torc_lab.cameras.base import RealCamera
 
 RESOLUTIONS = ("HD2K", "HD1200", "HD1080", "HD720", "SVGA", "VGA")
 _HOW = "the ZED SDK from https://www.stereolabs.com/developers/release, then its get_python_api.py in this environment"

@@ -14,11 +14,11 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
-from torc_lab.cameras.base import RealCamera
-from torc_lab.cameras.zed_calibration import SIZES, Rectifier, read_calibration, row_difference
 from torc.errors import CameraError, InputError
 from torc.records import Observation, StereoPair
 from torc.workspace.description import Workspace
+from torc_lab.cameras.base import RealCamera
+from torc_lab.cameras.zed_calibration import SIZES, Rectifier, read_calibration, row_difference
 
 _WAITING = 5
 """Pictures that the driver may have kept since the last call; they are dropped, and the one under way."""

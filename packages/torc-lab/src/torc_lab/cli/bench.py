@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from torc_lab.cli.screen import page_screen
 from torc.cli.planner_options import planners_of
 from torc.cli.printing import printable, split_names, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.cli.web_page import PageOptions
+from torc_lab.cli.screen import page_screen
 
 if TYPE_CHECKING:
     from torc.benchmark.spec import BenchSpec
@@ -66,9 +66,9 @@ class LabBenchCommand:
 
     def run(self) -> int:
         """Play; returns the exit code."""
-        from torc_lab.bench.planning import plan_lab_bench
         from torc.benchmark.store import Store
         from torc.errors import InputError
+        from torc_lab.bench.planning import plan_lab_bench
         from torc_lab.lab_file import load_lab
         from torc_lab.scenes.scene import load_scene
 
@@ -90,8 +90,8 @@ class LabBenchCommand:
             return self._play(lab, store, spec, found)
 
     def _play(self, lab: Lab, store: Store, spec: BenchSpec, found: dict[Path, Scene]) -> int:
-        from torc_lab.bench.playing import LabBench, keep_scenes
         from torc.benchmark.manifest import begin_call, end_call
+        from torc_lab.bench.playing import LabBench, keep_scenes
         from torc_lab.person import Person
 
         scenes = {scene.problem: scene for scene in found.values()}

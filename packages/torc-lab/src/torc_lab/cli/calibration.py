@@ -143,9 +143,9 @@ class CalibrateCommand:
     def _by_pictures(self, poses: Path, pictures: Path, numbers: tuple[float, float, float, float]) -> int:
         import numpy as np
 
+        from torc.pipeline.frames.checks import check_intrinsics
         from torc_lab.calibration.hand_eye import solve_hand_eye
         from torc_lab.calibration.stored import views_of_pictures
-        from torc.pipeline.frames.checks import check_intrinsics
 
         board = self.options.board()
         frame = self._frame_of_list()
@@ -191,9 +191,9 @@ class CalibrateCommand:
         print(report(found, str(self.out)))
 
     def _album(self, lab: Lab, board: Board) -> Album:
-        from torc_lab.cameras.kinds import open_camera
         from torc_lab.calibration.guided import collect_guided
         from torc_lab.calibration.session import collect_views
+        from torc_lab.cameras.kinds import open_camera
         from torc_lab.devices import close_camera, connect_arm, limits, stop_and_close
         from torc_lab.person import ask_in_terminal
         from torc_lab.supervisor import SupervisedArm

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import tyro
 
-from torc_lab.cli.camera_record import RecordCommand
-from torc_lab.cli.camera_show import ShowCommand
 from torc.cli.commands import Group
 from torc.cli.printing import print_json, printable
+from torc_lab.cli.camera_record import RecordCommand
+from torc_lab.cli.camera_show import ShowCommand
 
 
 @dataclass(frozen=True)

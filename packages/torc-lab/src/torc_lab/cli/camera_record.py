@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from torc_lab.cli.camera_options import CameraOptions, opened, snapshot
 from torc.cli.printing import tell
 from torc.errors import InputError
+from torc_lab.cli.camera_options import CameraOptions, opened, snapshot
 
 if TYPE_CHECKING:
     from torc.records import Observation

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from torc_lab.cli.camera_options import CameraOptions, opened, snapshot
 from torc.cli.object_sheet import check_picture_name
 from torc.cli.web_page import PageOptions, check_web_libraries, served_app
+from torc_lab.cli.camera_options import CameraOptions, opened, snapshot
 
 if TYPE_CHECKING:
     from torc.brain.seeing import Sight
@@ -40,8 +40,8 @@ class ShowCommand:
             check_web_libraries()
             return self._live()
         check_picture_name(self.out, ".png")
-        from torc_lab.cameras.picture import snapshot_picture
         from torc.records.files import write_png
+        from torc_lab.cameras.picture import snapshot_picture
 
         with opened(self.camera.conditions()) as camera:
             sight = self._see(camera)
@@ -98,8 +98,8 @@ class ShowCommand:
 
     def _told(self, camera: object) -> tuple[bytes, dict[str, str]]:
         """The picture as JPEG, and the facts."""
-        from torc_lab.cameras.picture import snapshot_picture
         from torc.web.frames import jpeg
+        from torc_lab.cameras.picture import snapshot_picture
 
         sight = self._see(camera)
         return jpeg(snapshot_picture(sight.observation, sight.scene, _WIDEST_PX)), sight.facts()

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from torc.cli.commands import Group
+from torc.cli.printing import printable
 from torc_lab.cli.bench import LabBenchCommand
 from torc_lab.cli.calibration import BoardCommand, CalibrateCommand
 from torc_lab.cli.scene import SceneCommand
-from torc.cli.printing import printable
 
 if TYPE_CHECKING:
-    from torc_lab.twin.rehearsal import Rehearsal
     from torc.problems.problem import Problem
+    from torc_lab.twin.rehearsal import Rehearsal
 
 
 @dataclass(frozen=True)
@@ -108,10 +108,10 @@ class TwinCommand:
 
     def run(self) -> int:
         """Run until Ctrl-C."""
+        from torc.problems.problem import load_problem
         from torc_lab.lab_file import load_lab
         from torc_lab.twin.faults import FAULTS, SCENE
         from torc_lab.twin.rehearsal import rehearsal, write_lab
-        from torc.problems.problem import load_problem
 
         problem = load_problem(self.problem)
         with rehearsal(load_lab(self.lab), problem) as there:

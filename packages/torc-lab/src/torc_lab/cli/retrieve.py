@@ -19,8 +19,8 @@ from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec, TrialSpec
 
 if TYPE_CHECKING:
-    from torc_lab.lab_file import Lab
     from torc.perception.protocol import Wanted
+    from torc_lab.lab_file import Lab
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,9 @@ class RetrieveCommand:
 
     def run(self) -> int:
         """Run the trial; returns the exit code."""
+        from torc.plugins import short_part_name
         from torc_lab.lab_file import load_lab
         from torc_lab.retrieval import lab_spec
-        from torc.plugins import short_part_name
 
         lab, wanted = load_lab(self.lab), wanted_of(self.target, self.reference, size_m=self.target_size)
         spec = lab_spec(lab, PlannerSpec(self.planner, self.vlm.config(), self.planner_settings), self.seed)

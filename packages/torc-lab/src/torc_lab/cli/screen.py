@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     import numpy as np
     from jaxtyping import UInt8
 
-    from torc_lab.scenes.laying_out import Screen
     from torc.web.camera_page import CameraBoard
+    from torc_lab.scenes.laying_out import Screen
 
 _TASK = (
     "Lay the scene out: green is in its place, orange nearly, red not; there the reference shines through. When all is "

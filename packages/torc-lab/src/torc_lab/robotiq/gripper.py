@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from torc.errors import InputError
+from torc.robots.protocols import GripperState
 from torc_lab.protocols import LabError
 from torc_lab.robotiq.registers import ACTIVATE, RESET, GripperCommand, GripperStatus, Object
 from torc_lab.robotiq.wires import DEVICE, ModbusWire, UrcapWire, Wire
-from torc.robots.protocols import GripperState
 
 FORCE_N = (20.0, 235.0)
 """Least and most grip force of a 2F-85 (its data sheet)."""

@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from torc.errors import InputError
+from torc.records import Trajectory
 from torc_lab.checks import thinned
 from torc_lab.exclusive import ControllerLock
 from torc_lab.protocols import ArmStatus, LabError
@@ -25,7 +26,6 @@ from torc_lab.ros.messages import (
     robot_status_fault,
     ur_safety_fault,
 )
-from torc.records import Trajectory
 from torc_lab.rosbridge.client import Rosbridge, RosbridgeError
 from torc_lab.rosbridge.topics import published
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from torc.errors import InputError
+from torc.robots.protocols import GripperState
 from torc_lab.protocols import LabError
 from torc_lab.ros.messages import JOINT_STATE_TYPES, result_of
-from torc.robots.protocols import GripperState
 from torc_lab.rosbridge.client import Rosbridge, RosbridgeError
 
 MAX_FORCE_N = 70.0

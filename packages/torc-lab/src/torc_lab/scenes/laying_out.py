@@ -10,8 +10,9 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from jaxtyping import UInt8
 
-from torc_lab.cameras.kinds import open_camera
 from torc.errors import InputError, TorcError
+from torc.records import TARGET_ID, Observation
+from torc_lab.cameras.kinds import open_camera
 from torc_lab.devices import close_arm, close_camera, connect_arm, is_at_rest_pose
 from torc_lab.lab_file import Lab
 from torc_lab.person import Person
@@ -20,7 +21,6 @@ from torc_lab.scenes.hints import hint
 from torc_lab.scenes.overlap import Overlap, measure_overlap
 from torc_lab.scenes.overlay import overlay
 from torc_lab.scenes.scene import Eyes, Scene
-from torc.records import TARGET_ID, Observation
 
 THRESHOLD = 0.8
 """Least overlap of each object: about a centimetre of an object of usual size (docs/laboratory.md)."""

@@ -5,9 +5,9 @@ import numpy as np
 from jaxtyping import UInt8
 
 from torc.episode.pictures import crop_around_objects
-from torc_lab.scenes.overlap import Overlap
 from torc.perception.marking import rim, write_numbers
 from torc.records import Observation
+from torc_lab.scenes.overlap import Overlap
 
 _GHOST = 0.45
 """Share of the reference where an object is not in its place."""

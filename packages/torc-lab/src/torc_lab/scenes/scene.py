@@ -19,8 +19,6 @@ from torc.episode.log_writing import digest
 from torc.errors import InputError
 from torc.files.reading import read_bytes
 from torc.fingerprints import fingerprint
-from torc_lab.lab_file import Lab
-from torc_lab.protocols import LabError
 from torc.perception.asking import ask_camera, ask_depth, ask_perception
 from torc.perception.marking import mark_image
 from torc.perception.protocol import Picture, Wanted
@@ -32,6 +30,8 @@ from torc.records.directories import check_place
 from torc.records.files import write_json, write_png
 from torc.records.serialization import load_checked, save_record
 from torc.robots.protocols import Camera
+from torc_lab.lab_file import Lab
+from torc_lab.protocols import LabError
 
 SCENE_FORMAT = "torc-scene/1"
 FACTS, REFERENCE, SEEN = "scene.json", "reference.npz", "seen.png"

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from torc.errors import InputError
+from torc.records import Trajectory
 from torc_lab.checks import thinned
 from torc_lab.exclusive import ControllerLock
 from torc_lab.protocols import ArmStatus, LabError
@@ -30,7 +31,6 @@ from torc_lab.simple_message.messages import (
     feedback_of,
     motion_ctrl,
 )
-from torc.records import Trajectory
 
 _BUSY_S, _POLL_S = 0.005, 0.05
 _POINT_S = 0.04

@@ -9,10 +9,10 @@ from collections.abc import Callable
 import numpy as np
 
 from torc.errors import TorcError
-from torc_lab.driver_rules import AT_ONCE_S, state_faults
-from torc_lab.protocols import ArmDriver, LabError
 from torc.records import Trajectory
 from torc.testing.conformance import require
+from torc_lab.driver_rules import AT_ONCE_S, state_faults
+from torc_lab.protocols import ArmDriver, LabError
 
 _TURN_RAD, _MOTION_S = 0.05, 1.0
 _ENDS_S, _ARRIVED_RAD = 3.0, 0.01

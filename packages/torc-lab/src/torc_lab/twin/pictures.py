@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from torc_lab.ros.messages import RosVersion, duration
 from torc.records import Observation
+from torc_lab.ros.messages import RosVersion, duration
 
 
 def image_messages(view: Observation, ros: RosVersion) -> dict[str, dict[str, Any]]:

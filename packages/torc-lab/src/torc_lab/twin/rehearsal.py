@@ -10,6 +10,7 @@ import yaml
 
 from torc.errors import InputError
 from torc.files.reading import read_text
+from torc.problems.problem import Problem
 from torc_lab.identity import hardware_of
 from torc_lab.lab_file import Lab
 from torc_lab.twin.franka import FrankaHandTwin
@@ -18,7 +19,6 @@ from torc_lab.twin.robotiq import ModbusTwin, RobotiqTwin, UrcapTwin
 from torc_lab.twin.ros import RosTwin
 from torc_lab.twin.ur import UrTwin
 from torc_lab.twin.world import LiveWorld
-from torc.problems.problem import Problem
 
 _CONTROLLER_SPEED = 2.0
 """A controller refuses what is so many times faster than torc ever moves the robot: the maker allows more."""

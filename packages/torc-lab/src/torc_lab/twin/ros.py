@@ -13,11 +13,11 @@ from typing import Any, Self
 import numpy as np
 
 from torc.errors import MissingDependencyError, extra_remedy
+from torc.robots.protocols import Camera
 from torc_lab.ros.messages import SUCCEEDED, RosVersion, duration
 from torc_lab.twin.behind import HALFWAY_RAD, ArmBehind
 from torc_lab.twin.franka import FrankaHandTwin
 from torc_lab.twin.pictures import image_messages
-from torc.robots.protocols import Camera
 
 _PERIOD_S, _PICTURE_PERIOD_S = 0.02, 0.2
 IMAGE_TOPICS = {

@@ -13,8 +13,6 @@ from typing import Self, TypeVar
 import numpy as np
 
 from torc.errors import InputError, TorcError
-from torc_lab.robotiq.gripper import FORCE_N, WidthScale
-from torc_lab.robotiq.registers import Object
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID, Observation
 from torc.robots.description import RobotDescription
@@ -23,6 +21,8 @@ from torc.sim.robot import SimulatedCamera
 from torc.sim.stepping import Stepper
 from torc.sim.world import Presence, World, build_world
 from torc.workspace.description import Workspace
+from torc_lab.robotiq.gripper import FORCE_N, WidthScale
+from torc_lab.robotiq.registers import Object
 
 _MOST_BEHIND_S = 0.25
 """What the world could not keep up with is let go: after a picture, say."""

@@ -15,10 +15,10 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError, MissingDependencyError, extra_remedy
+from torc.records import Trajectory
 from torc_lab.exclusive import ControllerLock
 from torc_lab.protocols import ArmStatus, LabError
 from torc_lab.ros.messages import ur_safety_fault
-from torc.records import Trajectory
 
 _DOF = 6
 _RUNNING = 7

@@ -8,14 +8,14 @@ from jaxtyping import Float32, Int16
 
 from torc.geometry.transforms import Pose, invert, transform_points
 from torc.grasping.clouds import SceneClouds
-from torc_networks.grasping.frames import measured_widths, tcp_of_contact_graspnet
-from torc_networks.grasping.proposing import NetworkGraspConfig, most_confident, proposals, sent_points
 from torc.grasping.planner import GeometricGraspPlanner, Proposals, Rngs
 from torc.grasping.protocol import GraspScorer
-from torc_networks.addresses import ServerConfig
-from torc_networks.client import NetworkClient
 from torc.records import BACKGROUND, SegmentedScene
 from torc.robots.gripper import GripperDescription
+from torc_networks.addresses import ServerConfig
+from torc_networks.client import NetworkClient
+from torc_networks.grasping.frames import measured_widths, tcp_of_contact_graspnet
+from torc_networks.grasping.proposing import NetworkGraspConfig, most_confident, proposals, sent_points
 
 _NEAR_M, _FAR_M = 0.2, 1.8
 """Of the surroundings, the range that Contact-GraspNet itself looks at."""

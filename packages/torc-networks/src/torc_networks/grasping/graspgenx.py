@@ -7,14 +7,14 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.grasping.clouds import ObjectCloud, SceneClouds
-from torc_networks.grasping.frames import along_axes, fingertips, gripper_config, measured_widths
-from torc_networks.grasping.proposing import NetworkGraspConfig, most_confident, proposals, sent_points
 from torc.grasping.planner import GeometricGraspPlanner, Proposals, Rngs
 from torc.grasping.protocol import GraspScorer
-from torc_networks.answers import Grasps
-from torc_networks.client import NetworkClient
 from torc.records import SegmentedScene
 from torc.robots.gripper import GripperDescription
+from torc_networks.answers import Grasps
+from torc_networks.client import NetworkClient
+from torc_networks.grasping.frames import along_axes, fingertips, gripper_config, measured_widths
+from torc_networks.grasping.proposing import NetworkGraspConfig, most_confident, proposals, sent_points
 
 _ROUNDS = 3
 

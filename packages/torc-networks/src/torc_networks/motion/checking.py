@@ -8,9 +8,9 @@ from torc.collision.kernels import edges_batch
 from torc.geometry.transforms import kernel_array
 from torc.motion.config import MotionConfig
 from torc.motion.space import FreeSpace, MotionQuery, loosened
-from torc_networks.answers import Motion
 from torc.records import Trajectory
 from torc.robots.description import ArmDescription
+from torc_networks.answers import Motion
 
 _NEAR_RAD = 2e-3
 _LIMIT_RAD = 1e-3

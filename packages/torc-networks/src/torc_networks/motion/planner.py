@@ -8,17 +8,17 @@ from torc.collision.checks import robot_arrays
 from torc.collision.placement import RobotArrays
 from torc.motion.config import MotionConfig
 from torc.motion.free_motions import FreeMotions
-from torc_networks.motion.checking import UnusableMotionError, stays_free, usable_trajectory
-from torc_networks.motion.world import world_fields
 from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import NoMotionError
 from torc.motion.space import MotionQuery
-from torc_networks.addresses import ServerConfig
-from torc_networks.client import NetworkClient
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
 from torc.workspace.description import Workspace
+from torc_networks.addresses import ServerConfig
+from torc_networks.client import NetworkClient
+from torc_networks.motion.checking import UnusableMotionError, stays_free, usable_trajectory
+from torc_networks.motion.world import world_fields
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from torc.cli.commands import Entry
 from torc.cli.printing import split_names
 
 
@@ -29,12 +30,16 @@ class ServeCommand:
 
     def run(self) -> int:
         """Serve until Ctrl-C."""
-        from torc_networks.server import serve
         from torc.robots.loading import load_robot
-        from torc_networks.serving.parts import own_handlers
         from torc.workspace.files import load_workspace
+        from torc_networks.server import serve
+        from torc_networks.serving.parts import own_handlers
 
         robot, workspace = load_robot(self.robot), load_workspace(self.workspace)
         handlers = own_handlers(robot, workspace, split_names(self.actions))
         serve(handlers, f"torc with {robot.name}", self.port, self.host, self.remote)
         return 0
+
+
+SERVE: Entry = ("torc's own parts as a server, in place of neural networks", ServeCommand)
+"""What an entry point of the group `torc.commands` names."""

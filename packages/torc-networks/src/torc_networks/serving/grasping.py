@@ -8,14 +8,14 @@ from jaxtyping import Float, Float32, Int
 from scipy.spatial import cKDTree
 
 from torc.geometry.transforms import invert, transform_points
-from torc_networks.grasping.frames import PANDA_TIP_M, along_axes, fingertips
 from torc.grasping.planner import GeometricGraspPlanner
-from torc_networks.fields import Fields, request
-from torc_networks.server import Handler
 from torc.occlusion.volume import empty_volume
 from torc.records import MAX_OBJECTS, GraspSet, Observation, SegmentedObject, SegmentedScene
 from torc.robots.gripper import GripperDescription
 from torc.workspace.description import Workspace
+from torc_networks.fields import Fields, request
+from torc_networks.grasping.frames import PANDA_TIP_M, along_axes, fingertips
+from torc_networks.server import Handler
 
 _NEIGHBOURS = 12
 _LEAST_POINTS = 20

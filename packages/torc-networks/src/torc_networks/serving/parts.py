@@ -5,9 +5,9 @@ from functools import cache
 from typing import Any
 
 from torc.errors import UnknownNameError
-from torc_networks.server import Handler
 from torc.robots.description import RobotDescription
 from torc.workspace.description import Workspace
+from torc_networks.server import Handler
 
 ACTIONS = ("segment", "stereo", "infer", "grasps", "plan")
 """What torc can serve: masks; disparities; grasps as GraspGen, and as Contact-GraspNet gives them; free motions."""

@@ -10,10 +10,10 @@ from torc.collision.world import FREE, SURFACE, CollisionConfig, CollisionWorld,
 from torc.motion.config import MotionConfig
 from torc.motion.space import MotionQuery, free_space
 from torc.motion.timed_motions import timed_motion
-from torc_networks.fields import Fields, request
-from torc_networks.server import Handler
 from torc.records import PlanStage, VoxelGrid
 from torc.robots.description import RobotDescription
+from torc_networks.fields import Fields, request
+from torc_networks.server import Handler
 
 
 def plan_handler(robot: RobotDescription, config: MotionConfig) -> Handler:

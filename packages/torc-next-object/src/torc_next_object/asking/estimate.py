@@ -7,9 +7,9 @@ from typing import Any
 
 from PIL import Image
 
+from torc.vlm.prices import Prices
 from torc_next_object.asking.recorded_replies import RecordedReply
 from torc_next_object.prompting import prompt_text, sent_pictures
-from torc.vlm.prices import Prices
 
 CHARACTERS_PER_TOKEN = 4
 PIXELS_PER_TOKEN = 750

@@ -12,13 +12,13 @@ from typing import Any
 
 from torc.errors import InputError, TorcError
 from torc.files.reading import read_text
-from torc_next_object.asking.recorded_replies import RecordedReply, ReplyFile, recorded_reply
-from torc_next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures
 from torc.records.files import write_json
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import FailureKind, VlmError
 from torc.vlm.protocol import Question, VlmClient
 from torc.vlm.replies import ask_client
+from torc_next_object.asking.recorded_replies import RecordedReply, ReplyFile, recorded_reply
+from torc_next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures
 
 FORMAT = "torc-next-object-evaluation/1"
 FAILURES = "failures.jsonl"

@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from torc.vlm.prices import Prices
 from torc_next_object.asking.recorded_replies import RecordedReply, replies_digest
 from torc_next_object.replies import read_number
 from torc_next_object.scoring import score_answers, score_baselines
-from torc.vlm.prices import Prices
 
 FORMAT = "torc-next-object-scores/1"
 _GROUPS = (("hard", "difficulty", "hard"), ("hidden", "target", "hidden"), ("visible", "target", "visible"))

@@ -54,9 +54,9 @@ class MakeCommand:
 
     def run(self) -> int:
         """Make the rows."""
+        from torc.problems.sets import select_problems
         from torc_next_object.making.building import Making, build
         from torc_next_object.making.rows import MakingConfig
-        from torc.problems.sets import select_problems
 
         if self.workers < 1 or (self.decisions is not None and self.decisions < 1):
             raise InputError("--workers and --decisions must be at least 1.")

@@ -18,8 +18,8 @@ from torc_next_object.data.sample import CAVEAT, SAMPLE
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from torc_next_object.asking.evaluation import Asked, Row
     from torc.vlm.config import VlmConfig
+    from torc_next_object.asking.evaluation import Asked, Row
 
 _EVERY = 10
 _YES = ("y", "yes")
@@ -66,10 +66,10 @@ class VlmEvalCommand:
 
     def run(self) -> int:
         """Evaluate; returns the exit code."""
+        from torc.vlm.opening import open_client
         from torc_next_object.asking.evaluation import ask_rows, begin, chosen_rows, data_digest
         from torc_next_object.data.opening import open_rows
         from torc_next_object.prompting import version_of
-        from torc.vlm.opening import open_client
 
         config = self._config()
         whole = open_rows(self.data, self.split)
@@ -118,10 +118,10 @@ class VlmEvalCommand:
     def _results(self, config: VlmConfig, rows: Sequence[Row], asked: Asked) -> int:
         from datetime import UTC, datetime
 
+        from torc.records.files import write_json
         from torc_next_object.asking.mistakes import mistakes_page, worst_mistakes
         from torc_next_object.asking.standing import FORMAT, standing
         from torc_next_object.prompting import prompt_name, version_of
-        from torc.records.files import write_json
 
         if not asked.replies:
             tell(

@@ -6,11 +6,11 @@ from typing import Any
 
 import yaml
 
+from torc.records.files import write_json
 from torc_next_object.data.tables import DATA
 from torc_next_object.replies import read_number
 from torc_next_object.schema import FEATURES, FORMAT, NAME, NextObjectRow
 from torc_next_object.scoring import COLUMNS, score_answers, score_baselines
-from torc.records.files import write_json
 
 REFERENCE = "reference.json"
 _REFERENCE_ROWS = 12

@@ -16,11 +16,11 @@ from inspect_ai.model import ChatMessageUser, ContentImage, ContentText
 from inspect_ai.scorer import Metric, SampleScore, Score, Scorer, Target, metric, scorer
 from inspect_ai.solver import TaskState, generate
 
+from torc.records.files import data_url
 from torc_next_object.data.opening import open_rows
 from torc_next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures, version_of
 from torc_next_object.replies import read_number
 from torc_next_object.scoring import COLUMNS, Scored, score_answer, summary
-from torc.records.files import data_url
 
 _INSTALLED = {"site-packages", "dist-packages"} & set(Path(__file__).parts)
 PACKAGE = "" if _INSTALLED else "torc/"

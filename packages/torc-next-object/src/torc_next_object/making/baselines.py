@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from torc.episode.planners import make_trial_planner
-from torc_next_object.replies import read_number
 from torc.records import PlanningContext
 from torc.task_planning.protocol import TaskPlanner
 from torc.task_planning.random_choice import graspable_ids
@@ -15,6 +14,7 @@ from torc.vlm.select import grasp_facts
 from torc.vlm.simulated.client import SimulatedVlm
 from torc.vlm.simulated.profiles import find_profile
 from torc.vlm.simulated.situation import Situation
+from torc_next_object.replies import read_number
 
 PLANNERS = ("dg-select", "learned", "belief")
 ACCURACIES = ("0.5", "0.7", "0.8", "0.9", "1.0")

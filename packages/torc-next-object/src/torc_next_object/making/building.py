@@ -7,12 +7,12 @@ from functools import cache
 from pathlib import Path
 
 from torc.errors import InputError, PhysicsError
+from torc.problems.problem import load_problem
+from torc.processes import open_pool
 from torc_next_object.data.publishing import publish
 from torc_next_object.data.tables import read_rows, write_rows, write_splits
 from torc_next_object.making.known_values import KnownValues
 from torc_next_object.making.rows import MakingConfig, RowMaker
-from torc.problems.problem import load_problem
-from torc.processes import open_pool
 
 ASIDE = ".rows"
 Say = Callable[[str], None]

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from torc.episode.ideal import MAX_PICKS, best_hold
 from torc.episode.oracle.solve import options_of
 from torc.episode.privileged import Sandbox, Truth
+from torc.records import TARGET_ID, PlanningContext
 from torc_next_object.making.pricing import NEVER, Price, price_of
 from torc_next_object.making.valuing import Gone, Seen
-from torc.records import TARGET_ID, PlanningContext
 
 _KEPT = 12
 """Contexts: each holds a volume."""

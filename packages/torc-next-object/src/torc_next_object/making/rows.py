@@ -16,15 +16,6 @@ from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import situation_of
 from torc.errors import InputError
-from torc_next_object.making.baselines import Baselines
-from torc_next_object.making.known_values import KnownValues
-from torc_next_object.making.looks import Looks
-from torc_next_object.making.numbering import drawn_numbers, renumbered
-from torc_next_object.making.pricing import Price, first_tries
-from torc_next_object.making.valuing import value_choices
-from torc_next_object.making.visits import visits
-from torc_next_object.prompting import VERSIONS
-from torc_next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
 from torc.objects.library import load_object
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import Problem, problem_text
@@ -40,6 +31,15 @@ from torc.vlm.pictures import drawn_pictures
 from torc.vlm.question_facts import counted_grasp_facts, gripper_sentence, target_size_sentence
 from torc.vlm.select import grasp_facts
 from torc.vlm.simulated.situation import Situation
+from torc_next_object.making.baselines import Baselines
+from torc_next_object.making.known_values import KnownValues
+from torc_next_object.making.looks import Looks
+from torc_next_object.making.numbering import drawn_numbers, renumbered
+from torc_next_object.making.pricing import Price, first_tries
+from torc_next_object.making.valuing import value_choices
+from torc_next_object.making.visits import visits
+from torc_next_object.prompting import VERSIONS
+from torc_next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, random_value
 
 PUBLIC_KEY = "torc-next-object"
 PICTURE = PictureConfig(marks="outlines", plain=True, crop_px=24, longest_side_px=768)

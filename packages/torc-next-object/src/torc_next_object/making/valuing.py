@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from torc.episode.ideal import MAX_PICKS
-from torc_next_object.making.pricing import NEVER, Price, Try
 from torc.records import TARGET_ID
+from torc_next_object.making.pricing import NEVER, Price, Try
 
 _CLOSE = 0.03
 """Picks; a bound this near to what was found is as good as a proof."""

@@ -46,3 +46,17 @@ def robot() -> RobotDescription:
 def workspace() -> Workspace:
     """The default table, bin and camera."""
     return load_workspace()
+
+
+@pytest.fixture
+def theirs(tmp_path, monkeypatch):
+    """Writes a class of somebody's with that method; returns its name."""
+
+    def write(method, code):
+        module = f"part_{abs(hash((method, code)))}"
+        lines = ["class Theirs:", "    name = 'theirs'", f"    def {method}:", f"        {code}"]
+        (tmp_path / f"{module}.py").write_text("\n".join(lines) + "\n")
+        monkeypatch.syspath_prepend(tmp_path)
+        return f"{module}:Theirs"
+
+    return write
