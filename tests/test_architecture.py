@@ -17,12 +17,11 @@ ORDER = [
     "errors",
     "fingerprints",
     "files",
+    "satellites",
     "plugins",
     "stages",
     "processes",
     "interrupts",
-    "networks",
-    "ros",
     "records",
     "geometry",
     "robots",
@@ -39,22 +38,23 @@ ORDER = [
     "specs",
     "pipeline",
     "cameras",
-    "serving",
     "brain",
     # Nothing that decides knows the simulation.
     "sim",
     "episode",
-    "lab",
     "gym_env",
     "exports",
     "generation",
-    "next_object",
     "benchmark",
     "web",
     "cli",
 ]
 ROOT = Path(torc.__file__).parent
+CHECKOUT = Path(__file__).parents[1]
 MODULES = sorted(p for p in ROOT.rglob("*.py") if "testing" not in p.parts)
+SATELLITES = sorted((CHECKOUT / "packages").glob("*/src/*"))
+EVERYWHERE = [*ROOT.rglob("*.py"), *(p for satellite in SATELLITES for p in satellite.rglob("*.py"))]
+TESTS = [p for p in (CHECKOUT / "tests", *(CHECKOUT / "packages").glob("*/tests")) for p in p.rglob("*.py")]
 
 
 @cache
@@ -71,12 +71,15 @@ def _imported(path):
 
 
 def _package(path):
-    return path.relative_to(ROOT).parts[0].removesuffix(".py")
+    """The package of torc in which a module lies; the satellite, for those of satellites."""
+    if path.is_relative_to(ROOT):
+        return path.relative_to(ROOT).parts[0].removesuffix(".py")
+    return next(satellite.name for satellite in SATELLITES if path.is_relative_to(satellite))
 
 
 def test_no_two_test_files_have_the_same_name():
     """pytest imports them by their file names alone."""
-    names = Counter(p.name for p in Path(__file__).parent.rglob("*.py") if p.name != "conftest.py")
+    names = Counter(p.name for p in TESTS if p.name != "conftest.py")
     assert [name for name, count in names.items() if count > 1] == []
 
 
@@ -97,13 +100,16 @@ def test_imports_point_to_earlier_packages(path):
 
 
 def test_nothing_installed_imports_what_is_not():
-    roots = {name.split(".")[0] for path in ROOT.rglob("*.py") for name in _imported(path)}
+    roots = {name.split(".")[0] for path in EVERYWHERE for name in _imported(path)}
     assert not roots & {"benchmarks", "tests", "tools"}
 
 
 def test_no_modules_import_each_other_in_a_circle():
     """Not even within functions, where Python would let them."""
     paths = {".".join(p.relative_to(ROOT.parent).with_suffix("").parts): p for p in MODULES}
+    for satellite in SATELLITES:
+        for path in satellite.rglob("*.py"):
+            paths[".".join(path.relative_to(satellite.parent).with_suffix("").parts)] = path
     graph = {}
     for name, path in paths.items():
         if path.name != "__init__.py":
@@ -127,28 +133,28 @@ def test_no_modules_import_each_other_in_a_circle():
         ("starlette", "web"),
         ("uvicorn", "web"),
         ("gymnasium", "gym_env"),
-        ("pyarrow", "exports next_object"),
-        ("inspect_ai", "next_object"),
-        ("datasets", "next_object"),
-        ("vlmeval", "next_object"),
+        ("pyarrow", "exports torc_next_object"),
+        ("inspect_ai", "torc_next_object"),
+        ("datasets", "torc_next_object"),
+        ("vlmeval", "torc_next_object"),
         ("inspect_robots", "gym_env"),
-        ("anyio", "next_object"),
-        ("pyrealsense2", "cameras"),
-        ("pyzed", "cameras"),
-        ("websockets", "ros lab"),
-        ("pymodbus", "lab"),
-        ("rtde_control", "lab"),
-        ("rtde_receive", "lab"),
-        ("zmq", "networks"),
-        ("msgpack", "networks"),
-        ("torch", "perception"),
-        ("torchvision", "perception"),
-        ("transformers", "perception"),
+        ("anyio", "torc_next_object"),
+        ("pyrealsense2", "torc_lab"),
+        ("pyzed", "torc_lab"),
+        ("websockets", "torc_lab"),
+        ("pymodbus", "torc_lab"),
+        ("rtde_control", "torc_lab"),
+        ("rtde_receive", "torc_lab"),
+        ("zmq", "torc_networks"),
+        ("msgpack", "torc_networks"),
+        ("torch", "torc_networks"),
+        ("torchvision", "torc_networks"),
+        ("transformers", "torc_networks"),
         ("onnx", ""),
     ],
 )
 def test_extras_are_imported_only_where_they_are_used(library, package):
-    users = {_package(p) for p in MODULES if any(n.split(".")[0] == library for n in _imported(p))}
+    users = {_package(p) for p in EVERYWHERE if any(n.split(".")[0] == library for n in _imported(p))}
     assert users <= set(package.split())
 
 
@@ -156,17 +162,8 @@ def test_extras_are_imported_only_where_they_are_used(library, package):
     ("module", "libraries"),
     [
         ("torc", {"numpy", "mujoco", "numba", "torch", "transformers"}),
-        ("torc_networks.client", {"zmq", "msgpack"}),
-        # It runs in the environment of somebody's network.
-        ("torc_networks.server", {"zmq", "msgpack", "scipy", "numba", "cv2", "mujoco", "pydantic"}),
-        ("torc_networks.sam.perception", {"torch", "torchvision", "transformers", "onnxruntime"}),
-        ("torc_networks.sam.refining", {"torch", "torchvision", "transformers", "onnxruntime"}),
         ("torc.objects.importing", {"trimesh", "coacd", "fast_simplification"}),
         ("torc.benchmark.report.writing", {"matplotlib", "duckdb"}),
-        ("torc_lab.cameras.kinds", {"pyrealsense2", "pyzed", "websockets"}),
-        ("torc_lab.cameras.ros", {"websockets"}),
-        ("torc_lab.robotiq.wires", {"pymodbus", "serial"}),
-        ("torc_lab.ur.arm", {"rtde_control", "rtde_receive"}),
     ],
 )
 def test_importing_a_module_needs_none_of_these_libraries(module, libraries):
@@ -176,14 +173,14 @@ def test_importing_a_module_needs_none_of_these_libraries(module, libraries):
 
 
 def _functions():
-    for path in ROOT.rglob("*.py"):
+    for path in EVERYWHERE:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 # numba types its kernels, and extensions of its own, by itself.
                 kernel = any(
                     "njit" in ast.unparse(d) or "overload" in ast.unparse(d) for d in node.decorator_list
                 )
-                yield path.relative_to(ROOT).as_posix(), node, kernel
+                yield path.as_posix(), node, kernel
 
 
 def test_only_compiled_kernels_have_no_types_or_many_parameters():
@@ -195,8 +192,6 @@ def test_only_compiled_kernels_have_no_types_or_many_parameters():
         assert kernel or (typed and len(arguments) <= 8), f"{path}: {function.name}"
 
 
-@pytest.mark.parametrize(
-    "path", [*ROOT.rglob("*.py"), *Path(__file__).parent.rglob("*.py")], ids=lambda p: p.name
-)
+@pytest.mark.parametrize("path", [*EVERYWHERE, *TESTS], ids=lambda p: p.name)
 def test_files_are_short(path):
     assert len(path.read_text().splitlines()) <= 300

@@ -10,6 +10,7 @@ import pytest
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.cli.experiments import read_experiment
 from torc.cli.main import parse
+from torc.errors import MissingDependencyError
 from torc.pipeline import warm_up
 from torc.pipeline.frames import forms
 from torc.plugins import load_part
@@ -52,6 +53,8 @@ def test_commands_are_understood(page):
     for line in _commands(page.read_text()):
         try:
             parse(shlex.split(line)[1:])
+        except MissingDependencyError:
+            pass  # a command of a satellite, which is not installed
         except SystemExit:
             pytest.fail(f"{page.name}: {line}")
 

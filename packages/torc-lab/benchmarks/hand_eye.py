@@ -1,6 +1,6 @@
 """Errors of the hand-eye calibration on synthetic rigs, beside OpenCV's best method where OpenCV has them (4.x).
 
-    python -m hand_eye [--seeds 20]
+    python packages/torc-lab/benchmarks/hand_eye.py [--seeds 20]
 
 Prints median (largest) error of a point .7 m ahead of the camera, in millimetres, by twenty poses of the board.
 """

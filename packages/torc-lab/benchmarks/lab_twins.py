@@ -1,7 +1,7 @@
 """`torc retrieve` over the drivers' real wires, the simulator behind them, against `torc run` on the same problems.
 
-    python -m lab_twins [--problems 10] [--labs sda10f-ros1 sda10f-simple-message]
-    python -m lab_twins --labs ur5e-ros2 --robot ur5e_2f85 --problem-set validation-ur5e
+    python packages/torc-lab/benchmarks/lab_twins.py [--problems 10] [--labs sda10f-ros1 sda10f-simple-message]
+    python packages/torc-lab/benchmarks/lab_twins.py --labs ur5e-ros2 --robot ur5e_2f85 --problem-set validation-ur5e
 
 Takes real time: about a minute for each problem and lab, at full speed. What the robot felt and recognised is told
 beside what really lies in the bin; `torc run` counts by the truth.

@@ -1,6 +1,6 @@
 """The overlap of `torc lab scene`, where nothing moved and where an object was moved by so much.
 
-    python -m scene_overlap [--problems validation]
+    python packages/torc-lab/benchmarks/scene_overlap.py [--problems validation]
 
 Pictures of the simulated camera with the noise of a stereo camera, grain, and light that differs by up to 10 %; masks
 are the true ones. Every object in sight is moved in a random direction, by every distance.

@@ -85,3 +85,8 @@ def test_faults_of_a_file_are_told_with_their_place(old, new, told, lab_of):
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(InputError, match="torc lab example"):
         load_lab(tmp_path / "no.yaml")
+
+
+def test_a_file_may_begin_with_a_byte_order_mark(tmp_path):
+    (tmp_path / "lab.yaml").write_bytes(b"\xef\xbb\xbf" + TEXT.encode("utf-8"))
+    assert load_lab(tmp_path / "lab.yaml").name == "sda10f-ros1"

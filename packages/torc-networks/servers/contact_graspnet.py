@@ -3,9 +3,10 @@
 Grasps for `--grasps contact-graspnet` by Contact-GraspNet in PyTorch (elchun/contact_graspnet_pytorch).
 
 Install: clone the repository (weights are in it), make its environment as its readme says, then in that environment
-    pip install -e . && pip install --no-deps -e PATH_TO_TORC && pip install pyzmq msgpack jaxtyping
+    pip install -e . && pip install --no-deps -e PATH_TO_TORC -e PATH_TO_TORC/packages/torc-networks
+    pip install pyzmq msgpack jaxtyping
 Run, in the clone:
-    python PATH_TO_TORC/servers/contact_graspnet.py
+    python PATH_TO_TORC/packages/torc-networks/servers/contact_graspnet.py
     torc run structured-03 --grasps contact-graspnet
 Licence of code and weights: NVIDIA source code licence, not for commercial use.
 """

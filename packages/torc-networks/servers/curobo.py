@@ -4,11 +4,12 @@ Free motions for `--motion curobo` by cuRobo 0.8 or later ("v2"; NVlabs/curobo).
 form of its collision_cache are guesses: look at these first.
 
 Install: a checkout with its extra cu12-torch or cu13-torch, an NVIDIA GPU newer than Turing, driver 580 or later; then
-    pip install --no-deps -e PATH_TO_TORC && pip install pyzmq msgpack jaxtyping
+    pip install --no-deps -e PATH_TO_TORC -e PATH_TO_TORC/packages/torc-networks
+    pip install pyzmq msgpack jaxtyping
 (`curobo` and `nvidia-curobo` on the package index are placeholders.) The robot's files, made in torc's own environment:
     python -c "from torc_networks.motion.robot_files import write_curobo_robot as w; w('sda10f_2f85', 'curobo_robot')"
 Run:
-    python servers/curobo.py --robot curobo_robot/sda10f_2f85.yml
+    python packages/torc-networks/servers/curobo.py --robot curobo_robot/sda10f_2f85.yml
     torc run structured-03 --motion curobo
 Licence: Apache-2.0 from 0.8.0 on; earlier versions are not for commercial use, and have the other sign in their voxels.
 """

@@ -3,9 +3,10 @@
 Disparities for `--depth network` by Fast-FoundationStereo (NVlabs/Fast-FoundationStereo).
 
 Install: clone the repository, make its environment as its readme says, fetch its weights, then in that environment
-    pip install --no-deps -e PATH_TO_TORC && pip install pyzmq msgpack jaxtyping
+    pip install --no-deps -e PATH_TO_TORC -e PATH_TO_TORC/packages/torc-networks
+    pip install pyzmq msgpack jaxtyping
 Run, in the clone:
-    python PATH_TO_TORC/servers/fast_foundation_stereo.py --weights weights/MODEL.pth
+    python PATH_TO_TORC/packages/torc-networks/servers/fast_foundation_stereo.py --weights weights/MODEL.pth
     torc run structured-03 --depth network
 Licence of code and weights: NVIDIA source code licence, not for commercial use; C-Fast-FoundationStereo, for commercial
 use, is given out through TAO and not loaded here. The weights are a pickled module, that is, a program: load only one

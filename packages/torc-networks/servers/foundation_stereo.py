@@ -3,9 +3,11 @@
 Disparities for `--depth network` by FoundationStereo (NVlabs/FoundationStereo).
 
 Install: clone the repository, make its environment as its readme says, fetch a checkpoint, then in that environment
-    pip install --no-deps -e PATH_TO_TORC && pip install pyzmq msgpack jaxtyping
+    pip install --no-deps -e PATH_TO_TORC -e PATH_TO_TORC/packages/torc-networks
+    pip install pyzmq msgpack jaxtyping
 Run, in the clone:
-    python PATH_TO_TORC/servers/foundation_stereo.py --checkpoint pretrained_models/23-51-11/model_best_bp2.pth
+    python PATH_TO_TORC/packages/torc-networks/servers/foundation_stereo.py \\
+        --checkpoint pretrained_models/23-51-11/model_best_bp2.pth
     torc run structured-03 --depth network
 Licence of code and weights: NVIDIA source code licence, not for commercial use. NVIDIA gives out variants for
 commercial use through TAO (C-FoundationStereo), which this file does not load. The checkpoint is a pickle: load only

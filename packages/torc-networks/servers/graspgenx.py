@@ -5,9 +5,10 @@ Grasps for `--grasps graspgenx` by GraspGenX (NVlabs/GraspGenX), for the gripper
 Install, in an environment of its own with an NVIDIA GPU, from a clone as its readme says (uv sync); or the inference
 part alone, which others package (eden-graspgenx 0.1.0, after which this file was written):
     pip install eden-graspgenx
-    pip install --no-deps -e PATH_TO_TORC && pip install pyzmq msgpack jaxtyping
+    pip install --no-deps -e PATH_TO_TORC -e PATH_TO_TORC/packages/torc-networks
+    pip install pyzmq msgpack jaxtyping
 Run:
-    python servers/graspgenx.py
+    python packages/torc-networks/servers/graspgenx.py
     torc run structured-03 --grasps graspgenx
 NVIDIA's own server in the clone's client-server/ speaks the same words, but knows only the gripper it was started with:
 give its fingertip (--grasps.fingertip_m). So does that of GraspGen (licence: research and evaluation), at port 5556 as

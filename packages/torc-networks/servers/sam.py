@@ -5,9 +5,10 @@ does both (`--model sam3`).
 
 Install, in an environment of its own (torch and torchvision from the same index):
     pip install torch torchvision "transformers>=5.20" pillow
-    pip install --no-deps -e PATH_TO_TORC && pip install numpy pyzmq msgpack jaxtyping
+    pip install --no-deps -e PATH_TO_TORC -e PATH_TO_TORC/packages/torc-networks
+    pip install numpy pyzmq msgpack jaxtyping
 Run:
-    python servers/sam.py
+    python packages/torc-networks/servers/sam.py
     torc run structured-03 --perception network
 Weights are fetched from Hugging Face at the first start. Licences: Grounding DINO and SAM 2.1 are Apache-2.0; SAM 3 has
 the SAM licence and is given out on request.

@@ -2,7 +2,7 @@
 
 torc bench --problems torc40 --planners vlm-grasps:simulated:0.5,... --repeats 1 --out runs/vlms
 torc bench --problems torc40 --planners decisions_and_picks:First,... --repeats 1 --out runs/rules
-python -m decisions_and_picks next_object results/torc-hard runs/vlms runs/rules
+python packages/torc-next-object/benchmarks/decisions_and_picks.py next_object results/torc-hard runs/vlms runs/rules
 """
 
 import json

@@ -2,7 +2,8 @@
 drawn anew: at every try but the first the grasps come from one of ten looks with other seeds, and hold as their scores
 say.
 
-python -m next_object_values --problems torc40 --decisions 200 --out build/values.jsonl
+python packages/torc-next-object/benchmarks/next_object_values.py --problems torc40 --decisions 200 \\
+  --out build/values.jsonl
 """
 
 import json

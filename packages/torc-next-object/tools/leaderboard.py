@@ -1,8 +1,8 @@
 """The leaderboard of torc-next-object: results/leaderboard.yaml, and the page that is made of it.
 
-python -m leaderboard baselines next_object        # the choices that the data set holds
-python -m leaderboard add runs/model/scores.json --by "who ran it"
-python -m leaderboard page                         # docs/leaderboard.md
+python packages/torc-next-object/tools/leaderboard.py baselines next_object        # the choices that the data set holds
+python packages/torc-next-object/tools/leaderboard.py add runs/model/scores.json --by "who ran it"
+python packages/torc-next-object/tools/leaderboard.py page                         # docs/leaderboard.md
 """
 
 import json

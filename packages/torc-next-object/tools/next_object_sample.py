@@ -2,7 +2,7 @@
 
 torc next-object make --problems torc40,torc-hard --values results/next-object/values.jsonl --looks 0 --workers 2 \\
   --out shipped
-python -m next_object_sample shipped
+python packages/torc-next-object/tools/next_object_sample.py shipped
 """
 
 from collections.abc import Mapping, Sequence

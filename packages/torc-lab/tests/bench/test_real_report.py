@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.helpers.fake_bench import made_up_table
 from torc.benchmark.comparison import sign_flip_p
 from torc.benchmark.paper import METHODS, REAL_METHODS, REAL_TRIALS, paper_method
 from torc.benchmark.reading import read_table
@@ -25,17 +26,17 @@ from torc_lab.bench.report import (
 
 
 @pytest.fixture
-def both(made_up):
+def both():
     """Three scenes, three times, on the robot; two problems in simulation."""
     # 15 picks are the budget: a failure.
-    real = made_up(
+    real = made_up_table(
         drops=["random"], **{"random": [[3, 4, 15], [5, 5, 5], [2, 2, 2]], "dg-select": [[2, 2, 2]] * 3}
     )
     beside = tuple(
         replace(r, category=REAL, problem=f"scene-{r.problem}", directory=Path(f"x/real-{r.directory.name}"))
         for r in real.rows
     )
-    simulated = made_up(**{"random": [[3, 15]], "dg-select": [[2, 3]]})
+    simulated = made_up_table(**{"random": [[3, 15]], "dg-select": [[2, 3]]})
     return replace(simulated, beside=beside)
 
 

@@ -126,5 +126,5 @@ def test_a_closed_connection_is_lost():
 def test_without_the_library_its_remedy_is_told(monkeypatch):
     for name in ("websockets.sync.client", "websockets.exceptions"):
         monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(MissingDependencyError, match="scripts/setup ros"):
+    with pytest.raises(MissingDependencyError, match="scripts/setup lab"):
         Rosbridge("ws://127.0.0.1:1")

@@ -80,7 +80,7 @@ def _probed(
 
 def _websockets() -> None:
     if find_spec("websockets") is None:
-        raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("ros"))
+        raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("lab"))
 
 
 def _zed_devices() -> list[str]:

@@ -51,7 +51,7 @@ class Rosbridge:
             from websockets.exceptions import WebSocketException
             from websockets.sync.client import connect
         except ImportError as error:
-            raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("ros")) from error
+            raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("lab")) from error
         self.url, self._timeout_s = url, timeout_s
         self._open = ExitStack()
         try:

@@ -59,7 +59,7 @@ class RosTwin:
         try:
             from websockets.sync.server import serve
         except ImportError as error:
-            raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("ros")) from error
+            raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("lab")) from error
         self.arm, self.joint_names, self.ros, self.action = arm, list(joint_names), ros, action
         self.state, self.silent, self.cancels = dict(READY), False, True
         self.others: dict[str, float] = {"finger": 0.0}

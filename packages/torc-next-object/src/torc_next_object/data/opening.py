@@ -38,7 +38,7 @@ def _in_folder(path: Path, split: str) -> list[dict[str, Any]]:
         import pyarrow as pa
         from pyarrow import parquet
     except ImportError:
-        raise MissingDependencyError("pyarrow", extra_remedy("export")) from None
+        raise MissingDependencyError("pyarrow", extra_remedy("next-object")) from None
     files = [path] if path.is_file() else sorted(path.rglob("*.parquet"))
     if not files:
         raise InputError(f"'{path}' holds no Parquet files; `torc next-object make` writes some.")

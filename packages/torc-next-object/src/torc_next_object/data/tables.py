@@ -90,5 +90,5 @@ def _arrow() -> tuple[Any, Any]:
         import pyarrow as pa
         from pyarrow import parquet
     except ImportError:
-        raise MissingDependencyError("pyarrow", extra_remedy("export")) from None
+        raise MissingDependencyError("pyarrow", extra_remedy("next-object")) from None
     return pa, parquet
