@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, cast
 
 import torc
 from torc.cli.bench import BenchCommand
@@ -85,30 +86,35 @@ def parse(arguments: Sequence[str]) -> Runnable:
     # To ask all installed packages takes 15 ms, which commands of torc itself need not wait for.
     added = registered(COMMANDS)
     if name in added:
-        entry = added[name]()
-        if not (isinstance(entry, tuple) and len(entry) == 2):
-            raise InputError(
-                f"The command '{name}' must be registered as a line of help and a class, or a Group."
-            )
-        return parse_command(Group("", {name: entry}), "torc", arguments)
+        return parse_command(Group("", {name: _entry(name, added[name])}), "torc", arguments)
     if owner := satellite_of_command(name):
         raise not_installed(f"`torc {name}`", owner)
     return parse_command(_with_added(added), "torc", arguments)
 
 
-def _with_added(added: Mapping[str, Callable[[], Entry]]) -> Group:
+def _entry(name: str, load: Callable[[], Any]) -> Entry:
+    """Load a command that a package registered. Raises InputError."""
+    entry = load()
+    if isinstance(entry, tuple) and len(entry) == 2 and isinstance(entry[1], type | Group):
+        return cast(Entry, entry)
+    raise InputError(
+        f"The command '{name}' must be registered as a pair: its line of help, and a class or a Group."
+    )
+
+
+def _with_added(added: Mapping[str, Callable[[], Any]]) -> Group:
     """The table with the commands of installed packages, for help; and in a line, those that could be installed."""
     entries: dict[str, Entry] = {}
     for name, load in added.items():
         if name in TORC.commands:
             continue
         try:
-            entries[name] = load()
+            entries[name] = _entry(name, load)
         except InputError as error:
             entries[name] = str(error), Group("", {})
     missing = [s for s in SATELLITES if not {*s.commands} & {*added}]
-    more = "; ".join(f"{', '.join(s.commands)}: scripts/setup {s.extra}" for s in missing)
-    more = f"Further commands, and what installs them: {more}. " if more else ""
+    more = "; ".join(f"{', '.join(s.commands)} (scripts/setup {s.extra})" for s in missing)
+    more = f"Not installed: {more}.\n\n" if more else ""
     return replace(TORC, commands={**TORC.commands, **entries}, more=more + TORC.more)
 
 

@@ -153,8 +153,9 @@ def sources(conditions: Conditions) -> dict[str, str]:
     """Fingerprints of what does not come with torc, by field of the conditions. Raises InputError for unknown parts."""
     found = {"robot": own_source(conditions.robot), "workspace": own_workspace_source(conditions.workspace)}
     for stage, kind in STAGES.items():
-        if not kind.ships(name := getattr(conditions, stage)):
-            found[stage] = part_source(load_part(kind, name))
+        if (name := getattr(conditions, stage)) not in kind.built_in:
+            part = load_part(kind, name)
+            found[stage] = "" if kind.ships(name) else part_source(part)
     return {name: source for name, source in found.items() if source}
 
 
