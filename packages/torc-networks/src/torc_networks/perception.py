@@ -8,13 +8,13 @@ from jaxtyping import Bool
 
 from torc.perception.disparity import is_scaled
 from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
-from torc.perception.proposals import LayoutConfig, Proposals, objects_among
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import valid_depth
 from torc.records import Observation
 from torc.workspace.description import Workspace
 from torc_networks.addresses import ServerConfig
 from torc_networks.client import NetworkClient
+from torc_networks.proposals import LayoutConfig, Proposals, objects_among
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from network_helpers.tiny_sam import SAVERS, import_torchvision
-from torc.perception.proposals import LayoutConfig
 from torc.perception.target import Certainty
+from torc_networks.proposals import LayoutConfig
 from torc_networks.sam.network import GROUNDING_DINO, SAM2, SAM3, Runtime, load_network
 from torc_networks.sam.perception import (
     GroundedSam2Config,

@@ -7,13 +7,13 @@ import pytest
 
 from torc.errors import InputError
 from torc.perception.from_masks import by_words
-from torc.perception.proposals import Proposals
 from torc.perception.protocol import Wanted
 from torc.perception.target import Certainty
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID
 from torc.testing.contexts import box
 from torc.testing.perception_conformance import check_perception
 from torc.testing.synthetic import synthetic_observation
+from torc_networks.proposals import Proposals
 from torc_networks.sam.perception import GroundedSam2Config, Sam3Config, WordsConfig, WordsPerception
 
 A = box(1, 0.60, -0.20, (0.06, 0.06, 0.10))

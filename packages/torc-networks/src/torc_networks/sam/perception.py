@@ -15,11 +15,11 @@ from jaxtyping import Float32, UInt8
 from torc.errors import InputError
 from torc.perception.embedded.inputs import hangs_upside_down
 from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
-from torc.perception.proposals import LayoutConfig, Proposals, objects_among
 from torc.perception.protocol import Wanted
 from torc.perception.target import Certainty
 from torc.records import Observation
 from torc.workspace.description import Workspace
+from torc_networks.proposals import LayoutConfig, Proposals, objects_among
 from torc_networks.sam.grounding import Boxes, as_phrase, ground
 from torc_networks.sam.network import GROUNDING_DINO, SAM2, SAM3, Kind, Network, Runtime, load_network
 from torc_networks.sam.sam2 import masks_in_boxes

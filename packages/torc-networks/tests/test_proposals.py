@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.perception.proposals import LayoutConfig, Proposals, lay_out, plausible, shared_pixels
+from torc_networks.proposals import LayoutConfig, Proposals, lay_out, plausible, shared_pixels
 
 SHAPE = (60, 80)
 CONFIG = LayoutConfig(min_pixels=4)
